@@ -1,0 +1,3 @@
+//! The command `cdem`.
+
+fn main() {}

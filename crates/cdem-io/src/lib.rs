@@ -1,0 +1,1 @@
+//! Files of `cdem`: scenes, Gmsh meshes, result folders.
