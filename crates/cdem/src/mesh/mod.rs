@@ -1,10 +1,14 @@
 //! Meshes of one or many blocks: what the model is built from.
 
+mod error;
 mod kind;
+mod raw;
 
 use std::ops::Range;
 
+pub use error::{BlockFault, MeshError};
 pub use kind::ElementKind;
+pub use raw::{CellKind, RawCells, RawGroup, RawMesh};
 
 /// The mesh of all blocks of a scene, placed and checked.
 ///
@@ -17,8 +21,43 @@ pub struct Mesh<const D: usize> {
     pub elements: Vec<Element>,
     /// Blocks in the order of the scene, parts of a split block in a row.
     pub blocks: Vec<Block>,
-    /// Named sets of nodes and boundary facets, sorted by name.
+    /// Named sets of nodes and boundary facets, sorted by name; look them up
+    /// with [`Mesh::group`], for a name may stand for several.
     pub groups: Vec<Group>,
+    /// What was noticed that is not wrong, for the user to read.
+    pub notes: Vec<String>,
+}
+
+impl<const D: usize> Mesh<D> {
+    /// The group called `name`.
+    ///
+    /// # Errors
+    /// If there is none (with the most similar name), if several different
+    /// groups of the mesh files have the name, or if it lies on no block.
+    pub fn group(&self, name: &str) -> Result<&Group, MeshError> {
+        let named = || self.groups.iter().filter(|group| group.name == name);
+        let used: Vec<_> = named().filter(|group| !group.nodes.is_empty()).collect();
+        match (used.as_slice(), named().next()) {
+            ([group], _) => Ok(group),
+            ([], None) => {
+                let mut known: Vec<_> = self.groups.iter().map(|g| g.name.clone()).collect();
+                known.dedup();
+                Err(MeshError::UnknownGroup {
+                    name: name.to_owned(),
+                    nearest: error::nearest(name, known.iter().map(String::as_str)),
+                    known,
+                })
+            }
+            ([], Some(empty)) => Err(MeshError::EmptyGroup {
+                name: name.to_owned(),
+                origin: empty.origin.clone(),
+            }),
+            (several, _) => Err(MeshError::AmbiguousGroup {
+                name: name.to_owned(),
+                origins: several.iter().map(|g| g.origin.clone()).collect(),
+            }),
+        }
+    }
 }
 
 /// One finite element: its kind and its nodes in Gmsh's (= VTK's) order, with
@@ -78,4 +117,6 @@ pub struct Group {
     pub nodes: Vec<u32>,
     /// Boundary facets, sorted, each once; empty for groups of points.
     pub facets: Vec<Facet>,
+    /// What it is, for messages: "surfaces of prisms.msh" and the like.
+    pub origin: String,
 }

@@ -1,0 +1,279 @@
+//! What can be wrong with a mesh, told to the person who must mend it.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why a mesh cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The file cannot be read at all.
+    #[error("mesh {}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// The file is not what its format asks for.
+    #[error("{mesh}: {section}, {place}: {problem}; {help}")]
+    Format {
+        /// The file.
+        mesh: String,
+        /// Section of the file.
+        section: String,
+        /// Line, or byte offset in binary parts.
+        place: String,
+        /// What was found, what was expected.
+        problem: String,
+        /// What to try.
+        help: String,
+    },
+    /// Arrays of a [`RawMesh`](super::RawMesh) do not fit together.
+    #[error("{mesh}: {problem}; whatever made this mesh is at fault")]
+    Inconsistent {
+        /// The mesh.
+        mesh: String,
+        /// What does not fit.
+        problem: String,
+    },
+    /// A block cannot be made from its mesh or shape.
+    #[error("block \"{block}\" ({mesh}): {fault}")]
+    Block {
+        /// The block of the scene.
+        block: String,
+        /// The mesh or shape it is made from.
+        mesh: String,
+        /// What is wrong.
+        fault: Box<BlockFault>,
+    },
+    /// No group of the placed mesh has this name.
+    #[error(
+        "no group \"{name}\"{}; the groups are: {}",
+        guess(nearest),
+        list(known)
+    )]
+    UnknownGroup {
+        /// The name asked for.
+        name: String,
+        /// The name that is most like it.
+        nearest: Option<String>,
+        /// All names, sorted.
+        known: Vec<String>,
+    },
+    /// Several different groups have this name.
+    #[error(
+        "group \"{name}\" is ambiguous: it is {}; give them different names in the mesh",
+        origins.join(", and ")
+    )]
+    AmbiguousGroup {
+        /// The name asked for.
+        name: String,
+        /// What it could be.
+        origins: Vec<String>,
+    },
+    /// The group exists in a mesh file, but on none of the blocks.
+    #[error(
+        "group \"{name}\" ({origin}) lies on none of the blocks; choose another, \
+         or make a block of the part of the mesh that it belongs to"
+    )]
+    EmptyGroup {
+        /// The name asked for.
+        name: String,
+        /// What it is.
+        origin: String,
+    },
+}
+
+/// What is wrong with one block's mesh.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BlockFault {
+    /// `block.group` names no physical group.
+    #[error(
+        "no physical group \"{group}\"{}; the groups of {cells} are: {}",
+        guess(nearest),
+        list(known)
+    )]
+    UnknownGroup {
+        /// The name asked for.
+        group: String,
+        /// What the group must consist of: surfaces in 2-D, volumes in 3-D.
+        cells: &'static str,
+        /// The name that is most like it.
+        nearest: Option<String>,
+        /// All names of that dimension, sorted.
+        known: Vec<String>,
+    },
+    /// The group has the wrong dimension.
+    #[error("physical group \"{group}\" consists of {found}, but a block is made of {expected}")]
+    GroupDimension {
+        /// The group.
+        group: String,
+        /// What it consists of.
+        found: &'static str,
+        /// What it should consist of.
+        expected: &'static str,
+    },
+    /// There is nothing to make a block of.
+    #[error(
+        "{what} has no {dimension}-D elements; mesh to that dimension (gmsh -{dimension}), \
+         and save physical groups of that dimension or Mesh.SaveAll = 1"
+    )]
+    Empty {
+        /// The mesh or the group.
+        what: String,
+        /// Dimension of the scene.
+        dimension: usize,
+    },
+    /// A 2-D mesh does not lie in a plane z = constant.
+    #[error(
+        "node {node} at z = {z} lies out of the plane z = {plane} of the others; \
+         a 2-D mesh lies in the x-y plane: rotate it, or set dimension = 3"
+    )]
+    NotPlanar {
+        /// The file's number of the node.
+        node: u64,
+        /// Its z, in the file's units.
+        z: f64,
+        /// z of the first node.
+        plane: f64,
+    },
+    /// A coordinate is not a finite number.
+    #[error("node {node} at {at:?} is not at a finite place; check the mesh, scale and translate")]
+    NotFinite {
+        /// The file's number of the node.
+        node: u64,
+        /// Where it is.
+        at: Vec<f64>,
+    },
+    /// An element without area or volume.
+    #[error(
+        "{kind} element {element} near {at:?} has no {}; its nodes lie on a line or in a plane: \
+         remove it or move a node", if *dimension == 2 { "area" } else { "volume" }
+    )]
+    Flat {
+        /// Shape of the element.
+        kind: &'static str,
+        /// The file's number of the element.
+        element: u64,
+        /// Its centre.
+        at: Vec<f64>,
+        /// 2 or 3.
+        dimension: usize,
+    },
+    /// An element whose Jacobian changes sign.
+    #[error(
+        "{kind} element {element} near {at:?} is folded: its Jacobian changes sign \
+         ({negative} of {points} Gauss points); move its nodes until it is convex, \
+         or use simplices"
+    )]
+    Folded {
+        /// Shape of the element.
+        kind: &'static str,
+        /// The file's number of the element.
+        element: u64,
+        /// Its centre.
+        at: Vec<f64>,
+        /// Gauss points with a negative Jacobian.
+        negative: usize,
+        /// All Gauss points.
+        points: usize,
+    },
+    /// Two elements on the same nodes.
+    #[error(
+        "elements {first} and {second} near {at:?} have the same nodes; remove one \
+         (in Gmsh: Coherence Mesh, or look for a surface or volume that exists twice)"
+    )]
+    Duplicate {
+        /// The file's number of the first.
+        first: u64,
+        /// The file's number of the second.
+        second: u64,
+        /// Their centre.
+        at: Vec<f64>,
+    },
+    /// Elements lie over each other at a facet.
+    #[error(
+        "elements {} near {at:?} overlap at a common facet: at most two elements may share a \
+         facet, one on each side; look for surfaces or volumes that overlap in the geometry",
+        numbers(elements)
+    )]
+    Overlapping {
+        /// The file's numbers of the elements.
+        elements: Vec<u64>,
+        /// Centre of the facet.
+        at: Vec<f64>,
+    },
+    /// A shape that cannot be made.
+    #[error("{key}: {problem}")]
+    Shape {
+        /// Key of the scene, below the block.
+        key: &'static str,
+        /// What is wrong, what to try.
+        problem: String,
+    },
+    /// The name of a part is that of another block.
+    #[error("the name \"{name}\" of a part is that of another block; rename one of the blocks")]
+    NameTaken {
+        /// The name.
+        name: String,
+    },
+    /// More nodes than numbers for them.
+    #[error("more than {limit} nodes or elements in all blocks; use a coarser mesh")]
+    TooLarge {
+        /// The most there may be.
+        limit: u32,
+    },
+}
+
+impl BlockFault {
+    /// The fault with the block and mesh it belongs to.
+    pub(super) fn of(self, block: &str, mesh: &str) -> MeshError {
+        MeshError::Block {
+            block: block.to_owned(),
+            mesh: mesh.to_owned(),
+            fault: Box::new(self),
+        }
+    }
+}
+
+/// The name in `known` that is most like `name`, if one is like it at all.
+pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let rated = known.map(|other| (strsim::damerau_levenshtein(name, other), other));
+    let (distance, best) = rated.min()?;
+    (distance <= name.chars().count().div_ceil(2)).then(|| best.to_owned())
+}
+
+fn guess(nearest: &Option<String>) -> String {
+    nearest
+        .as_ref()
+        .map_or_else(String::new, |name| format!(", do you mean \"{name}\"?"))
+}
+
+/// At most this many names are listed in a message.
+const LISTED: usize = 20;
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() {
+        return "none".into();
+    }
+    let quoted: Vec<_> = names
+        .iter()
+        .take(LISTED)
+        .map(|n| format!("\"{n}\""))
+        .collect();
+    let rest = names.len().saturating_sub(LISTED);
+    let more = if rest > 0 {
+        format!(" and {rest} more")
+    } else {
+        String::new()
+    };
+    quoted.join(", ") + &more
+}
+
+fn numbers(elements: &[u64]) -> String {
+    let all: Vec<_> = elements.iter().take(LISTED).map(u64::to_string).collect();
+    all.join(", ")
+}
