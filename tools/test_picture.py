@@ -1,0 +1,88 @@
+"""The picture maker, on two triangles that fly apart."""
+
+import contextlib
+import io
+import tempfile
+import unittest
+from pathlib import Path
+
+import meshio
+import numpy as np
+from matplotlib import image
+
+import picture
+
+HISTORY = """step,time,kinetic_energy,strain_energy,impact_loss,friction_loss,energy_residual
+0,0.0,10.0,0.0,0.0,0.0,0.0
+1,0.1,8.0,1.5,0.25,0.25,0.0
+"""
+
+
+def write_run(folder, times=(0.0, 0.1, 0.2)):
+    """A results folder: two triangles, the right one moving at 3 m/s."""
+    (folder / "frames").mkdir()
+    rest = np.array([[0, 0, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [2, 0, 0]], float)
+    velocity = np.zeros((6, 3))
+    velocity[3:] = [3.0, 4.0, 0.0]
+    entries = []
+    for number, time in enumerate(times):
+        meshio.Mesh(
+            rest + time * velocity,
+            [("triangle", np.array([[0, 1, 2], [3, 5, 4]]))],
+            point_data={"velocity": velocity},
+            cell_data={"stress": [np.array([[-1.0, 0, 0, 0, 0, 0], [2.0, 7, 0, 0, 0, 0]])], "level": [np.array([0, 1])]},
+        ).write(folder / "frames" / f"{number:05}.vtu")
+        entries.append(f'<DataSet timestep="{time}" file="frames/{number:05}.vtu"/>')
+    (folder / "frames.pvd").write_text(f"<VTKFile type=\"Collection\"><Collection>{''.join(entries)}</Collection></VTKFile>")
+    (folder / "history.csv").write_text(HISTORY)
+
+
+class Picture(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = Path(holder.name)
+        write_run(self.folder)
+
+    def run_main(self, *arguments):
+        """Exit status and what was said on stderr."""
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            status = picture.main([str(self.folder), *arguments])
+        return status, said.getvalue()
+
+    def test_frames_keep_places_and_values(self):
+        frame = picture.read(*picture.series(self.folder)[2], "velocity")
+        self.assertEqual(frame.time, 0.2)
+        np.testing.assert_allclose(frame.values, [0.0, 5.0])
+        np.testing.assert_allclose(frame.polygons[1][0], [1.6, -0.2])
+
+    def test_a_component_is_picked_by_name(self):
+        np.testing.assert_allclose(picture.read(*picture.series(self.folder)[0], "stress:yy").values, [0.0, 7.0])
+
+    def test_snapshots_include_both_ends(self):
+        frames = [(0.1 * i, i) for i in range(11)]
+        self.assertEqual([i for _, i in picture.choose(frames, 3, None)], [0, 5, 10])
+        self.assertEqual([i for _, i in picture.choose(frames, 3, [0.22, 0.98])], [2, 10])
+
+    def test_pictures_are_drawn(self):
+        status, _ = self.run_main("--field", "stress:xx", "--energies", str(self.folder / "energies.png"))
+        self.assertEqual(status, 0)
+        for name in ("picture.png", "energies.png"):
+            pixels = image.imread(self.folder / name)
+            self.assertGreater(len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)), 10, name)
+
+    def test_an_unknown_field_is_answered_with_the_known_ones(self):
+        status, said = self.run_main("--field", "speed")
+        self.assertEqual(status, 2)
+        self.assertIn("level, stress, velocity", said)
+
+    def test_a_folder_without_frames_is_named(self):
+        (self.folder / "frames.pvd").unlink()
+        status, said = self.run_main()
+        self.assertEqual(status, 2)
+        self.assertIn("frames.pvd does not exist", said)
+
+
+if __name__ == "__main__":
+    unittest.main()
