@@ -4,8 +4,8 @@
 
 - Every relative link in a Markdown file leads to a file (and heading) that exists.
 - Every path written as `code` in a Markdown file exists. A path is a span with
-  a slash or a file ending, and nothing else in it; what a run makes
-  (`history.csv`, `DIR/frames/`) is not in the tree and not checked.
+  a slash or a file ending, and nothing else in it; what users and runs make
+  (`scene.toml`, `history.csv`, `DIR/frames/`) is not in the tree and not checked.
 - Every source cited in Rust or Markdown as [Name2015] is in references.bib.
 """
 
@@ -16,10 +16,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 
-# Files and folders that a run makes; documents speak of them, the tree has none.
-MADE_BY_A_RUN = re.compile(
-    r"(DIR|[\w-]+-results|target|\.venv|frames|contacts)/.*"
-    r"|(history|blocks|contacts|probes)\.csv|(frames|contacts)\.pvd|\*\.vt[up]"
+# Files and folders of users and runs; documents speak of them, the tree has none.
+MADE_ELSEWHERE = re.compile(
+    r"(.*/)?[\w-]+-results/?|(DIR|target|\.venv|frames|contacts)/.*"
+    r"|scene\.toml|(history|blocks|contacts|probes)\.csv|(frames|contacts)\.pvd|\*\.vt[up]"
     r"|summary\.json|report\.html|checkpoint.*"
 )
 PATH = re.compile(r"[\w.*-]+(/[\w.*-]+)*/?")
@@ -55,7 +55,7 @@ def lines_matching(pattern, text):
 
 def looks_like_path(span):
     """Whether an inline code span names a file or folder of the tree."""
-    if not PATH.fullmatch(span) or MADE_BY_A_RUN.fullmatch(span):
+    if not PATH.fullmatch(span) or MADE_ELSEWHERE.fullmatch(span):
         return False
     return bool(ENDING.search(span)) or "/" in span
 
