@@ -1,11 +1,25 @@
 //! Meshes of one or many blocks: what the model is built from.
 
+mod assemble;
+mod coincident;
 mod error;
+mod facet;
 mod kind;
+mod member;
+mod order;
+mod place;
+mod quality;
 mod raw;
+mod shape;
+mod source;
+mod split;
+#[cfg(test)]
+mod tests;
+mod vector;
 
 use std::ops::Range;
 
+pub use assemble::assemble;
 pub use error::{BlockFault, MeshError};
 pub use kind::ElementKind;
 pub use raw::{CellKind, RawCells, RawGroup, RawMesh};

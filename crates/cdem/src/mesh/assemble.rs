@@ -1,0 +1,387 @@
+//! From the blocks of a scene to one mesh of all of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::coincident::coincident_nodes;
+use super::facet::{FacetFault, checked_boundary};
+use super::member::Members;
+use super::order::hilbert_order;
+use super::place::Placement;
+use super::quality::{Orientation, orientation, reversed};
+use super::shape::mesh_shape;
+use super::source::Source;
+use super::split::parts;
+use super::vector::centre;
+use super::{Block, BlockFault, Element, Mesh, MeshError, RawMesh};
+use crate::scene::{self, Geometry, Scene, Split};
+
+/// An element with what the file knows of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    pub(super) element: Element,
+    /// The file's number of the element.
+    pub(super) tag: u64,
+    /// The group set it lies in.
+    pub(super) set: u32,
+}
+
+/// Blocks of so few elements keep the order of the file: nothing to gain.
+const TINY: usize = 64;
+
+/// Most nodes, and most elements: `u32::MAX` stands for none.
+const LIMIT: u32 = u32::MAX - 1;
+
+/// Builds, places and checks the mesh of all blocks of a scene.
+///
+/// `load` reads a mesh file, once for each path. Elements that are numbered
+/// the wrong way round are turned; larger blocks are renumbered along a
+/// Hilbert curve. The result depends on the scene and the files alone.
+///
+/// # Errors
+/// What `load` says, or the first thing that is wrong with a block's mesh.
+pub fn assemble<const D: usize>(
+    scene: &Scene,
+    load: &mut dyn FnMut(&Path) -> Result<RawMesh, MeshError>,
+) -> Result<Mesh<D>, MeshError> {
+    let mut mesh = Mesh::default();
+    let mut sources = Sources::default();
+    let mut members = Members::default();
+    let names: BTreeSet<&str> = scene
+        .block
+        .iter()
+        .map(|block| block.name.as_str())
+        .collect();
+    for (index, block) in scene.block.iter().enumerate() {
+        let number = sources.find::<D>(block, load, &mut mesh.notes)?;
+        let source = &sources.list[number];
+        let wrong = |fault: BlockFault| fault.of(&block.name, &source.raw.origin);
+        let mut body = Body::<D>::new(block, source).map_err(wrong)?;
+        let ranges = parts(block.split, &mut body.cells, body.nodes.len());
+        let mut numbering = Numbering::new(body.nodes.len());
+        for (part, range) in ranges.into_iter().enumerate() {
+            let name = part_name(block, part, &names).map_err(wrong)?;
+            let part = body.part(range, &mut numbering).map_err(wrong)?;
+            members.add(number, source, &part, &mesh);
+            push(&mut mesh, part, name, index).map_err(wrong)?;
+        }
+    }
+    mesh.groups = members.finish(&sources.list);
+    Ok(mesh)
+}
+
+fn part_name(
+    block: &scene::Block,
+    part: usize,
+    taken: &BTreeSet<&str>,
+) -> Result<String, BlockFault> {
+    if block.split == Split::None {
+        return Ok(block.name.clone());
+    }
+    let name = format!("{}.{}", block.name, part + 1);
+    if taken.contains(name.as_str()) {
+        return Err(BlockFault::NameTaken { name });
+    }
+    Ok(name)
+}
+
+/// Adds a part as a block of its own.
+fn push<const D: usize>(
+    mesh: &mut Mesh<D>,
+    part: Part<D>,
+    name: String,
+    source: usize,
+) -> Result<(), BlockFault> {
+    let [first_node, first_element] = [mesh.nodes.len(), mesh.elements.len()];
+    let ends = [
+        first_node + part.nodes.len(),
+        first_element + part.elements.len(),
+    ];
+    if ends.iter().any(|&end| end > LIMIT as usize) {
+        return Err(BlockFault::TooLarge { limit: LIMIT });
+    }
+    let pairs = part.coincident.len();
+    if let Some(at) = part.coincident.first() {
+        mesh.notes.push(format!(
+            "block \"{name}\": {pairs} pairs of boundary nodes lie at the same place without \
+             being joined, the first at {at:?}; unless cracks are meant, use Coherence Mesh in Gmsh"
+        ));
+    }
+    for element in part.elements {
+        let nodes: Vec<_> = element
+            .nodes()
+            .iter()
+            .map(|&n| n + first_node as u32)
+            .collect();
+        mesh.elements.push(Element::new(element.kind, &nodes));
+    }
+    mesh.nodes.extend(part.nodes);
+    mesh.blocks.push(Block {
+        name,
+        source,
+        nodes: first_node as u32..ends[0] as u32,
+        elements: first_element as u32..ends[1] as u32,
+    });
+    Ok(())
+}
+
+/// Meshes of files, read once, and of shapes.
+#[derive(Default)]
+struct Sources {
+    list: Vec<Source>,
+    by_path: BTreeMap<PathBuf, usize>,
+}
+
+impl Sources {
+    /// Index of the mesh that a block is made from.
+    fn find<const D: usize>(
+        &mut self,
+        block: &scene::Block,
+        load: &mut dyn FnMut(&Path) -> Result<RawMesh, MeshError>,
+        notes: &mut Vec<String>,
+    ) -> Result<usize, MeshError> {
+        let raw = match &block.geometry {
+            Geometry::Mesh { path, .. } => match self.by_path.get(path) {
+                Some(&known) => return Ok(known),
+                None => {
+                    self.by_path.insert(path.clone(), self.list.len());
+                    load(path)?
+                }
+            },
+            shape => mesh_shape::<D>(&block.name, shape).map_err(|f| f.of(&block.name, "shape"))?,
+        };
+        let source = Source::new(raw, D)?;
+        let unused = source.unused_points();
+        if unused > 0 {
+            let mesh = &source.raw.origin;
+            notes.push(format!(
+                "{mesh}: {unused} nodes belong to no element and are left out"
+            ));
+        }
+        self.list.push(source);
+        Ok(self.list.len() - 1)
+    }
+}
+
+/// A block's mesh in its place, before it is split.
+struct Body<const D: usize> {
+    /// Rest positions, m.
+    nodes: Vec<[f64; D]>,
+    /// Index of each node in the points of the source.
+    points: Vec<u32>,
+    /// Elements on `nodes`.
+    cells: Vec<Cell>,
+}
+
+impl<const D: usize> Body<D> {
+    fn new(block: &scene::Block, source: &Source) -> Result<Self, BlockFault> {
+        let group = match &block.geometry {
+            Geometry::Mesh { group, .. } => group.as_deref(),
+            Geometry::Box { .. } | Geometry::Polygon { .. } => None,
+        };
+        let mut cells = source.select(group, D)?;
+        let points = Numbering::new(source.raw.points.len()).ascending(&mut cells);
+        let tag = |node: usize| source.raw.point_tags[points[node] as usize];
+        let place_of = |&point: &u32| source.raw.points[point as usize];
+        if D == 2 {
+            let raw: Vec<_> = points.iter().map(place_of).collect();
+            check_plane(&raw, &tag)?;
+        }
+        let placement = Placement::new(block);
+        let place = |point: &u32| placement.apply::<D>(place_of(point));
+        let nodes: Vec<_> = points.iter().map(place).collect();
+        for (node, at) in nodes.iter().enumerate() {
+            if !at.iter().all(|x| x.is_finite()) {
+                return Err(BlockFault::NotFinite {
+                    node: tag(node),
+                    at: at.to_vec(),
+                });
+            }
+        }
+        for cell in &mut cells {
+            orient(cell, &nodes)?;
+        }
+        Ok(Self {
+            nodes,
+            points,
+            cells,
+        })
+    }
+
+    /// A part of the body with its own numbers, checked.
+    fn part(
+        &mut self,
+        cells: std::ops::Range<usize>,
+        numbering: &mut Numbering,
+    ) -> Result<Part<D>, BlockFault> {
+        let cells = &mut self.cells[cells];
+        let at = |cell: &Cell| centre(corners(&cell.element, &self.nodes).into_iter());
+        let used = if cells.len() > TINY {
+            let centres: Vec<_> = cells.iter().map(at).collect();
+            let order = hilbert_order(&centres);
+            let sorted: Vec<_> = order.into_iter().map(|i| cells[i as usize]).collect();
+            cells.copy_from_slice(&sorted);
+            numbering.by_first_use(cells)
+        } else {
+            numbering.ascending(cells)
+        };
+        let nodes: Vec<_> = used.iter().map(|&n| self.nodes[n as usize]).collect();
+        let elements: Vec<_> = cells.iter().map(|cell| cell.element).collect();
+        let boundary = checked_boundary(&elements).map_err(|f| misfit(f, cells, &nodes))?;
+        Ok(Part {
+            coincident: coincident_nodes(&nodes, &elements, &boundary),
+            points: used.iter().map(|&n| self.points[n as usize]).collect(),
+            sets: cells.iter().map(|cell| cell.set).collect(),
+            nodes,
+            elements,
+            boundary,
+        })
+    }
+}
+
+/// A block to be: numbers count from 0.
+pub(super) struct Part<const D: usize> {
+    pub(super) nodes: Vec<[f64; D]>,
+    /// Index of each node in the points of the source.
+    pub(super) points: Vec<u32>,
+    pub(super) elements: Vec<Element>,
+    /// Group set of each element.
+    pub(super) sets: Vec<u32>,
+    pub(super) boundary: Vec<super::Facet>,
+    /// Places where two nodes of the boundary coincide.
+    coincident: Vec<[f64; D]>,
+}
+
+fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D]> {
+    element.nodes().iter().map(|&n| nodes[n as usize]).collect()
+}
+
+/// Numbers the cell's nodes so that its Jacobian is positive.
+fn orient<const D: usize>(cell: &mut Cell, nodes: &[[f64; D]]) -> Result<(), BlockFault> {
+    let kind = cell.element.kind;
+    let places = corners(&cell.element, nodes);
+    let at = || centre(places.iter().copied()).to_vec();
+    let (kind_name, element) = (kind.name(), cell.tag);
+    match orientation(kind, &places) {
+        Orientation::Positive => Ok(()),
+        Orientation::Reversed => {
+            cell.element = reversed(cell.element);
+            Ok(())
+        }
+        Orientation::Flat => Err(BlockFault::Flat {
+            kind: kind_name,
+            element,
+            at: at(),
+            dimension: D,
+        }),
+        Orientation::Folded { negative, points } => Err(BlockFault::Folded {
+            kind: kind_name,
+            element,
+            at: at(),
+            negative,
+            points,
+        }),
+    }
+}
+
+/// In 2-D all z must be equal, but for rounding.
+fn check_plane(points: &[[f64; 3]], tag: &dyn Fn(usize) -> u64) -> Result<(), BlockFault> {
+    let plane = points.first().map_or(0.0, |point| point[2]);
+    let size = points
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |size, x| size.max(x.abs()));
+    // Coordinates in text files carry 16 digits, of meshers that rotate somewhat fewer.
+    let rounding = 1e-9 * size;
+    let out = points
+        .iter()
+        .position(|point| (point[2] - plane).abs() > rounding);
+    match out {
+        None => Ok(()),
+        Some(index) => Err(BlockFault::NotPlanar {
+            node: tag(index),
+            z: points[index][2],
+            plane,
+        }),
+    }
+}
+
+/// Tells which elements of the file do not fit together.
+fn misfit<const D: usize>(fault: FacetFault, cells: &[Cell], nodes: &[[f64; D]]) -> BlockFault {
+    let tag = |index: u32| cells[index as usize].tag;
+    match fault {
+        FacetFault::Duplicate(a, b) => {
+            let places = corners(&cells[a as usize].element, nodes);
+            let (first, second) = (tag(a).min(tag(b)), tag(a).max(tag(b)));
+            BlockFault::Duplicate {
+                first,
+                second,
+                at: centre(places.into_iter()).to_vec(),
+            }
+        }
+        FacetFault::Overlapping(elements, facet) => {
+            let element = &cells[facet.element as usize].element;
+            let local = element.kind.facets()[facet.local as usize].iter();
+            let places = local.map(|&c| nodes[element.nodes[c as usize] as usize]);
+            let mut elements: Vec<_> = elements.into_iter().map(tag).collect();
+            elements.sort_unstable();
+            BlockFault::Overlapping {
+                elements,
+                at: centre(places).to_vec(),
+            }
+        }
+    }
+}
+
+/// New numbers for the nodes of some cells, counting from 0.
+struct Numbering {
+    /// New number by old; `u32::MAX` outside of calls.
+    new: Vec<u32>,
+}
+
+impl Numbering {
+    fn new(node_count: usize) -> Self {
+        Self {
+            new: vec![u32::MAX; node_count],
+        }
+    }
+
+    /// Numbers nodes as the cells meet them; returns the old numbers.
+    fn by_first_use(&mut self, cells: &mut [Cell]) -> Vec<u32> {
+        let old = self.used(cells);
+        self.renumber(cells, old)
+    }
+
+    /// Numbers nodes in their old order; returns the old numbers.
+    fn ascending(&mut self, cells: &mut [Cell]) -> Vec<u32> {
+        let mut old = self.used(cells);
+        old.sort_unstable();
+        self.renumber(cells, old)
+    }
+
+    fn used(&mut self, cells: &[Cell]) -> Vec<u32> {
+        let mut old = Vec::new();
+        for &node in cells.iter().flat_map(|cell| cell.element.nodes()) {
+            if self.new[node as usize] == u32::MAX {
+                self.new[node as usize] = 0;
+                old.push(node);
+            }
+        }
+        old
+    }
+
+    fn renumber(&mut self, cells: &mut [Cell], old: Vec<u32>) -> Vec<u32> {
+        (0..)
+            .zip(&old)
+            .for_each(|(new, &node)| self.new[node as usize] = new);
+        for cell in cells {
+            let kind = cell.element.kind;
+            for node in &mut cell.element.nodes[..kind.node_count()] {
+                *node = self.new[*node as usize];
+            }
+        }
+        old.iter()
+            .for_each(|&node| self.new[node as usize] = u32::MAX);
+        old
+    }
+}

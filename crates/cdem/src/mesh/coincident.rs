@@ -1,0 +1,48 @@
+//! Nodes at the same place that are not joined: cracks, or a slip.
+
+use super::vector::{bounds, distance, dot};
+use super::{Element, Facet};
+
+/// Closer than this share of a block's extent is the same place: what meshers
+/// take for equal.
+const SAME: f64 = 1e-8;
+
+/// Places where two nodes of the boundary coincide, in a fixed order.
+///
+/// Only nodes of the boundary can: an element beside an unjoined node has a
+/// free facet there.
+pub(super) fn coincident_nodes<const D: usize>(
+    nodes: &[[f64; D]],
+    elements: &[Element],
+    boundary: &[Facet],
+) -> Vec<[f64; D]> {
+    if elements.len() < 2 {
+        return Vec::new();
+    }
+    let mut on_boundary = vec![false; nodes.len()];
+    for facet in boundary {
+        let element = &elements[facet.element as usize];
+        let corners = element.kind.facets()[facet.local as usize].iter();
+        corners.for_each(|&c| on_boundary[element.nodes[c as usize] as usize] = true);
+    }
+    let places = nodes
+        .iter()
+        .zip(on_boundary)
+        .filter(|&(_, on)| on)
+        .map(|(&place, _)| place);
+    let (low, high) = bounds(nodes.iter().copied());
+    let reach = SAME * distance(low, high);
+    // Swept along a direction in which no rows of a lattice stand in line.
+    let direction: [f64; D] = std::array::from_fn(|i| [0.8013, 0.5347, 0.2689][i]);
+    let mut swept: Vec<_> = places.map(|place| (dot(direction, place), place)).collect();
+    swept.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut found = Vec::new();
+    for (index, &(along, place)) in swept.iter().enumerate() {
+        let near = swept[index + 1..]
+            .iter()
+            .take_while(|(other, _)| other - along <= reach);
+        let same = near.filter(|(_, other)| distance(place, *other) <= reach);
+        found.extend(same.map(|_| place));
+    }
+    found
+}

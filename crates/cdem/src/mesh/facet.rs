@@ -1,0 +1,140 @@
+//! Which facets lie on the boundary, and whether elements fit together there.
+
+use super::vector::distance;
+use super::{Element, Facet, Mesh};
+
+/// Two or more elements that do not fit together at a facet; indices into the
+/// elements looked at.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum FacetFault {
+    /// The same nodes.
+    Duplicate(u32, u32),
+    /// More than two, or two on the same side.
+    Overlapping(Vec<u32>, Facet),
+}
+
+/// A facet with what identifies it from both sides.
+struct Side {
+    /// Its nodes, sorted; unused room is `u32::MAX`.
+    nodes: [u32; 4],
+    /// Which way round the element goes through them.
+    forward: bool,
+    facet: Facet,
+}
+
+/// Sorted nodes of a facet, as a key; unused room is `u32::MAX`.
+pub(super) fn sorted(nodes: impl Iterator<Item = u32>) -> [u32; 4] {
+    let mut key = [u32::MAX; 4];
+    key.iter_mut()
+        .zip(nodes)
+        .for_each(|(slot, node)| *slot = node);
+    key.sort_unstable();
+    key
+}
+
+fn sides(elements: &[Element]) -> Vec<Side> {
+    let mut sides = Vec::with_capacity(elements.len() * 4);
+    for (index, element) in elements.iter().enumerate() {
+        for (local, corners) in element.kind.facets().iter().enumerate() {
+            let at = |i: usize| element.nodes[corners[i] as usize];
+            let count = corners.len();
+            let lowest = (0..count).min_by_key(|&i| at(i)).unwrap_or(0);
+            let forward = match count {
+                2 => lowest == 0,
+                _ => at((lowest + 1) % count) < at((lowest + count - 1) % count),
+            };
+            sides.push(Side {
+                nodes: sorted((0..count).map(at)),
+                forward,
+                facet: Facet {
+                    element: index as u32,
+                    local: local as u8,
+                },
+            });
+        }
+    }
+    sides.sort_unstable_by_key(|side| (side.nodes, side.facet));
+    sides
+}
+
+/// Facets of `elements` that only one of them has, sorted.
+fn free_facets(sides: &[Side]) -> Vec<Facet> {
+    let alone = sides
+        .chunk_by(|a, b| a.nodes == b.nodes)
+        .filter(|chunk| chunk.len() == 1);
+    let mut facets: Vec<_> = alone.map(|chunk| chunk[0].facet).collect();
+    facets.sort_unstable();
+    facets
+}
+
+/// Boundary facets of the elements of one block, whose indices count from 0.
+///
+/// # Errors
+/// The first facet, by its nodes, at which elements lie over each other.
+pub(super) fn checked_boundary(elements: &[Element]) -> Result<Vec<Facet>, FacetFault> {
+    let sides = sides(elements);
+    for chunk in sides.chunk_by(|a, b| a.nodes == b.nodes) {
+        let [first, second, ..] = chunk else { continue };
+        for pair in chunk.windows(2) {
+            let [a, b] = [pair[0].facet.element, pair[1].facet.element];
+            if same_nodes(&elements[a as usize], &elements[b as usize]) {
+                return Err(FacetFault::Duplicate(a, b));
+            }
+        }
+        if chunk.len() > 2 || first.forward == second.forward {
+            let all = chunk.iter().map(|side| side.facet.element).collect();
+            return Err(FacetFault::Overlapping(all, first.facet));
+        }
+    }
+    Ok(free_facets(&sides))
+}
+
+fn same_nodes(a: &Element, b: &Element) -> bool {
+    let sorted = |element: &Element| {
+        let mut nodes = element.nodes;
+        nodes.sort_unstable();
+        nodes
+    };
+    sorted(a) == sorted(b)
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Facets that belong to exactly one element of their block, sorted.
+    #[must_use]
+    pub fn boundary_facets(&self) -> Vec<Facet> {
+        let mut all = Vec::new();
+        for block in &self.blocks {
+            let first = block.elements.start;
+            let elements = &self.elements[first as usize..block.elements.end as usize];
+            let facets = free_facets(&sides(elements));
+            all.extend(facets.iter().map(|f| Facet {
+                element: f.element + first,
+                ..*f
+            }));
+        }
+        all
+    }
+
+    /// Nodes of a facet: in 2-D with the element to the left, in 3-D
+    /// counter-clockwise seen from outside.
+    pub fn facet_nodes(&self, facet: Facet) -> impl ExactSizeIterator<Item = u32> + Clone {
+        let element = &self.elements[facet.element as usize];
+        let corners = element.kind.facets()[facet.local as usize].iter();
+        corners.map(|&corner| element.nodes[corner as usize])
+    }
+
+    /// Length of the shortest edge of the boundary, m; infinite without blocks.
+    #[must_use]
+    pub fn smallest_boundary_edge(&self) -> f64 {
+        let mut smallest = f64::INFINITY;
+        for facet in self.boundary_facets() {
+            let nodes = self.facet_nodes(facet);
+            let next = nodes.clone().cycle().skip(1);
+            for (a, b) in nodes.zip(next) {
+                let length = distance(self.nodes[a as usize], self.nodes[b as usize]);
+                smallest = smallest.min(length);
+            }
+        }
+        smallest
+    }
+}

@@ -1,0 +1,215 @@
+//! Orientation of elements, judged where they will be integrated.
+
+use super::vector::{bounds, difference, distance};
+use super::{Element, ElementKind};
+
+/// How an element lies, from its Jacobian at the Gauss points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Orientation {
+    /// Positive everywhere, as it should be.
+    Positive,
+    /// Negative everywhere: numbered the wrong way round.
+    Reversed,
+    /// Zero somewhere, and of one sign elsewhere.
+    Flat,
+    /// Both signs.
+    Folded { negative: usize, points: usize },
+}
+
+/// A Jacobian below this share of the element's extent^D counts as zero: far
+/// above the rounding of coordinates, far below any element of use.
+const FLAT: f64 = 1e-12;
+
+/// Orientation of an element of `kind` with nodes at `corners`.
+pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> Orientation {
+    let (low, high) = bounds(corners.iter().copied());
+    let zero = FLAT * distance(low, high).powi(D as i32);
+    let gauss = gauss_points(kind);
+    let (mut negative, mut positive) = (0, 0);
+    for &point in &gauss {
+        let jacobian = jacobian(kind, corners, point);
+        negative += usize::from(jacobian < -zero);
+        positive += usize::from(jacobian > zero);
+    }
+    let points = gauss.len();
+    match (negative, positive) {
+        (0, p) if p == points => Orientation::Positive,
+        (n, 0) if n == points => Orientation::Reversed,
+        (0, _) | (_, 0) => Orientation::Flat,
+        _ => Orientation::Folded { negative, points },
+    }
+}
+
+/// The element with its nodes numbered the other way round.
+pub(super) fn reversed(element: Element) -> Element {
+    let order: &[usize] = match element.kind {
+        ElementKind::Tri3 => &[0, 2, 1],
+        ElementKind::Quad4 => &[0, 3, 2, 1],
+        ElementKind::Tet4 => &[0, 1, 3, 2],
+        ElementKind::Wedge6 => &[3, 4, 5, 0, 1, 2],
+        ElementKind::Hex8 => &[4, 5, 6, 7, 0, 1, 2, 3],
+    };
+    let nodes: Vec<_> = order.iter().map(|&i| element.nodes[i]).collect();
+    Element::new(element.kind, &nodes)
+}
+
+/// Area or volume of an element of `kind` with nodes at `corners`, by the
+/// quadrature at which it is judged.
+#[cfg(test)]
+pub(super) fn volume<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> f64 {
+    let weight = match kind {
+        ElementKind::Tri3 => 0.5,
+        ElementKind::Quad4 | ElementKind::Hex8 => 1.0,
+        ElementKind::Tet4 | ElementKind::Wedge6 => 1.0 / 6.0,
+    };
+    let points = gauss_points(kind);
+    let at = |&point: &[f64; 3]| weight * jacobian(kind, corners, point);
+    points.iter().map(at).sum()
+}
+
+/// 1/√3, the Gauss point on [−1, 1].
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+fn gauss_points(kind: ElementKind) -> Vec<[f64; 3]> {
+    let signs = |i: usize| CORNERS[i].map(|c| c * GAUSS);
+    match kind {
+        ElementKind::Tri3 | ElementKind::Tet4 => vec![[0.25; 3]],
+        ElementKind::Quad4 => (0..4).map(|i| [signs(i)[0], signs(i)[1], 0.0]).collect(),
+        ElementKind::Hex8 => (0..8).map(signs).collect(),
+        ElementKind::Wedge6 => {
+            let triangle = [
+                [1.0 / 6.0; 2],
+                [2.0 / 3.0, 1.0 / 6.0],
+                [1.0 / 6.0, 2.0 / 3.0],
+            ];
+            let at = |z: f64| triangle.map(|[x, y]| [x, y, z]);
+            [at(-GAUSS), at(GAUSS)].concat()
+        }
+    }
+}
+
+/// Corners of the reference hexahedron; the first four are the quadrilateral's.
+const CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// Determinant of ∂x/∂ξ at the reference point ξ.
+fn jacobian<const D: usize>(kind: ElementKind, corners: &[[f64; D]], xi: [f64; 3]) -> f64 {
+    let mut matrix = [[0.0; D]; D];
+    // Shape functions sum to one: taking nodes relative to the first keeps the
+    // digits of a small element far from the origin.
+    for (node, &corner) in corners.iter().enumerate() {
+        let x = difference(corner, corners[0]);
+        let gradient = derivatives(kind, node, xi);
+        for i in 0..D {
+            for j in 0..D {
+                matrix[i][j] += x[i] * gradient[j];
+            }
+        }
+    }
+    determinant(matrix)
+}
+
+/// ∂N/∂ξ of one node's shape function.
+fn derivatives(kind: ElementKind, node: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    let simplex = |node: usize| -> [f64; 3] {
+        std::array::from_fn(|i| match node {
+            0 => -1.0,
+            n if n == i + 1 => 1.0,
+            _ => 0.0,
+        })
+    };
+    match kind {
+        ElementKind::Tri3 | ElementKind::Tet4 => simplex(node),
+        ElementKind::Quad4 => {
+            let [a, b, _] = CORNERS[node];
+            [a * (1.0 + b * y) / 4.0, b * (1.0 + a * x) / 4.0, 0.0]
+        }
+        ElementKind::Hex8 => {
+            let [a, b, c] = CORNERS[node];
+            let (u, v, w) = (1.0 + a * x, 1.0 + b * y, 1.0 + c * z);
+            [a * v * w / 8.0, b * u * w / 8.0, c * u * v / 8.0]
+        }
+        ElementKind::Wedge6 => {
+            let side = if node < 3 { -1.0 } else { 1.0 };
+            let [a, b, _] = simplex(node % 3);
+            let barycentric = [1.0 - x - y, x, y][node % 3];
+            let half = (1.0 + side * z) / 2.0;
+            [a * half, b * half, side * barycentric / 2.0]
+        }
+    }
+}
+
+fn determinant<const D: usize>(m: [[f64; D]; D]) -> f64 {
+    let minor = |i: usize, j: usize, k: usize| m[1][j] * m[2][k] * m[0][i];
+    match D {
+        2 => m[0][0] * m[1][1] - m[0][1] * m[1][0],
+        _ => {
+            minor(0, 1, 2) - minor(0, 2, 1) + minor(1, 2, 0) - minor(1, 0, 2) + minor(2, 0, 1)
+                - minor(2, 1, 0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(kind: ElementKind) -> Vec<[f64; 3]> {
+        match kind {
+            ElementKind::Tet4 => vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            ElementKind::Wedge6 => {
+                let bottom = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+                let top = bottom.map(|[x, y, _]| [x, y, 1.0]);
+                [bottom, top].concat()
+            }
+            _ => CORNERS.map(|c| c.map(|x| (x + 1.0) / 2.0)).to_vec(),
+        }
+    }
+
+    #[test]
+    fn volumes_of_unit_shapes_are_known_and_reversal_changes_their_sign() {
+        let expected = [
+            (ElementKind::Tet4, 1.0 / 6.0),
+            (ElementKind::Wedge6, 0.5),
+            (ElementKind::Hex8, 1.0),
+        ];
+        for (kind, value) in expected {
+            let corners = unit(kind);
+            // 1e-14: some tens of roundings of numbers of order one.
+            assert!((volume(kind, &corners) - value).abs() < 1e-14, "{kind:?}");
+            assert_eq!(orientation(kind, &corners), Orientation::Positive);
+            let numbers: Vec<u32> = (0..kind.node_count() as u32).collect();
+            let turned = reversed(Element::new(kind, &numbers));
+            let corners: Vec<_> = turned
+                .nodes()
+                .iter()
+                .map(|&n| corners[n as usize])
+                .collect();
+            assert!((volume(kind, &corners) + value).abs() < 1e-14, "{kind:?}");
+            assert_eq!(orientation(kind, &corners), Orientation::Reversed);
+        }
+    }
+
+    #[test]
+    fn a_bow_tie_is_folded_and_a_line_is_flat() {
+        let bow_tie = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let folded = orientation(ElementKind::Quad4, &bow_tie);
+        assert_eq!(
+            folded,
+            Orientation::Folded {
+                negative: 2,
+                points: 4
+            }
+        );
+        let line = [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]];
+        assert_eq!(orientation(ElementKind::Tri3, &line), Orientation::Flat);
+    }
+}

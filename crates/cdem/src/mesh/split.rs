@@ -1,0 +1,66 @@
+//! Cutting a mesh into parts that become blocks.
+
+use std::ops::Range;
+
+use super::assemble::Cell;
+use crate::scene::Split;
+
+/// Sorts `cells` by part and returns the cells of each; parts come in the
+/// order of their first cells.
+pub(super) fn parts(split: Split, cells: &mut [Cell], node_count: usize) -> Vec<Range<usize>> {
+    match split {
+        Split::None => std::iter::once(0..cells.len()).collect(),
+        Split::Cells => (0..cells.len()).map(|i| i..i + 1).collect(),
+        Split::Components => components(cells, node_count),
+    }
+}
+
+/// Parts connected through shared nodes.
+fn components(cells: &mut [Cell], node_count: usize) -> Vec<Range<usize>> {
+    let mut joined = Joined((0..node_count as u32).collect());
+    for cell in &*cells {
+        let nodes = cell.element.nodes();
+        nodes
+            .windows(2)
+            .for_each(|pair| joined.join(pair[0], pair[1]));
+    }
+    // A component's number is that of its first cell.
+    let mut first = vec![u32::MAX; node_count];
+    let mut keyed: Vec<(u32, Cell)> = Vec::with_capacity(cells.len());
+    for (number, &cell) in (0..).zip(&*cells) {
+        let root = joined.root(cell.element.nodes[0]) as usize;
+        first[root] = first[root].min(number);
+        keyed.push((first[root], cell));
+    }
+    keyed.sort_by_key(|&(component, _)| component);
+    let mut ranges = Vec::new();
+    let mut start = 0;
+    for chunk in keyed.chunk_by(|a, b| a.0 == b.0) {
+        ranges.push(start..start + chunk.len());
+        start += chunk.len();
+    }
+    cells
+        .iter_mut()
+        .zip(keyed)
+        .for_each(|(slot, (_, cell))| *slot = cell);
+    ranges
+}
+
+/// A disjoint-set forest with path halving; the smaller number is the root.
+struct Joined(Vec<u32>);
+
+impl Joined {
+    fn root(&mut self, mut node: u32) -> u32 {
+        while self.0[node as usize] != node {
+            let parent = self.0[node as usize];
+            self.0[node as usize] = self.0[parent as usize];
+            node = parent;
+        }
+        node
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
