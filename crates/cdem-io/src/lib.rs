@@ -1,1 +1,3 @@
 //! Files of `cdem`: scenes, Gmsh meshes, result folders.
+
+pub mod gmsh;

@@ -236,7 +236,7 @@ fn meshes_that_cannot_be_say_why() {
                 .raw,
             None,
         ),
-        (plan().triangle([0, 1, 2], "block_i").raw, Some("blok_i")),
+        (plan().triangle([0, 1, 2], "block_i").raw, Some("blok_i")), // spelling: wrong on purpose
         (
             plan().triangle([0, 1, 2], "a").edge([0, 1], "base").raw,
             Some("base"),

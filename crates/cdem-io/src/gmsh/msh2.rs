@@ -1,0 +1,101 @@
+//! Sections of version 2.2. Source: Gmsh 4.15 reference manual, "MSH file
+//! format version 2 (Legacy)".
+
+use cdem::mesh::MeshError;
+
+use super::cell_type::cell_kind;
+use super::collect::Collector;
+use super::scan::{DAMAGED, Encoding, Scanner};
+
+/// `$Nodes`.
+pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
+    let announced = scanner.text_size("the number of nodes")?;
+    scanner.end_line();
+    let count = scanner.afford(announced, 4, 28, "nodes")?;
+    let mut numbers = Vec::with_capacity(count);
+    let mut points = Vec::with_capacity(count);
+    for _ in 0..count {
+        let number = node_number(scanner)?;
+        numbers.push(number);
+        points.push(scanner.place(number)?);
+    }
+    collector.set_nodes(scanner, numbers, points)
+}
+
+/// `$Elements`. An element in several physical groups is listed once for each.
+pub(super) fn elements(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
+    let announced = scanner.text_size("the number of elements")?;
+    scanner.end_line();
+    let total = scanner.afford(announced, 4, 8, "elements")?;
+    let mut found = 0;
+    while found < total {
+        found += match scanner.encoding {
+            Encoding::Text => text_element(scanner, collector)?,
+            Encoding::LittleEndian | Encoding::BigEndian => {
+                binary_elements(scanner, collector, total - found)?
+            }
+        };
+    }
+    collector.merge_repeated_cells();
+    Ok(())
+}
+
+/// One line: number, type, tags, nodes.
+fn text_element(scanner: &mut Scanner, collector: &mut Collector) -> Result<usize, MeshError> {
+    let tag = positive(scanner, "an element number")?;
+    let number = scanner.int("an element type")?;
+    let tag_count = positive(scanner, "the number of tags")?;
+    element(scanner, collector, tag, number, tag_count)?;
+    Ok(1)
+}
+
+/// A head with type, count and number of tags, then as many elements.
+fn binary_elements(
+    scanner: &mut Scanner,
+    collector: &mut Collector,
+    most: usize,
+) -> Result<usize, MeshError> {
+    let number = scanner.int("an element type")?;
+    let count = positive(scanner, "a number of elements")? as usize;
+    let tag_count = positive(scanner, "the number of tags")?;
+    if count == 0 || count > most {
+        let problem = format!("{count} elements in a row, where 1 to {most} are left");
+        return Err(scanner.fault(problem, DAMAGED));
+    }
+    for _ in 0..count {
+        let tag = positive(scanner, "an element number")?;
+        element(scanner, collector, tag, number, tag_count)?;
+    }
+    Ok(count)
+}
+
+/// Tags and nodes of an element; the first tag is its physical group.
+fn element(
+    scanner: &mut Scanner,
+    collector: &mut Collector,
+    tag: u64,
+    number: i32,
+    tag_count: u64,
+) -> Result<(), MeshError> {
+    let kind = cell_kind(number, scanner, || format!("element {tag}"))?;
+    let mut group = 0;
+    for index in 0..scanner.afford(tag_count, 1, 4, "tags")? {
+        let value = scanner.int("a tag of an element")?;
+        if index == 0 {
+            group = value;
+        }
+    }
+    let set = collector.single_set(kind.dimension(), group);
+    collector.read_cell(kind, tag, set, scanner, node_number)
+}
+
+fn node_number(scanner: &mut Scanner) -> Result<u64, MeshError> {
+    positive(scanner, "a node number")
+}
+
+/// A 32-bit integer that must not be negative.
+fn positive(scanner: &mut Scanner, what: &str) -> Result<u64, MeshError> {
+    let value = scanner.int(what)?;
+    let refuse = |_| scanner.fault(format!("expected {what}, found {value}"), DAMAGED);
+    u64::try_from(value).map_err(refuse)
+}

@@ -1,0 +1,172 @@
+//! Sections of version 4.1. Source: Gmsh 4.15 reference manual, "MSH file format".
+
+use std::collections::BTreeMap;
+
+use cdem::mesh::MeshError;
+
+use super::cell_type::cell_kind;
+use super::collect::Collector;
+use super::scan::{DAMAGED, Scanner};
+
+/// Group set of each geometric entity, by dimension and number.
+pub(super) type EntitySets = BTreeMap<(i32, i32), u32>;
+
+/// `$Entities`: which entities lie in which physical groups.
+pub(super) fn entities(
+    scanner: &mut Scanner,
+    collector: &mut Collector,
+    sets: &mut EntitySets,
+) -> Result<(), MeshError> {
+    let counts = entity_counts(scanner)?;
+    for (dimension, count) in (0_i32..).zip(counts) {
+        for _ in 0..count {
+            let tag = scanner.int("the number of an entity")?;
+            rest_of_entity(scanner, collector, sets, (dimension, tag))?;
+        }
+    }
+    Ok(())
+}
+
+/// `$PartitionedEntities`: the same for the pieces of a partitioned mesh.
+pub(super) fn partitioned_entities(
+    scanner: &mut Scanner,
+    collector: &mut Collector,
+    sets: &mut EntitySets,
+) -> Result<(), MeshError> {
+    scanner.size("the number of partitions")?;
+    let ghosts = scanner.size("the number of ghost entities")?;
+    for _ in 0..scanner.afford(ghosts, 2, 8, "ghost entities")? {
+        scanner.int("the number of a ghost entity")?;
+        scanner.int("a partition")?;
+    }
+    let counts = entity_counts(scanner)?;
+    for (dimension, count) in (0_i32..).zip(counts) {
+        for _ in 0..count {
+            let tag = scanner.int("the number of an entity")?;
+            scanner.int("the dimension of the parent")?;
+            scanner.int("the number of the parent")?;
+            tags(scanner, "partitions")?;
+            rest_of_entity(scanner, collector, sets, (dimension, tag))?;
+        }
+    }
+    Ok(())
+}
+
+fn entity_counts(scanner: &mut Scanner) -> Result<[usize; 4], MeshError> {
+    let mut counts = [0; 4];
+    for (count, things) in counts
+        .iter_mut()
+        .zip(["points", "curves", "surfaces", "volumes"])
+    {
+        let announced = scanner.size("a number of entities")?;
+        // At least a number, a place and no group.
+        *count = scanner.afford(announced, 5, 36, things)?;
+    }
+    Ok(counts)
+}
+
+/// Place, physical groups and boundary of an entity.
+fn rest_of_entity(
+    scanner: &mut Scanner,
+    collector: &mut Collector,
+    sets: &mut EntitySets,
+    entity: (i32, i32),
+) -> Result<(), MeshError> {
+    let dimension = entity.0;
+    for _ in 0..if dimension == 0 { 3 } else { 6 } {
+        scanner.real("a coordinate of an entity")?;
+    }
+    let groups = tags(scanner, "physical groups")?;
+    if dimension > 0 {
+        tags(scanner, "bounding entities")?;
+    }
+    let set = collector.group_set(dimension as usize, &groups);
+    sets.insert(entity, set);
+    Ok(())
+}
+
+fn tags(scanner: &mut Scanner, things: &str) -> Result<Vec<i32>, MeshError> {
+    let announced = scanner.size(&format!("the number of {things}"))?;
+    let count = scanner.afford(announced, 1, 4, things)?;
+    (0..count).map(|_| scanner.int(things)).collect()
+}
+
+/// `$Nodes`.
+pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
+    let blocks = scanner.size("the number of blocks of nodes")?;
+    let announced = scanner.size("the number of nodes")?;
+    let total = scanner.afford(announced, 4, 32, "nodes")?;
+    scanner.size("the smallest node number")?;
+    scanner.size("the largest node number")?;
+    let mut numbers = Vec::with_capacity(total);
+    let mut points = Vec::with_capacity(total);
+    for _ in 0..scanner.afford(blocks, 4, 20, "blocks of nodes")? {
+        let dimension = scanner.int("the dimension of an entity")?;
+        scanner.int("the number of an entity")?;
+        let parametric = scanner.int("0 or 1 for parametric nodes")? != 0;
+        let announced = scanner.size("the number of nodes of an entity")?;
+        let count = scanner.afford(announced, 4, 32, "nodes")?;
+        let first = numbers.len();
+        for _ in 0..count {
+            numbers.push(scanner.size("a node number")?);
+        }
+        let parameters = if parametric { dimension } else { 0 };
+        for &number in &numbers[first..] {
+            points.push(scanner.place(number)?);
+            for _ in 0..parameters {
+                scanner.real("a parameter of a node")?;
+            }
+        }
+    }
+    check_total(scanner, numbers.len(), total, "nodes")?;
+    collector.set_nodes(scanner, numbers, points)
+}
+
+/// `$Elements`.
+pub(super) fn elements(
+    scanner: &mut Scanner,
+    collector: &mut Collector,
+    sets: &EntitySets,
+) -> Result<(), MeshError> {
+    let blocks = scanner.size("the number of blocks of elements")?;
+    let announced = scanner.size("the number of elements")?;
+    let total = scanner.afford(announced, 2, 16, "elements")?;
+    scanner.size("the smallest element number")?;
+    scanner.size("the largest element number")?;
+    let mut found = 0;
+    for _ in 0..scanner.afford(blocks, 4, 20, "blocks of elements")? {
+        let dimension = scanner.int("the dimension of an entity")?;
+        let entity = scanner.int("the number of an entity")?;
+        let number = scanner.int("an element type")?;
+        let whose = || format!("the elements of entity {entity} of dimension {dimension}");
+        let kind = cell_kind(number, scanner, || format!("each of {}", whose()))?;
+        if kind.dimension() as i32 != dimension {
+            let problem = format!("{} are of type {number}, of another dimension", whose());
+            return Err(scanner.fault(problem, DAMAGED));
+        }
+        let announced = scanner.size("the number of elements of an entity")?;
+        let numbers = 1 + kind.node_count();
+        let count = scanner.afford(announced, numbers, 8 * numbers, "elements")?;
+        let set = sets.get(&(dimension, entity)).copied().unwrap_or(0);
+        collector.reserve(kind, count);
+        for _ in 0..count {
+            let tag = scanner.size("an element number")?;
+            collector.read_cell(kind, tag, set, scanner, |s| s.size("a node number"))?;
+        }
+        found += count;
+    }
+    check_total(scanner, found, total, "elements")
+}
+
+fn check_total(
+    scanner: &Scanner,
+    found: usize,
+    announced: usize,
+    things: &str,
+) -> Result<(), MeshError> {
+    if found == announced {
+        return Ok(());
+    }
+    let problem = format!("{announced} {things} are announced, but {found} are there");
+    Err(scanner.fault(problem, DAMAGED))
+}
