@@ -1,0 +1,267 @@
+//! What elements are at rest: gradients, volumes, masses, stiffness.
+
+use std::sync::Arc;
+
+use super::shape::{self, Point};
+use super::tensor::{self, Tensor};
+use crate::material::Elastic;
+use crate::mesh::{Element, ElementKind};
+use crate::scene::Plane;
+
+/// Values or vectors at the nodes of an element.
+pub(super) type Nodal<const D: usize, const N: usize> = [[f64; D]; N];
+
+/// A material as the kernels use it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moduli {
+    /// λ between in-plane stress and strain (3-D: λ), Pa.
+    pub(super) lambda: f64,
+    /// Shear modulus, Pa.
+    pub(super) mu: f64,
+    /// σ_zz over σ_xx + σ_yy in 2-D: ν in plane strain, 0 in plane stress.
+    pub(super) out_of_plane: f64,
+    /// Stiffness-proportional damping β, s.
+    pub(super) damping: f64,
+    /// Density, kg/m³.
+    pub(super) density: f64,
+}
+
+impl Moduli {
+    pub(super) fn new<const D: usize>(material: &Elastic, plane: Plane) -> Self {
+        let (lambda, mu) = (material.lame_lambda, material.shear_modulus);
+        let stress = D == 2 && plane == Plane::Stress;
+        Self {
+            lambda: if stress {
+                material.in_plane_lambda(plane)
+            } else {
+                lambda
+            },
+            mu,
+            out_of_plane: if stress {
+                0.0
+            } else {
+                0.5 * lambda / (lambda + mu)
+            },
+            damping: material.damping.stiffness,
+            density: material.density,
+        }
+    }
+
+    /// C : strain, for a symmetric strain or strain rate.
+    #[inline]
+    pub(super) fn stress<const D: usize>(&self, strain: &Tensor<D>) -> Tensor<D> {
+        let pressure = self.lambda * tensor::trace(strain);
+        let mut stress = strain.map(|row| row.map(|x| 2.0 * self.mu * x));
+        for (i, row) in stress.iter_mut().enumerate() {
+            row[i] += pressure;
+        }
+        stress
+    }
+}
+
+/// Elements of one shape at rest, as arrays.
+pub(super) struct Geometry<const D: usize, const N: usize, const Q: usize> {
+    kind: ElementKind,
+    mesh_elements: Vec<u32>,
+    nodes: Vec<[u32; N]>,
+    gradients: Vec<[Nodal<D, N>; Q]>,
+    volumes: Vec<[f64; Q]>,
+    material: Vec<u32>,
+    moduli: Arc<[Moduli]>,
+    rest: Arc<[[f64; D]]>,
+    thickness: f64,
+}
+
+/// One element: gradients of its shape functions and volume (m³) at its Gauss
+/// points, and its material.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a, const D: usize, const N: usize, const Q: usize> {
+    pub(super) gradients: &'a [Nodal<D, N>; Q],
+    pub(super) volumes: &'a [f64; Q],
+    pub(super) moduli: &'a Moduli,
+}
+
+impl<const D: usize, const N: usize, const Q: usize> Geometry<D, N, Q> {
+    /// `members` are (number in `elements`, material), ascending.
+    pub(super) fn new(
+        kind: ElementKind,
+        elements: &[Element],
+        members: &[(u32, u32)],
+        rest: Arc<[[f64; D]]>,
+        moduli: Arc<[Moduli]>,
+        thickness: f64,
+    ) -> Self {
+        let rule = shape::stiffness_rule(kind);
+        let mut geometry = Self {
+            kind,
+            mesh_elements: members.iter().map(|m| m.0).collect(),
+            nodes: Vec::with_capacity(members.len()),
+            gradients: Vec::with_capacity(members.len()),
+            volumes: Vec::with_capacity(members.len()),
+            material: members.iter().map(|m| m.1).collect(),
+            moduli,
+            rest,
+            thickness,
+        };
+        for &(element, _) in members {
+            let all = elements[element as usize].nodes;
+            let nodes = std::array::from_fn(|a| all[a]);
+            let at = |q: usize| geometry.map_point(&nodes, rule[q]);
+            let points: [MappedPoint<D, N>; Q] = std::array::from_fn(at);
+            geometry.nodes.push(nodes);
+            geometry
+                .gradients
+                .push(points.each_ref().map(|p| p.gradients));
+            geometry.volumes.push(points.each_ref().map(|p| p.volume));
+        }
+        geometry
+    }
+
+    pub(super) fn kind(&self) -> ElementKind {
+        self.kind
+    }
+
+    pub(super) fn mesh_elements(&self) -> &[u32] {
+        &self.mesh_elements
+    }
+
+    #[inline]
+    pub(super) fn nodes(&self, i: usize) -> &[u32; N] {
+        &self.nodes[i]
+    }
+
+    #[inline]
+    pub(super) fn view(&self, i: usize) -> View<'_, D, N, Q> {
+        View {
+            gradients: &self.gradients[i],
+            volumes: &self.volumes[i],
+            moduli: &self.moduli[self.material[i] as usize],
+        }
+    }
+
+    /// Bytes per element.
+    pub(super) const fn memory() -> usize {
+        size_of::<u32>() * (2 + N) + size_of::<f64>() * Q * (1 + N * D)
+    }
+
+    /// ∫ρ N_a N_b of element `i`, kg.
+    pub(super) fn consistent_mass(&self, i: usize) -> [[f64; N]; N] {
+        let mut mass = [[0.0; N]; N];
+        let density = self.view(i).moduli.density;
+        for point in shape::mass_rule(self.kind) {
+            let mapped = self.map_point(&self.nodes[i], point);
+            for (row, value) in mass.iter_mut().zip(mapped.values) {
+                for (entry, other) in row.iter_mut().zip(mapped.values) {
+                    *entry += density * mapped.volume * value * other;
+                }
+            }
+        }
+        mass
+    }
+
+    /// ∫ρ N_a of element `i`, kg.
+    pub(super) fn lumped_mass(&self, i: usize) -> [f64; N] {
+        let View {
+            volumes, moduli, ..
+        } = self.view(i);
+        let mut mass = [0.0; N];
+        for (point, volume) in shape::stiffness_rule(self.kind).iter().zip(volumes) {
+            let values = shape::shape(self.kind, point.position).values;
+            for (share, value) in mass.iter_mut().zip(values) {
+                *share += moduli.density * volume * value;
+            }
+        }
+        mass
+    }
+
+    fn map_point(&self, nodes: &[u32; N], point: Point) -> MappedPoint<D, N> {
+        let shape = shape::shape(self.kind, point.position);
+        let origin = self.rest[nodes[0] as usize];
+        let mut jacobian: Tensor<D> = [[0.0; D]; D];
+        for (node, reference) in nodes.iter().zip(shape.gradients) {
+            let position = self.rest[*node as usize];
+            for i in 0..D {
+                for j in 0..D {
+                    jacobian[i][j] += (position[i] - origin[i]) * reference[j];
+                }
+            }
+        }
+        let (inverse, determinant) = tensor::inverse(&jacobian);
+        let gradient = |a: usize| {
+            let reference = shape.gradients[a];
+            std::array::from_fn(|j| (0..D).map(|k| reference[k] * inverse[k][j]).sum())
+        };
+        MappedPoint {
+            values: std::array::from_fn(|a| shape.values[a]),
+            gradients: std::array::from_fn(gradient),
+            volume: point.weight * determinant * self.thickness,
+        }
+    }
+}
+
+/// A quadrature point mapped onto an element at rest.
+struct MappedPoint<const D: usize, const N: usize> {
+    values: [f64; N],
+    gradients: Nodal<D, N>,
+    volume: f64,
+}
+
+impl<const D: usize, const N: usize, const Q: usize> View<'_, D, N, Q> {
+    /// Entry of the stiffness at rest between component `k` of node `a` and
+    /// component `l` of node `b`, N/m.
+    pub(super) fn stiffness(&self, (a, k): (usize, usize), (b, l): (usize, usize)) -> f64 {
+        let Moduli { lambda, mu, .. } = *self.moduli;
+        let at = |(gradients, volume): (&Nodal<D, N>, &f64)| {
+            let (ga, gb) = (gradients[a], gradients[b]);
+            let mut entry = lambda * ga[k] * gb[l] + mu * ga[l] * gb[k];
+            if k == l {
+                entry += mu * (0..D).map(|j| ga[j] * gb[j]).sum::<f64>();
+            }
+            volume * entry
+        };
+        self.gradients.iter().zip(self.volumes).map(at).sum()
+    }
+}
+
+/// Σ (v_a − v_0) ⊗ ∇N_a, `relative` being v_a − v_0.
+#[inline]
+pub(super) fn gradient<const D: usize, const N: usize>(
+    gradients: &Nodal<D, N>,
+    relative: &Nodal<D, N>,
+) -> Tensor<D> {
+    let mut result = [[0.0; D]; D];
+    for a in 1..N {
+        for i in 0..D {
+            for j in 0..D {
+                result[i][j] += relative[a][i] * gradients[a][j];
+            }
+        }
+    }
+    result
+}
+
+/// Subtracts `volume`·P·∇N_a from the force of all nodes but the first.
+#[inline]
+pub(super) fn subtract_divergence<const D: usize, const N: usize>(
+    force: &mut Nodal<D, N>,
+    first_piola: &Tensor<D>,
+    gradients: &Nodal<D, N>,
+    volume: f64,
+) {
+    let scaled = first_piola.map(|row| row.map(|x| volume * x));
+    for a in 1..N {
+        for i in 0..D {
+            for j in 0..D {
+                force[a][i] -= scaled[i][j] * gradients[a][j];
+            }
+        }
+    }
+}
+
+/// Gives the first node minus the sum of the others.
+#[inline]
+pub(super) fn balance<const D: usize, const N: usize>(force: &mut Nodal<D, N>) {
+    for i in 0..D {
+        force[0][i] = -(1..N).map(|a| force[a][i]).sum::<f64>();
+    }
+}

@@ -1,0 +1,191 @@
+//! The paper's (2): incremental kinematics with objective rotation of stress.
+
+use super::geometry::{self, Nodal, View};
+use super::set::{Formulation, StressIntegral};
+use super::tensor::{self, Tensor};
+use crate::scene::Kinematics;
+
+/// Stress carried along from kick to kick of the element.
+///
+/// The increment of an element's own interval is taken on the configuration
+/// at its middle; the old stress is turned by Hughes and Winget's rotation
+/// (1980); forces use gradients and volumes of the end configuration, or
+/// angular momentum would be lost.
+///
+/// An element's record: displacements relative to its first node and nodal
+/// forces at its last kick (N·D each), Cauchy stress of its Gauss points
+/// (Q·D·D), work done on it.
+pub(super) struct Incremental {
+    history: Vec<f64>,
+}
+
+/// What an increment adds to an element's record.
+pub(super) struct Increment<const D: usize, const Q: usize> {
+    stress: [Tensor<D>; Q],
+    work: f64,
+}
+
+/// A record, cut into its parts.
+struct Record<'a, const D: usize> {
+    displacement: &'a [[f64; D]],
+    force: &'a [[f64; D]],
+    stress: &'a [[f64; D]],
+    work: f64,
+}
+
+const fn record_length<const D: usize, const N: usize, const Q: usize>() -> usize {
+    2 * N * D + Q * D * D + 1
+}
+
+impl Incremental {
+    /// Undeformed, stress-free elements.
+    pub(super) fn new<const D: usize, const N: usize, const Q: usize>(count: usize) -> Self {
+        Self {
+            history: vec![0.0; count * record_length::<D, N, Q>()],
+        }
+    }
+
+    fn record<const D: usize, const N: usize, const Q: usize>(&self, i: usize) -> Record<'_, D> {
+        let length = record_length::<D, N, Q>();
+        let (vectors, work) = self.history[i * length..][..length].as_chunks::<D>();
+        let (displacement, rest) = vectors.split_at(N);
+        let (force, stress) = rest.split_at(N);
+        Record {
+            displacement,
+            force,
+            stress,
+            work: work[0],
+        }
+    }
+}
+
+impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Incremental {
+    type Update = Increment<D, Q>;
+
+    const KINEMATICS: Kinematics = Kinematics::Incremental;
+
+    fn respond(
+        &self,
+        i: usize,
+        element: View<D, N, Q>,
+        u: &Nodal<D, N>,
+    ) -> (Nodal<D, N>, Increment<D, Q>) {
+        let record = self.record::<D, N, Q>(i);
+        let middle = std::array::from_fn(|a| {
+            std::array::from_fn(|k| 0.5 * (record.displacement[a][k] + u[a][k]))
+        });
+        let step =
+            std::array::from_fn(|a| std::array::from_fn(|k| u[a][k] - record.displacement[a][k]));
+        let mut force = [[0.0; D]; N];
+        let mut stress = [[[0.0; D]; D]; Q];
+        for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
+            let increment = current_gradient(gradients, &middle, &step);
+            let old = std::array::from_fn(|k| record.stress[q * D + k]);
+            let strain = element.moduli.stress(&tensor::symmetric(&increment));
+            stress[q] = tensor::sum(&rotated(&old, &increment), &strain);
+            let first_piola = first_piola(&stress[q], gradients, u);
+            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+        }
+        geometry::balance(&mut force);
+        let mut work = 0.0;
+        for a in 0..N {
+            for k in 0..D {
+                work -= 0.5 * (record.force[a][k] + force[a][k]) * step[a][k];
+            }
+        }
+        (force, Increment { stress, work })
+    }
+
+    fn commit(&mut self, i: usize, u: &Nodal<D, N>, force: &Nodal<D, N>, step: Increment<D, Q>) {
+        let length = record_length::<D, N, Q>();
+        let (vectors, work) = self.history[i * length..][..length].as_chunks_mut::<D>();
+        let (displacement, rest) = vectors.split_at_mut(N);
+        let (old_force, stress) = rest.split_at_mut(N);
+        displacement.copy_from_slice(u);
+        old_force.copy_from_slice(force);
+        stress.copy_from_slice(step.stress.as_flattened());
+        work[0] += step.work;
+    }
+
+    /// σ = β·C:d with the rate of deformation d.
+    fn viscous_force(
+        element: View<D, N, Q>,
+        u: &Nodal<D, N>,
+        velocity: &Nodal<D, N>,
+    ) -> Nodal<D, N> {
+        let mut force = [[0.0; D]; N];
+        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+            let rate = current_gradient(gradients, u, velocity);
+            let stress = element.moduli.stress(&tensor::symmetric(&rate));
+            let first_piola = first_piola(&stress, gradients, u);
+            let scale = element.moduli.damping * volume;
+            geometry::subtract_divergence(&mut force, &first_piola, gradients, scale);
+        }
+        geometry::balance(&mut force);
+        force
+    }
+
+    fn strain_energy(&self, i: usize, element: View<D, N, Q>, u: &Nodal<D, N>) -> f64 {
+        self.record::<D, N, Q>(i).work + self.respond(i, element, u).1.work
+    }
+
+    fn stress(&self, i: usize, element: View<D, N, Q>, u: &Nodal<D, N>) -> StressIntegral<D> {
+        let (_, increment) = self.respond(i, element, u);
+        let mut integral = StressIntegral::default();
+        for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
+            let jacobian = tensor::determinant(&deformation_gradient(gradients, u));
+            let kirchhoff = increment.stress[q].map(|row| row.map(|x| jacobian * x));
+            let across = element.moduli.out_of_plane * tensor::trace(&kirchhoff);
+            integral.add(volume, jacobian, &kirchhoff, across);
+        }
+        integral
+    }
+
+    fn history(&self) -> &[f64] {
+        &self.history
+    }
+
+    fn history_mut(&mut self) -> &mut [f64] {
+        &mut self.history
+    }
+}
+
+fn deformation_gradient<const D: usize, const N: usize>(
+    gradients: &Nodal<D, N>,
+    u: &Nodal<D, N>,
+) -> Tensor<D> {
+    tensor::sum(&tensor::identity(), &geometry::gradient(gradients, u))
+}
+
+/// Gradient of `field` on the configuration displaced by `u`.
+fn current_gradient<const D: usize, const N: usize>(
+    gradients: &Nodal<D, N>,
+    u: &Nodal<D, N>,
+    field: &Nodal<D, N>,
+) -> Tensor<D> {
+    let (inverse, _) = tensor::inverse(&deformation_gradient(gradients, u));
+    tensor::product(&geometry::gradient(gradients, field), &inverse)
+}
+
+/// P = J σ F⁻ᵀ on the configuration displaced by `u`.
+fn first_piola<const D: usize, const N: usize>(
+    stress: &Tensor<D>,
+    gradients: &Nodal<D, N>,
+    u: &Nodal<D, N>,
+) -> Tensor<D> {
+    let (inverse, jacobian) = tensor::inverse(&deformation_gradient(gradients, u));
+    let scaled = stress.map(|row| row.map(|x| jacobian * x));
+    tensor::product_transposed(&scaled, &inverse)
+}
+
+/// Q σ Qᵀ with Q = (I − ½W)⁻¹ (I + ½W), W the skew part of the increment.
+fn rotated<const D: usize>(stress: &Tensor<D>, increment: &Tensor<D>) -> Tensor<D> {
+    let half = |sign: f64| -> Tensor<D> {
+        let spin = |i: usize, j: usize| 0.25 * (increment[i][j] - increment[j][i]);
+        let unit = tensor::identity::<D>();
+        std::array::from_fn(|i| std::array::from_fn(|j| unit[i][j] + sign * spin(i, j)))
+    };
+    let (inverse, _) = tensor::inverse(&half(-1.0));
+    let rotation = tensor::product(&inverse, &half(1.0));
+    tensor::product_transposed(&tensor::product(&rotation, stress), &rotation)
+}

@@ -1,0 +1,248 @@
+//! Finite elements: internal forces, stress, masses and stable steps.
+//!
+//! Elements of one shape and one kinematic formulation form an
+//! [`ElementSet`]; [`build`] sorts the elements of a mesh into such sets. The
+//! step loop knows nothing but the trait.
+//!
+//! Deformation is measured from displacements, F = I + Σ (u_a − u_0) ⊗ ∇N_a,
+//! and the force on an element's first node is minus the sum of the others.
+//! So a far-off body loses no digits, and each element's impulses add up to
+//! zero to round-off.
+
+mod frequency;
+mod geometry;
+mod incremental;
+mod set;
+mod shape;
+mod tensor;
+mod total;
+
+use std::sync::Arc;
+
+use crate::material::Elastic;
+use crate::mesh::{ElementKind, Mesh};
+use crate::scene::{Kinematics, Plane};
+use geometry::{Geometry, Moduli};
+use incremental::Incremental;
+use set::Set;
+use total::Total;
+
+pub use frequency::{highest_frequency, stable_step};
+
+/// What the elements of a block are made of and how they deform.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BlockProperties {
+    /// Index of its material.
+    pub material: usize,
+    /// Kinematic formulation.
+    pub kinematics: Kinematics,
+}
+
+/// Extremes of the deformation over an element's Gauss points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deformation {
+    /// Smallest det F; not positive: the element is inverted.
+    pub min_jacobian: f64,
+    /// Smallest principal stretch in the space of the mesh.
+    pub min_stretch: f64,
+    /// Largest principal stretch in the space of the mesh.
+    pub max_stretch: f64,
+}
+
+/// Elements of one shape and one kinematic formulation, as arrays.
+///
+/// `i` and `due` are numbers within the set. Displacements and velocities are
+/// those of all nodes of the mesh. Gauss points and weights are fixed at
+/// rest; 2-D volumes include the thickness. Numbers out of range panic.
+pub trait ElementSet<const D: usize>: Send + Sync {
+    /// Shape of the elements.
+    fn kind(&self) -> ElementKind;
+
+    /// Formulation of the elements.
+    fn kinematics(&self) -> Kinematics;
+
+    /// Number of elements.
+    fn len(&self) -> usize;
+
+    /// Whether the set has no elements; [`build`] makes no such set.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number in [`Mesh::elements`] of each element, ascending.
+    fn mesh_elements(&self) -> &[u32];
+
+    /// Nodes of element `i`.
+    fn nodes(&self, i: usize) -> &[u32];
+
+    /// Adds `interval[k]`·f of element `due[k]` to `impulse`, N·s, f being
+    /// the internal nodal force (minus the energy gradient, N), and brings
+    /// the elements' history up to `displacement` (incremental kinematics:
+    /// stress turned and updated, work added up).
+    ///
+    /// With stiffness-proportional damping β the impulse of the viscous
+    /// stress β·C:(strain rate) goes to `viscous`, at `velocity`. Lengths of
+    /// `due` and `interval` must agree.
+    fn kick(
+        &mut self,
+        due: &[u32],
+        interval: &[f64],
+        displacement: &[[f64; D]],
+        velocity: &[[f64; D]],
+        impulse: &mut [[f64; D]],
+        viscous: &mut [[f64; D]],
+    );
+
+    /// [`Self::kick`] without a trace in the history, for synchronised reports.
+    fn peek(
+        &self,
+        due: &[u32],
+        interval: &[f64],
+        displacement: &[[f64; D]],
+        velocity: &[[f64; D]],
+        impulse: &mut [[f64; D]],
+        viscous: &mut [[f64; D]],
+    );
+
+    /// Strain energy of element `i`, J. Incremental kinematics: the work done
+    /// on it up to its last kick and from there straight to `displacement`.
+    fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64;
+
+    /// Cauchy stress of element `i`, averaged over its current volume:
+    /// xx yy zz xy yz zx, Pa; zz of plane strain is there in 2-D too.
+    fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6];
+
+    /// Extremes of the deformation of element `i`.
+    fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;
+
+    /// Volume of element `i` at rest, m³ (2-D: area times thickness).
+    fn volume(&self, i: usize) -> f64;
+
+    /// Highest angular frequency of element `i` alone, rad/s: exact for its
+    /// stiffness at rest and its own row-sum masses times `mass_factor` of
+    /// the nodes (one for each node of the mesh). The highest of all elements
+    /// bounds that of the assembled mesh (Irons 1970).
+    fn frequency(&self, i: usize, mass_factor: &[f64]) -> f64;
+
+    /// Highest angular frequency of element `i` alone with its consistent
+    /// mass matrix, rad/s.
+    fn consistent_frequency(&self, i: usize) -> f64;
+
+    /// Row sums of the mass matrix of element `i`, one for each of its N
+    /// nodes, kg, into the first N entries of `out`.
+    fn lumped_mass(&self, i: usize, out: &mut [f64]);
+
+    /// Consistent mass matrix of element `i`, ∫ρ N_a N_b, kg: N×N, row by row,
+    /// into the first N² entries of `out`.
+    fn consistent_mass(&self, i: usize, out: &mut [f64]);
+
+    /// Stiffness of element `i` at rest, N/m: (N·D)×(N·D), row by row, the
+    /// components of a node together, into the first (N·D)² entries of `out`.
+    fn stiffness(&self, i: usize, out: &mut [f64]);
+
+    /// State that a restart needs; empty for total Lagrangian kinematics.
+    fn history(&self) -> &[f64];
+
+    /// The same state, to be put back; its length is fixed.
+    fn history_mut(&mut self) -> &mut [f64];
+
+    /// Bytes per element.
+    fn memory(&self) -> usize;
+}
+
+/// Sorts the elements of `mesh` into sets: one for each shape and formulation
+/// in use, shapes in the order of [`ElementKind`], `Total` first.
+///
+/// `properties` has one entry for each block of the mesh; `plane` and
+/// `thickness` (m) matter in 2-D only.
+///
+/// # Panics
+/// When an element does not have dimension `D`, or `properties` or
+/// `materials` are too short: the caller checks its input.
+#[must_use]
+pub fn build<const D: usize>(
+    mesh: &Mesh<D>,
+    properties: &[BlockProperties],
+    materials: &[Elastic],
+    plane: Plane,
+    thickness: f64,
+) -> Vec<Box<dyn ElementSet<D>>> {
+    let model = Model {
+        rest: mesh.nodes.as_slice().into(),
+        mesh,
+        properties,
+        moduli: materials
+            .iter()
+            .map(|material| Moduli::new::<D>(material, plane))
+            .collect(),
+        thickness: if D == 2 { thickness } else { 1.0 },
+    };
+    let kinds = [
+        ElementKind::Tri3,
+        ElementKind::Quad4,
+        ElementKind::Tet4,
+        ElementKind::Wedge6,
+        ElementKind::Hex8,
+    ];
+    let mut sets = Vec::new();
+    for kind in kinds {
+        for kinematics in [Kinematics::Total, Kinematics::Incremental] {
+            let members = model.members(kind, kinematics);
+            if members.is_empty() {
+                continue;
+            }
+            assert_eq!(kind.dimension(), D, "a {} in {D}-D", kind.name());
+            sets.push(match kind {
+                ElementKind::Tri3 => model.set::<3, 1>(kind, kinematics, members),
+                ElementKind::Quad4 => model.set::<4, 4>(kind, kinematics, members),
+                ElementKind::Tet4 => model.set::<4, 1>(kind, kinematics, members),
+                ElementKind::Wedge6 => model.set::<6, 6>(kind, kinematics, members),
+                ElementKind::Hex8 => model.set::<8, 8>(kind, kinematics, members),
+            });
+        }
+    }
+    sets
+}
+
+/// What all sets of a mesh are made from.
+struct Model<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    properties: &'a [BlockProperties],
+    moduli: Arc<[Moduli]>,
+    rest: Arc<[[f64; D]]>,
+    thickness: f64,
+}
+
+impl<const D: usize> Model<'_, D> {
+    /// (element of the mesh, material) of a set to be.
+    fn members(&self, kind: ElementKind, kinematics: Kinematics) -> Vec<(u32, u32)> {
+        let mut members = Vec::new();
+        for (block, properties) in self.mesh.blocks.iter().zip(self.properties) {
+            if properties.kinematics == kinematics {
+                let of_kind = |&e: &u32| self.mesh.elements[e as usize].kind == kind;
+                let elements = block.elements.clone().filter(of_kind);
+                members.extend(elements.map(|e| (e, properties.material as u32)));
+            }
+        }
+        members
+    }
+
+    fn set<const N: usize, const Q: usize>(
+        &self,
+        kind: ElementKind,
+        kinematics: Kinematics,
+        members: Vec<(u32, u32)>,
+    ) -> Box<dyn ElementSet<D>> {
+        let (rest, moduli) = (Arc::clone(&self.rest), Arc::clone(&self.moduli));
+        let elements = &self.mesh.elements;
+        let geometry =
+            Geometry::<D, N, Q>::new(kind, elements, &members, rest, moduli, self.thickness);
+        match kinematics {
+            Kinematics::Total => Box::new(Set::new(geometry, Total)),
+            Kinematics::Incremental => {
+                let history = Incremental::new::<D, N, Q>(members.len());
+                Box::new(Set::new(geometry, history))
+            }
+        }
+    }
+}
