@@ -1,3 +1,4 @@
 //! Files of `cdem`: scenes, Gmsh meshes, result folders.
 
 pub mod gmsh;
+pub mod results;

@@ -1,0 +1,36 @@
+//! Files that appear whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::error::ResultsError;
+
+/// Ending of files that are being written.
+pub(super) const UNFINISHED: &str = "unfinished";
+
+/// Writes `path` under another name first and renames it when complete.
+pub(super) fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), ResultsError> {
+    let unfinished = unfinished(path);
+    let attempt = || {
+        let mut out = BufWriter::new(File::create(&unfinished)?);
+        write(&mut out)?;
+        out.into_inner().map_err(io::IntoInnerError::into_error)?;
+        fs::rename(&unfinished, path)
+    };
+    attempt().map_err(|error| {
+        // The half-written file is of no use; that it may stay is no second error.
+        let _ = fs::remove_file(&unfinished);
+        ResultsError::write(path, error)
+    })
+}
+
+fn unfinished(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".");
+    name.push(UNFINISHED);
+    name.into()
+}

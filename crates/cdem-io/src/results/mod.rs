@@ -1,0 +1,20 @@
+//! Results folders: who may write where, and the files of a run.
+//!
+//! A [`Folder`] is claimed before a run, which touches nothing; a [`Recorder`]
+//! makes it when the scene is known to be good and fills it step by step.
+
+mod cadence;
+mod error;
+mod file;
+mod folder;
+mod recorder;
+mod rows;
+mod summary;
+mod table;
+mod vtk;
+
+pub use error::ResultsError;
+pub use folder::Folder;
+pub use recorder::{Observed, Recorder};
+pub use summary::{Status, Summary, peak_memory};
+pub use vtk::write_frame;

@@ -1,0 +1,167 @@
+//! Writes the results of a run while it goes on.
+
+use std::path::{Path, PathBuf};
+
+use cdem::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
+use cdem::scene::Scene;
+
+use super::cadence::Clock;
+use super::error::ResultsError;
+use super::file::write_whole;
+use super::folder::Folder;
+use super::rows;
+use super::summary::Summary;
+use super::table::{Row, Table};
+use super::vtk::{Series, write_contact_frame, write_frame};
+
+/// What a recorder asks of a run; all of one instant.
+///
+/// Methods that take `&mut self` may start a new average or drain a list.
+pub trait Observed {
+    /// Simulated time, s.
+    fn time(&self) -> f64;
+    /// The row of `history.csv`.
+    fn history(&mut self) -> HistoryRow;
+    /// The rows of `blocks.csv` for the blocks asked for, forces averaged since the last call.
+    fn block_rows(&mut self) -> Vec<BlockRow>;
+    /// The rows of `probes.csv`.
+    fn probe_rows(&mut self) -> Vec<ProbeRow>;
+    /// The whole model.
+    fn frame(&mut self) -> Frame;
+    /// The live contact points.
+    fn contact_frame(&self) -> ContactFrame;
+    /// Contacts that ended since the last call.
+    fn ended_contacts(&mut self) -> Vec<ContactRow>;
+    /// Contacts that last.
+    fn live_contacts(&self) -> Vec<ContactRow>;
+}
+
+/// The writer of a results folder.
+///
+/// Rows and frames come from the first coarse step at or after their nominal
+/// time, the start and the end included; observing never changes the run. A
+/// killed run leaves whole rows and whole frames.
+pub struct Recorder {
+    folder: PathBuf,
+    history: Output<Table>,
+    blocks: Output<Table>,
+    probes: Table,
+    contacts: Table,
+    frames: Output<[Series; 2]>,
+}
+
+/// Something that is written now and then.
+struct Output<T> {
+    clock: Clock,
+    to: T,
+}
+
+impl Recorder {
+    /// Makes the folder, removing the earlier run in it, with all files of
+    /// a run that has not begun. `scene_text` becomes `scene.toml`.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn create(folder: &Folder, scene: &Scene, scene_text: &str) -> Result<Self, ResultsError> {
+        folder.prepare()?;
+        let path = folder.path();
+        let table = |name: &str, header: &str| Table::create(&path.join(name), header);
+        let clock = |cadence| Clock::new(cadence, scene.time.end);
+        // The history is first: it marks the folder as a run's.
+        let history = table("history.csv", rows::HISTORY)?;
+        write_whole(&path.join("scene.toml"), |out| {
+            out.write_all(scene_text.as_bytes())
+        })?;
+        Ok(Self {
+            history: Output {
+                clock: clock(scene.output.history),
+                to: history,
+            },
+            blocks: Output {
+                clock: clock(scene.output.blocks),
+                to: table("blocks.csv", rows::BLOCKS)?,
+            },
+            probes: table("probes.csv", rows::PROBES)?,
+            contacts: table("contacts.csv", rows::CONTACTS)?,
+            frames: Output {
+                clock: clock(scene.output.frames),
+                to: [
+                    Series::create(path, "frames", "vtu")?,
+                    Series::create(path, "contacts", "vtp")?,
+                ],
+            },
+            folder: path.to_owned(),
+        })
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes what is due; to be called at the start and after each coarse step.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn observe(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
+        let time = run.time();
+        let due = [
+            self.history.clock.due(time),
+            self.blocks.clock.due(time),
+            self.frames.clock.due(time),
+        ];
+        self.write(run, due)
+    }
+
+    /// Writes what is still missing at the end: last rows and frames, contacts
+    /// that last, `contacts.csv` in order of time, `summary.json`.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn finish(
+        mut self,
+        run: &mut impl Observed,
+        summary: &Summary,
+    ) -> Result<(), ResultsError> {
+        let time = run.time();
+        let due = [
+            self.history.clock.due_at_end(time),
+            self.blocks.clock.due_at_end(time),
+            self.frames.clock.due_at_end(time),
+        ];
+        self.write(run, due)?;
+        self.contacts
+            .append(run.live_contacts().iter().map(Row::from))?;
+        self.contacts.sort_by_number(rows::CONTACTS_TIME_ON)?;
+        summary.write(&self.folder.join("summary.json"))
+    }
+
+    fn write(
+        &mut self,
+        run: &mut impl Observed,
+        [history, blocks, frames]: [bool; 3],
+    ) -> Result<(), ResultsError> {
+        let ended = run.ended_contacts();
+        if !ended.is_empty() {
+            self.contacts.append(ended.iter().map(Row::from))?;
+        }
+        if history {
+            self.history.to.append([Row::from(&run.history())])?;
+            self.probes.append(run.probe_rows().iter().map(Row::from))?;
+        }
+        if blocks {
+            self.blocks
+                .to
+                .append(run.block_rows().iter().map(Row::from))?;
+        }
+        if frames {
+            let [frames, contacts] = &mut self.frames.to;
+            let frame = run.frame();
+            frames.add(frame.time, |path| write_frame(path, &frame))?;
+            let frame = run.contact_frame();
+            contacts.add(frame.time, |path| write_contact_frame(path, &frame))?;
+        }
+        Ok(())
+    }
+}

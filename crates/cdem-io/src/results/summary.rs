@@ -1,0 +1,80 @@
+//! `summary.json`: how a run went.
+
+use std::fs;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::error::ResultsError;
+use super::file::write_whole;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// It reached its end or its stop condition.
+    Done,
+    /// It stopped itself.
+    Stopped,
+    /// The user stopped it.
+    Interrupted,
+}
+
+/// The contents of `summary.json`, the only file that holds timings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// How the run ended.
+    pub status: Status,
+    /// Why, for the person who reads it.
+    pub reason: String,
+    /// Version of the program.
+    pub version: String,
+    /// Coarse steps taken.
+    pub steps: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// The coarse step, s.
+    pub step: f64,
+    /// Elements per level of time at the end, the coarsest first.
+    pub levels: Vec<u64>,
+    /// Wall-clock time of the step loop, s.
+    pub wall_seconds: f64,
+    /// Wall-clock time before the step loop, s.
+    pub setup_seconds: f64,
+    /// Element updates.
+    pub element_updates: u64,
+    /// Element updates per second of the step loop.
+    pub updates_per_second: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Contact points that began.
+    pub contacts_begun: u64,
+    /// Largest penetration seen, m.
+    pub max_penetration: f64,
+    /// Residual of the energy ledger at the end, J.
+    pub energy_residual: f64,
+    /// Most memory the process held, bytes; null where the system does not say.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+impl Summary {
+    /// Writes `summary.json`. Numbers that are not finite become null.
+    pub(super) fn write(&self, path: &Path) -> Result<(), ResultsError> {
+        write_whole(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, self)?;
+            out.write_all(b"\n")
+        })
+    }
+}
+
+/// The most memory this process has held, bytes, where the system tells
+/// (Linux: the high-water mark of `/proc/self/status`).
+#[must_use]
+pub fn peak_memory() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
