@@ -4,9 +4,18 @@
 //! Data flows one way: [`scene`] → [`mesh`] → model → step loop → [`sample`]s.
 //! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
+mod contact;
 pub mod element;
 pub mod mass;
 pub mod material;
 pub mod mesh;
+mod model;
+mod report;
 pub mod sample;
 pub mod scene;
+mod simulation;
+mod step;
+mod vector;
+
+pub use model::ModelError;
+pub use simulation::{AnyMesh, BlockOverview, Overview, Simulation, StepError};

@@ -5,7 +5,7 @@ mod schedule;
 use std::path::PathBuf;
 
 use crate::mesh::ElementKind;
-pub use schedule::Schedule;
+pub use schedule::{Linear, Schedule};
 
 /// A whole scene. Vectors have as many components as the dimension.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,143 @@
+//! A contact point while it lasts.
+
+use crate::contact::law::Law;
+use crate::contact::solve::{Constraint, Limit, shear_norm};
+use crate::contact::surface::{Operator, Pair, Positions, Surface};
+use crate::model::inertia::Inertia;
+use crate::sample::ContactKind;
+
+/// A closed contact: the pair is one node until a criterion parts it.
+#[derive(Clone, Debug)]
+pub(crate) struct Live<const D: usize> {
+    /// Main and target feature.
+    pub(crate) pair: Pair,
+    /// Strengths of the pair of blocks.
+    pub(crate) law: Law,
+    /// Foot on the target: while the pair sticks, the material point it is
+    /// bound to; while it slides, where it was last.
+    pub(crate) foot: [f64; 2],
+    /// Offset from the anchored point that is kept, in the frame, m: the gap
+    /// of a contact that was closed within the tolerance at t = 0, else 0.
+    pub(crate) offset: [f64; D],
+    /// Bound to a material point of the target.
+    pub(crate) sticks: bool,
+    /// Cohesion and tensile strength are still there.
+    pub(crate) joint: bool,
+    /// Touched, but its impact has not been solved yet (t = 0 only).
+    pub(crate) fresh: bool,
+    /// Impulse of the last solve in the frame, N·s, and its interval, s.
+    pub(crate) impulse: [f64; D],
+    pub(crate) interval: f64,
+    /// Penalty: elongation of the shear springs, m.
+    pub(crate) shear_spring: [f64; D],
+    /// What `contacts.csv` tells of it.
+    pub(crate) record: Record,
+}
+
+/// The life of a contact point so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Record {
+    pub(crate) kind: ContactKind,
+    pub(crate) time_on: f64,
+    pub(crate) time_off: Option<f64>,
+    pub(crate) position: [f64; 3],
+    pub(crate) area: f64,
+    /// Normal impulse of the coarse step under way, N·s.
+    pub(crate) step_impulse: f64,
+    pub(crate) peak_normal_force: f64,
+    pub(crate) normal_impulse: f64,
+    pub(crate) shear_impulse: f64,
+    pub(crate) slip: f64,
+    pub(crate) level: u32,
+    pub(crate) blocks: [u32; 2],
+}
+
+impl Record {
+    /// Counts an impulse in the frame, N·s.
+    pub(crate) fn count<const D: usize>(&mut self, impulse: &[f64; D]) {
+        self.step_impulse += impulse[0];
+        self.normal_impulse += impulse[0];
+        self.shear_impulse += shear_norm(impulse);
+    }
+
+    /// Closes a coarse step of `step` seconds.
+    pub(crate) fn end_step(&mut self, step: f64) {
+        self.peak_normal_force = self.peak_normal_force.max(self.step_impulse / step);
+        self.step_impulse = 0.0;
+    }
+}
+
+impl<const D: usize> Live<D> {
+    /// Moves a sliding contact's foot to where its point is now, and on to a
+    /// neighbouring target feature; `false` where the surface ends.
+    pub(crate) fn follow(&mut self, surface: &dyn Surface<D>, at: Positions<D>) -> bool {
+        if self.sticks {
+            return true;
+        }
+        let mut projection = surface.project(self.pair, at);
+        let slack = 1e-9 * surface.target_size(self.pair.target, at);
+        if projection.outside > slack {
+            let Some(next) = surface.neighbour(self.pair, &projection.foot, at) else {
+                return false;
+            };
+            self.pair = next;
+            projection = surface.project(next, at);
+        }
+        self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+        true
+    }
+
+    /// The operator at the present positions.
+    pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Positions<D>) -> Operator<D> {
+        surface.operator(self.pair, &self.foot, at)
+    }
+
+    /// Bounds of the impulse of `interval` seconds.
+    fn limit(&self, interval: f64) -> Limit {
+        let strength = if self.joint {
+            self.record.area * interval
+        } else {
+            0.0
+        };
+        Limit {
+            friction: self.law.friction,
+            cohesion: self.law.cohesion * strength,
+            tension: self.law.tensile_strength * strength,
+        }
+    }
+
+    /// The constraint that keeps the pair together over a drift of `drift`
+    /// seconds, after a kick of `interval` seconds: g(x_{n+1}) = 0 along
+    /// ∇g(x_n), and the same for the tangents of a pair that sticks.
+    pub(crate) fn constraint(
+        &self,
+        operator: Operator<D>,
+        drift: f64,
+        interval: f64,
+        inertia: &Inertia<D>,
+    ) -> Constraint<D> {
+        let mut target = [0.0; D];
+        for r in 0..if self.sticks { D } else { 1 } {
+            target[r] = (self.offset[r] - operator.offset[r]) / drift;
+        }
+        let ratio = if self.interval > 0.0 {
+            interval / self.interval
+        } else {
+            0.0
+        };
+        let start = self.impulse.map(|impulse| impulse * ratio);
+        Constraint::new(operator, target, self.limit(interval), start, inertia)
+    }
+
+    /// Binds the pair to the material point of the target where it is now.
+    pub(crate) fn stick(&mut self) {
+        self.sticks = true;
+        self.offset[1..].fill(0.0);
+    }
+
+    /// Frees the tangent; cohesion and tensile strength are lost.
+    pub(crate) fn slide(&mut self) {
+        self.sticks = false;
+        self.joint = false;
+    }
+}

@@ -1,0 +1,454 @@
+//! Contact between blocks (design, sections 4 and 5): search, islands, and the
+//! models `unified-node` and `penalty`.
+
+mod broad_phase;
+pub(crate) mod island;
+pub(crate) mod law;
+pub(crate) mod live;
+mod outline;
+mod penalty;
+mod solve;
+pub(crate) mod surface;
+
+use island::{Books, Island, Receive, Setting};
+use law::Laws;
+use live::{Live, Record};
+use surface::{Pair, Positions, Surface};
+
+use crate::mesh::Mesh;
+use crate::model::inertia::Inertia;
+use crate::model::motion::Motion;
+use crate::scene::{ContactModel, Scene};
+use crate::step::levels::Joined;
+
+/// Relative motion, in units of the fastest node's over a coarse step, within
+/// which a pair may touch in that step: twice for two bodies that approach,
+/// and half as much again for what kicks add meanwhile.
+const REACH: f64 = 3.0;
+
+/// Reaches that the margin of a search holds: it lasts as many coarse steps,
+/// at least, less one.
+const MARGIN: f64 = 12.0;
+
+/// Coarse steps for which nodes stay joined after their pair was last near: a
+/// change of levels costs energy, so they change seldom (design, section 3).
+const STAY: u64 = 32;
+
+/// Kick interval and drift of a node that is due, s.
+pub(crate) type Timing<'a> = &'a dyn Fn(u32) -> Option<(f64, f64)>;
+
+/// All contact between the blocks of a model.
+pub(crate) struct Contacts<const D: usize> {
+    terms: Terms<D>,
+    model: ContactModel,
+    /// Blocks that never move.
+    fixed: Vec<bool>,
+    /// Pairs within the margin of the last search, sorted.
+    candidates: Vec<Pair>,
+    /// Relative motion that the last search still covers, m.
+    covered: f64,
+    /// Pairs whose nodes share a level, with the step that last needed it.
+    joins: Vec<(Pair, u64)>,
+    islands: Vec<Island<D>>,
+    /// Whether a node moves with an island.
+    in_island: Vec<bool>,
+    ended: Vec<Record>,
+    books: Books,
+    begun: u64,
+    max_penetration: f64,
+}
+
+/// What does not change in a run.
+struct Terms<const D: usize> {
+    surface: Box<dyn Surface<D>>,
+    laws: Laws,
+    /// Block of each node.
+    block_of: Vec<u32>,
+    /// d_tol, m.
+    tolerance: f64,
+}
+
+impl<const D: usize> Terms<D> {
+    fn setting<'a>(&'a self, inertia: &'a Inertia<D>) -> Setting<'a, D> {
+        Setting {
+            surface: &*self.surface,
+            laws: &self.laws,
+            block_of: &self.block_of,
+            inertia,
+            tolerance: self.tolerance,
+        }
+    }
+}
+
+impl Contacts<2> {
+    /// Contact in 2-D: vertices against edges.
+    pub(crate) fn plane(scene: &Scene, mesh: &Mesh<2>, tolerance: f64) -> Self {
+        let surface = Box::new(outline::Outline::new(mesh, scene.thickness));
+        Self::new(scene, mesh, surface, tolerance)
+    }
+}
+
+impl<const D: usize> Contacts<D> {
+    fn new(scene: &Scene, mesh: &Mesh<D>, surface: Box<dyn Surface<D>>, tolerance: f64) -> Self {
+        let mut block_of = vec![0; mesh.nodes.len()];
+        for (number, block) in mesh.blocks.iter().enumerate() {
+            block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
+        }
+        Self {
+            terms: Terms {
+                surface,
+                laws: Laws::new(scene, mesh),
+                block_of,
+                tolerance,
+            },
+            model: scene.contact.model,
+            fixed: mesh
+                .blocks
+                .iter()
+                .map(|block| scene.block[block.source].fixed)
+                .collect(),
+            candidates: Vec::new(),
+            covered: f64::NEG_INFINITY,
+            joins: Vec::new(),
+            islands: Vec::new(),
+            in_island: vec![false; mesh.nodes.len()],
+            ended: Vec::new(),
+            books: Books::default(),
+            begun: 0,
+            max_penetration: 0.0,
+        }
+    }
+
+    /// Closes the pairs within the tolerance at t = 0: joints, with the gap
+    /// they have.
+    pub(crate) fn close_initial(&mut self, at: Positions<D>, inertia: &Inertia<D>) {
+        self.search(at, self.terms.tolerance);
+        let mut island = Island::default();
+        let setting = self.terms.setting(inertia);
+        for &pair in &self.candidates {
+            let projection = self.terms.surface.project(pair, at);
+            if projection.gap.abs() <= self.terms.tolerance
+                && projection.outside <= 1e-9 * self.terms.surface.target_size(pair.target, at)
+                && self.terms.surface.admits(pair, at)
+            {
+                let count = island.live.len();
+                island.touch(&setting, at, pair, 0.0);
+                for live in &mut island.live[count..] {
+                    live.offset[0] = projection.gap;
+                    live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
+                    self.begun += 1;
+                }
+            }
+        }
+        self.islands = vec![island];
+    }
+
+    /// Before a coarse step: searches when the last search no longer covers
+    /// what may move, and puts pairs that are or may come in contact into
+    /// islands. `speed` is that of the fastest node, m/s.
+    pub(crate) fn prepare(
+        &mut self,
+        at: Positions<D>,
+        inertia: &Inertia<D>,
+        (speed, step, number): (f64, f64, u64),
+    ) {
+        let reach = REACH * speed * step + 0.1 * self.terms.tolerance;
+        if self.covered < reach {
+            let margin = MARGIN * reach + self.terms.tolerance;
+            self.search(at, margin);
+            self.covered = margin - self.terms.tolerance;
+        }
+        self.covered -= REACH * speed * step;
+        let near: Vec<Pair> = self
+            .candidates
+            .iter()
+            .copied()
+            .filter(|&pair| self.is_near(pair, at, reach))
+            .collect();
+        let live = self.take_live();
+        self.join(&near, &live, number);
+        self.build_islands(near, live, inertia);
+    }
+
+    fn search(&mut self, at: Positions<D>, margin: f64) {
+        let (mains, targets) = self.terms.surface.boxes(at, margin);
+        let block = |node: u32| self.terms.block_of[node as usize];
+        self.candidates = broad_phase::overlapping(&mains, &targets, |main, target| {
+            let a = block(self.terms.surface.main_nodes(main)[0]);
+            let b = block(self.terms.surface.target_nodes(target)[0]);
+            a != b
+                && !(self.fixed[a as usize] && self.fixed[b as usize])
+                && self.terms.laws.between(a, b).enabled
+        })
+        .into_iter()
+        .map(|(main, target)| Pair { main, target })
+        .collect();
+    }
+
+    fn is_near(&self, pair: Pair, at: Positions<D>, reach: f64) -> bool {
+        let projection = self.terms.surface.project(pair, at);
+        let depth = reach + self.terms.tolerance;
+        projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach
+    }
+
+    fn take_live(&mut self) -> Vec<Live<D>> {
+        let mut live: Vec<_> = self
+            .islands
+            .iter_mut()
+            .flat_map(|i| i.live.drain(..))
+            .collect();
+        live.sort_by_key(|live| live.pair);
+        live
+    }
+
+    fn join(&mut self, near: &[Pair], live: &[Live<D>], number: u64) {
+        self.joins.retain(|&(_, last)| number <= last + STAY);
+        let now = near
+            .iter()
+            .copied()
+            .chain(live.iter().map(|live| live.pair));
+        let mut joins: Vec<(Pair, u64)> = now.map(|pair| (pair, number)).collect();
+        joins.append(&mut self.joins);
+        joins.sort_by_key(|&(pair, last)| (pair, std::cmp::Reverse(last)));
+        joins.dedup_by_key(|join| join.0);
+        self.joins = joins;
+    }
+
+    /// Nodes that count as one in the levels.
+    pub(crate) fn joined_nodes(&self, joined: &mut Joined) {
+        for &(pair, _) in &self.joins {
+            let first = self.terms.surface.main_nodes(pair.main)[0];
+            let main = self.terms.surface.main_nodes(pair.main).iter();
+            for &node in main.chain(self.terms.surface.target_nodes(pair.target)) {
+                joined.join(first, node);
+            }
+        }
+    }
+
+    fn nodes_of(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
+        let main = self.terms.surface.main_nodes(pair.main).iter();
+        main.chain(self.terms.surface.target_nodes(pair.target))
+            .copied()
+    }
+
+    /// Nodes of a pair that may move.
+    fn moving_nodes(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
+        let moves = |node: &u32| !self.fixed[self.terms.block_of[*node as usize] as usize];
+        self.nodes_of(pair).filter(moves)
+    }
+
+    fn build_islands(&mut self, near: Vec<Pair>, live: Vec<Live<D>>, inertia: &Inertia<D>) {
+        for island in &self.islands {
+            for &node in &island.nodes {
+                self.in_island[node as usize] = false;
+            }
+        }
+        let mut sets = Joined::new(self.terms.block_of.len());
+        let mut nodes: Vec<u32> = Vec::new();
+        for pair in near
+            .iter()
+            .copied()
+            .chain(live.iter().map(|live| live.pair))
+        {
+            let mut first = None;
+            for node in self.moving_nodes(pair) {
+                for coupled in inertia.coupled(node as usize) {
+                    sets.join(*first.get_or_insert(node), coupled as u32);
+                    nodes.push(coupled as u32);
+                }
+            }
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut roots: Vec<u32> = nodes.iter().map(|&node| sets.root(node)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        let mut islands = vec![Island::default(); roots.len()];
+        let island_of = |node: u32| roots.partition_point(|&root| root < sets.root(node));
+        for &node in &nodes {
+            islands[island_of(node)].nodes.push(node);
+            self.in_island[node as usize] = true;
+        }
+        let of_pair = |pair: Pair| self.moving_nodes(pair).next().map(island_of);
+        for pair in near {
+            if let Some(island) = of_pair(pair) {
+                islands[island].near.push(pair);
+            }
+        }
+        for live in live {
+            if let Some(island) = of_pair(live.pair) {
+                islands[island].live.push(live);
+            }
+        }
+        self.islands = islands;
+    }
+
+    /// Whether a node is moved by [`Self::drift`].
+    pub(crate) fn moves(&self, node: u32) -> bool {
+        self.in_island[node as usize]
+    }
+
+    /// The impacts of pairs that are closed at t = 0 and approach.
+    pub(crate) fn collide_initial(
+        &mut self,
+        motion: &mut Motion<D>,
+        inertia: &Inertia<D>,
+        step: f64,
+        receive: Receive<D>,
+    ) {
+        if self.model == ContactModel::Penalty {
+            return;
+        }
+        let setting = self.terms.setting(inertia);
+        for island in &mut self.islands {
+            self.books.impact_loss += island.collide(&setting, motion, step, receive);
+        }
+    }
+
+    /// Contact forces of the islands that are due, after their kick.
+    /// `timing` gives kick interval and drift of a node that is due, s.
+    pub(crate) fn hold(
+        &mut self,
+        motion: &mut Motion<D>,
+        inertia: &Inertia<D>,
+        before: &[[f64; D]],
+        time: f64,
+        timing: Timing,
+        receive: Receive<D>,
+    ) {
+        let setting = self.terms.setting(inertia);
+        for island in &mut self.islands {
+            let Some(timing) = island.nodes.first().and_then(|&node| timing(node)) else {
+                continue;
+            };
+            let books = &mut self.books;
+            let ended = match self.model {
+                ContactModel::Penalty => {
+                    island.press(&setting, motion, before, (time, timing.0), receive, books)
+                }
+                _ => island.hold(&setting, motion, before, timing, receive, books),
+            };
+            let ended = ended.into_iter();
+            self.ended.extend(ended.map(|record| Record {
+                time_off: Some(time),
+                ..record
+            }));
+        }
+    }
+
+    /// The same without leaving a trace; returns what it would have cost in
+    /// friction, J.
+    pub(crate) fn peek(
+        &self,
+        motion: &mut Motion<D>,
+        inertia: &Inertia<D>,
+        before: &[[f64; D]],
+        timing: Timing,
+        receive: Receive<D>,
+    ) -> f64 {
+        let setting = self.terms.setting(inertia);
+        let mut books = Books::default();
+        for island in &self.islands {
+            let Some(timing) = island.nodes.first().and_then(|&node| timing(node)) else {
+                continue;
+            };
+            let mut island = island.clone();
+            match self.model {
+                ContactModel::Penalty => drop(island.press(
+                    &setting,
+                    motion,
+                    before,
+                    (0.0, timing.0),
+                    receive,
+                    &mut books,
+                )),
+                _ => drop(island.hold(&setting, motion, before, timing, receive, &mut books)),
+            }
+        }
+        books.friction_loss
+    }
+
+    /// Drifts the islands that are due, touch by touch.
+    pub(crate) fn drift(
+        &mut self,
+        motion: &mut Motion<D>,
+        inertia: &Inertia<D>,
+        time: f64,
+        duration: &dyn Fn(u32) -> Option<f64>,
+        receive: Receive<D>,
+    ) {
+        let setting = self.terms.setting(inertia);
+        for island in &mut self.islands {
+            let Some(duration) = island.nodes.first().and_then(|&node| duration(node)) else {
+                continue;
+            };
+            if self.model == ContactModel::Penalty {
+                motion.drift(&island.nodes, duration);
+            } else {
+                island.drift(&setting, motion, (time, duration), receive, &mut self.books);
+            }
+        }
+    }
+
+    /// After a coarse step: forces of the step, deepest penetration.
+    pub(crate) fn end_step(&mut self, at: Positions<D>, step: f64) {
+        for record in &mut self.ended {
+            if record.step_impulse != 0.0 {
+                record.end_step(step);
+            }
+        }
+        let surface = &*self.terms.surface;
+        for live in self.islands.iter_mut().flat_map(|island| &mut island.live) {
+            live.record.end_step(step);
+            // A joint keeps the gap it was given: only what exceeds it counts.
+            let given = if live.record.time_on == 0.0 {
+                live.offset[0].min(0.0)
+            } else {
+                0.0
+            };
+            let gap = surface.project(live.pair, at).gap;
+            self.max_penetration = self.max_penetration.max(given - gap);
+        }
+    }
+
+    /// All live contacts.
+    pub(crate) fn live(&self) -> impl Iterator<Item = &Live<D>> {
+        self.islands.iter().flat_map(|island| &island.live)
+    }
+
+    /// Contacts that have ended since the last call.
+    pub(crate) fn take_ended(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.ended)
+    }
+
+    /// Energies so far, J.
+    pub(crate) fn books(&self) -> &Books {
+        &self.books
+    }
+
+    /// Contacts that have begun so far.
+    pub(crate) fn begun(&self) -> u64 {
+        self.begun + self.books.touches
+    }
+
+    /// Deepest penetration at the end of a coarse step so far, m.
+    pub(crate) fn max_penetration(&self) -> f64 {
+        self.max_penetration
+    }
+
+    /// The surfaces.
+    pub(crate) fn surface(&self) -> &dyn Surface<D> {
+        &*self.terms.surface
+    }
+
+    /// Energy of the penalty springs, J.
+    pub(crate) fn spring_energy(&self, at: Positions<D>) -> f64 {
+        match self.model {
+            ContactModel::Penalty => self
+                .live()
+                .map(|live| live.spring_energy(&*self.terms.surface, at))
+                .sum(),
+            _ => 0.0,
+        }
+    }
+}

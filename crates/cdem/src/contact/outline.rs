@@ -1,0 +1,377 @@
+//! Surfaces in 2-D: boundary vertices against boundary edges.
+
+use crate::contact::broad_phase::Aabb;
+use crate::contact::surface::{MAX_NODES, Operator, Pair, Positions, Projection, Surface};
+use crate::mesh::Mesh;
+use crate::sample::ContactKind;
+use crate::vector::{add, cross2, dot, norm, scale, sub};
+
+/// Sine of the angle up to which two edges count as flush and a vertex as
+/// lying inside a flat boundary: beyond the rotations of small strain, below
+/// the turn of a circle of 300 edges.
+const FLUSH: f64 = 0.02;
+
+/// Relative round-off of a foot's parameter along an edge.
+const FOOT_ROUND_OFF: f64 = 1e-9;
+
+/// A boundary vertex with the two edges that meet there.
+#[derive(Clone, Debug)]
+struct Vertex {
+    node: [u32; 1],
+    /// Edge that ends here and edge that starts here; `None` where more than
+    /// two edges meet.
+    edges: Option<[u32; 2]>,
+}
+
+/// The boundary of all blocks in the plane.
+#[derive(Clone, Debug)]
+pub(crate) struct Outline {
+    vertices: Vec<Vertex>,
+    /// Edges with the block to their left.
+    edges: Vec<[u32; 2]>,
+    /// Vertex number of each end of each edge.
+    ends: Vec<[u32; 2]>,
+    thickness: f64,
+}
+
+impl Outline {
+    /// The boundary of `mesh`; `thickness` in m.
+    pub(crate) fn new(mesh: &Mesh<2>, thickness: f64) -> Self {
+        let edges: Vec<[u32; 2]> = mesh
+            .boundary_facets()
+            .into_iter()
+            .map(|facet| {
+                let mut nodes = mesh.facet_nodes(facet);
+                std::array::from_fn(|_| nodes.next().expect("an edge has two nodes"))
+            })
+            .collect();
+        let mut nodes: Vec<u32> = edges.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let vertex_of = |node: u32| nodes.partition_point(|&other| other < node) as u32;
+        let ends: Vec<[u32; 2]> = edges.iter().map(|edge| edge.map(vertex_of)).collect();
+        let mut into = vec![Vec::new(); nodes.len()];
+        let mut out = vec![Vec::new(); nodes.len()];
+        for (number, [start, end]) in ends.iter().enumerate() {
+            out[*start as usize].push(number as u32);
+            into[*end as usize].push(number as u32);
+        }
+        let vertices = nodes
+            .iter()
+            .zip(into.iter().zip(&out))
+            .map(|(&node, (into, out))| Vertex {
+                node: [node],
+                edges: match (into.as_slice(), out.as_slice()) {
+                    (&[before], &[after]) => Some([before, after]),
+                    _ => None,
+                },
+            })
+            .collect();
+        Self {
+            vertices,
+            edges,
+            ends,
+            thickness,
+        }
+    }
+
+    fn edge(&self, edge: u32, at: Positions<2>) -> ([f64; 2], [f64; 2]) {
+        let [a, b] = self.edges[edge as usize];
+        (at.at(a), at.at(b))
+    }
+
+    fn direction(&self, edge: u32, at: Positions<2>) -> [f64; 2] {
+        let (a, b) = self.edge(edge, at);
+        let along = sub(&b, &a);
+        scale(1.0 / norm(&along), &along)
+    }
+
+    fn normal(&self, edge: u32, at: Positions<2>) -> [f64; 2] {
+        let [x, y] = self.direction(edge, at);
+        [y, -x]
+    }
+
+    fn main_node(&self, pair: Pair) -> u32 {
+        self.vertices[pair.main as usize].node[0]
+    }
+
+    /// The edge beyond the end (`foot` > ½) or the start of `edge`.
+    fn next(&self, edge: u32, beyond_end: bool) -> Option<u32> {
+        let end = self.ends[edge as usize][usize::from(beyond_end)];
+        let [before, after] = self.vertices[end as usize].edges?;
+        Some(if beyond_end { after } else { before })
+    }
+
+    /// At a convex corner of the target, the point may be outside of the block
+    /// or nearer to the other edge although it has crossed this one: `true` if
+    /// so at the positions `then`, after a touch within `zone` of an end.
+    fn belongs_to_other_edge(&self, pair: Pair, foot: f64, zone: f64, then: Positions<2>) -> bool {
+        let length = self.target_size(pair.target, then);
+        let from_end = foot.min(1.0 - foot) * length;
+        if from_end > zone {
+            return false;
+        }
+        let Some(other) = self.next(pair.target, foot > 0.5) else {
+            return false;
+        };
+        let turn = {
+            let (one, two) = if foot > 0.5 {
+                (pair.target, other)
+            } else {
+                (other, pair.target)
+            };
+            cross2(&self.direction(one, then), &self.direction(two, then))
+        };
+        if turn < FLUSH {
+            return false;
+        }
+        let gap = |edge| {
+            self.project(
+                Pair {
+                    main: pair.main,
+                    target: edge,
+                },
+                then,
+            )
+            .gap
+        };
+        gap(other) > gap(pair.target)
+    }
+
+    /// Lengths of the pieces in which a flush edge of the main vertex lies on
+    /// the target edge, halved to their two ends: the vertex's share, m.
+    fn flush_share(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> f64 {
+        let Some(own) = self.vertices[pair.main as usize].edges else {
+            return 0.0;
+        };
+        let mut targets = vec![pair.target];
+        let foot = self.project(pair, at).foot[0] * self.target_size(pair.target, at);
+        let length = self.target_size(pair.target, at);
+        if foot < tolerance {
+            targets.extend(self.next(pair.target, false));
+        } else if foot > length - tolerance {
+            targets.extend(self.next(pair.target, true));
+        }
+        let mut share = 0.0;
+        for &target in &targets {
+            for &edge in &own {
+                share += 0.5 * self.overlap(edge, target, at, tolerance);
+            }
+        }
+        share
+    }
+
+    /// Length over which two edges of different blocks lie flush, m.
+    fn overlap(&self, one: u32, other: u32, at: Positions<2>, tolerance: f64) -> f64 {
+        let along = self.direction(other, at);
+        if cross2(&self.direction(one, at), &along).abs() > FLUSH
+            || dot(&self.direction(one, at), &along) > 0.0
+        {
+            return 0.0;
+        }
+        let (a, b) = self.edge(other, at);
+        let (p, q) = self.edge(one, at);
+        let [s, t] = [q, p].map(|point| dot(&sub(&point, &a), &along));
+        let (low, high) = (s.max(0.0), t.min(norm(&sub(&b, &a))));
+        // Flush also means near where they overlap.
+        let middle = scale(0.5, &add(&p, &q));
+        let gap = dot(&sub(&middle, &a), &self.normal(other, at));
+        if high <= low || gap.abs() > tolerance + FLUSH * norm(&sub(&q, &p)) {
+            return 0.0;
+        }
+        high - low
+    }
+}
+
+impl Surface<2> for Outline {
+    fn main_nodes(&self, main: u32) -> &[u32] {
+        &self.vertices[main as usize].node
+    }
+
+    fn target_nodes(&self, target: u32) -> &[u32] {
+        &self.edges[target as usize]
+    }
+
+    fn boxes(&self, at: Positions<2>, margin: f64) -> (Vec<Aabb<2>>, Vec<Aabb<2>>) {
+        let half = 0.5 * margin;
+        let mains = self
+            .vertices
+            .iter()
+            .map(|v| Aabb::around([at.at(v.node[0])], half));
+        let targets = self
+            .edges
+            .iter()
+            .map(|e| Aabb::around(e.map(|node| at.at(node)), half));
+        (mains.collect(), targets.collect())
+    }
+
+    fn project(&self, pair: Pair, at: Positions<2>) -> Projection {
+        let (a, b) = self.edge(pair.target, at);
+        let along = sub(&b, &a);
+        let length = norm(&along);
+        let from_start = sub(&at.at(self.main_node(pair)), &a);
+        let normal = [along[1] / length, -along[0] / length];
+        let foot = dot(&from_start, &along) / (length * length);
+        Projection {
+            gap: dot(&from_start, &normal),
+            foot: [foot, 0.0],
+            outside: (-foot).max(foot - 1.0) * length,
+        }
+    }
+
+    fn admits(&self, pair: Pair, at: Positions<2>) -> bool {
+        let Some([before, after]) = self.vertices[pair.main as usize].edges else {
+            return true;
+        };
+        let inward = scale(-1.0, &self.normal(pair.target, at));
+        let (first, last) = (self.normal(before, at), self.normal(after, at));
+        let turn = cross2(&first, &last);
+        if dot(&inward, &add(&first, &last)) <= 0.0 || turn < -FLUSH {
+            return false; // faces away, or a re-entrant vertex
+        }
+        cross2(&first, &inward) >= -FLUSH && cross2(&inward, &last) >= -FLUSH
+    }
+
+    fn target_size(&self, target: u32, at: Positions<2>) -> f64 {
+        let (a, b) = self.edge(target, at);
+        norm(&sub(&b, &a))
+    }
+
+    fn time_of_impact(
+        &self,
+        pair: Pair,
+        at: Positions<2>,
+        velocity: &[[f64; 2]],
+        duration: f64,
+        depth: f64,
+    ) -> Option<f64> {
+        let [a, b] = self.edges[pair.target as usize];
+        let p = self.main_node(pair);
+        let (from_start, along) = (sub(&at.at(p), &at.at(a)), sub(&at.at(b), &at.at(a)));
+        let [vp, va, vb] = [p, a, b].map(|node| velocity[node as usize]);
+        let (relative, stretch) = (sub(&vp, &va), sub(&vb, &va));
+        // length·gap = (p − a) × (b − a), quadratic in time.
+        let area = [
+            cross2(&from_start, &along),
+            cross2(&relative, &along) + cross2(&from_start, &stretch),
+            cross2(&relative, &stretch),
+        ];
+        let length = norm(&along);
+        let foot_at = |t: f64| {
+            let foot = self.project(pair, at.after(velocity, t)).foot[0];
+            (-FOOT_ROUND_OFF..=1.0 + FOOT_ROUND_OFF)
+                .contains(&foot)
+                .then_some(foot)
+        };
+        let (time, foot) = if area[0] <= 0.0 {
+            if area[0] < -depth * length || area[1] >= 0.0 {
+                return None;
+            }
+            (0.0, foot_at(0.0)?)
+        } else {
+            let touches = roots(area).into_iter().flatten();
+            let mut touches = touches.filter(|t| (0.0..=duration).contains(t));
+            touches.find_map(|t| foot_at(t).map(|foot| (t, foot)))?
+        };
+        if self.belongs_to_other_edge(pair, foot, depth, at.after(velocity, duration)) {
+            return None;
+        }
+        Some(time)
+    }
+
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Option<Pair> {
+        let target = self.next(pair.target, foot[0] > 0.5)?;
+        let moved = Pair {
+            main: pair.main,
+            target,
+        };
+        // At a corner of less than a right angle's turn the surface goes on.
+        let turn = dot(&self.normal(pair.target, at), &self.normal(target, at));
+        (turn > 0.0 && self.admits(moved, at)).then_some(moved)
+    }
+
+    fn same_contact(&self, one: Pair, other: Pair, at: Positions<2>, tolerance: f64) -> bool {
+        let (n, m) = (self.normal(one.target, at), self.normal(other.target, at));
+        let flush = cross2(&n, &m).abs() <= FLUSH;
+        if one.main == other.main {
+            // One vertex at the joint of two edges of a smooth boundary.
+            let adjacent = self.ends[one.target as usize]
+                .iter()
+                .any(|end| self.ends[other.target as usize].contains(end));
+            return adjacent && flush && dot(&n, &m) > 0.0;
+        }
+        // Two vertices that lie on each other, each on an edge of the other.
+        flush
+            && dot(&n, &m) < 0.0
+            && self.ends[one.target as usize].contains(&other.main)
+            && self.ends[other.target as usize].contains(&one.main)
+            && norm(&sub(
+                &at.at(self.main_node(one)),
+                &at.at(self.main_node(other)),
+            )) <= tolerance
+    }
+
+    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Operator<2> {
+        let [a, b] = self.edges[pair.target as usize];
+        let p = self.main_node(pair);
+        let (start, end) = (at.at(a), at.at(b));
+        let along = sub(&end, &start);
+        let length = norm(&along);
+        let tangent = scale(1.0 / length, &along);
+        let normal = [tangent[1], -tangent[0]];
+        let w = foot[0];
+        let anchor: [f64; 2] = std::array::from_fn(|c| start[c] + w * along[c]);
+        let offset = sub(&at.at(p), &anchor);
+        let frame = [normal, tangent];
+        let rows = frame.map(|direction| {
+            // A turn ω = −normal·(v_b − v_a)/length moves the target's material
+            // at the main point by ω × offset.
+            let turning = (direction[1] * offset[0] - direction[0] * offset[1]) / length;
+            let mut row = [[0.0; 2]; MAX_NODES];
+            row[0] = direction;
+            for c in 0..2 {
+                row[1][c] = -(1.0 - w) * direction[c] - turning * normal[c];
+                row[2][c] = -w * direction[c] + turning * normal[c];
+            }
+            row
+        });
+        let mut nodes = [0; MAX_NODES];
+        nodes[..3].copy_from_slice(&[p, a, b]);
+        Operator {
+            count: 3,
+            nodes,
+            rows,
+            frame,
+            offset: frame.map(|f| dot(&f, &offset)),
+        }
+    }
+
+    fn classify(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> (ContactKind, f64) {
+        let share = self.flush_share(pair, at, tolerance);
+        let foot = self.project(pair, at).foot[0];
+        let length = self.target_size(pair.target, at);
+        let kind = if share > 0.0 {
+            ContactKind::EdgeEdge
+        } else if foot.min(1.0 - foot) * length <= tolerance {
+            ContactKind::VertexVertex
+        } else {
+            ContactKind::VertexEdge
+        };
+        (kind, share * self.thickness)
+    }
+}
+
+/// Real roots of c₀ + c₁t + c₂t², ascending, without cancellation.
+fn roots([c0, c1, c2]: [f64; 3]) -> [Option<f64>; 2] {
+    // A curvature that cannot change the answer to round-off is none.
+    if c2.abs() * c0.abs() <= f64::EPSILON * c1 * c1 {
+        return [(c1 != 0.0).then(|| -c0 / c1), None];
+    }
+    let discriminant = c1 * c1 - 4.0 * c0 * c2;
+    if discriminant < 0.0 {
+        return [None, None];
+    }
+    let q = -0.5 * (c1 + discriminant.sqrt().copysign(c1));
+    let (one, two) = (q / c2, c0 / q);
+    [Some(one.min(two)), Some(one.max(two))]
+}

@@ -1,0 +1,132 @@
+//! The conventional model, kept as a yardstick: normal and shear springs at
+//! points that overlap at the start of a step (the paper's section 2).
+
+use crate::contact::island::{Books, Island, Receive, Setting};
+use crate::contact::live::{Live, Record};
+use crate::contact::solve::shear_norm;
+use crate::contact::surface::{Positions, Surface};
+use crate::model::inertia::Inertia;
+use crate::model::motion::Motion;
+use crate::vector::{add_scaled, dot};
+
+impl<const D: usize> Live<D> {
+    /// Energy of the normal and shear springs, J.
+    pub(crate) fn spring_energy(&self, surface: &dyn Surface<D>, at: Positions<D>) -> f64 {
+        let overlap = (self.offset[0] - surface.project(self.pair, at).gap).max(0.0);
+        let shear = shear_norm(&self.shear_spring);
+        0.5 * self.law.normal_stiffness * overlap * overlap
+            + 0.5 * self.law.shear_stiffness * shear * shear
+    }
+}
+
+impl<const D: usize> Island<D> {
+    /// Spring forces over `interval` seconds on the pairs that overlap now.
+    pub(crate) fn press(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        before: &[[f64; D]],
+        (time, interval): (f64, f64),
+        receive: Receive<D>,
+        books: &mut Books,
+    ) -> Vec<Record> {
+        let (surface, tolerance) = (setting.surface, setting.tolerance);
+        for pair in self.near.clone() {
+            let at = motion.positions();
+            let projection = surface.project(pair, at);
+            let overlaps = projection.gap < 0.0 && projection.outside <= 0.0;
+            let known = self.live.iter().any(|live| {
+                live.pair == pair || surface.same_contact(live.pair, pair, at, tolerance)
+            });
+            if overlaps && !known && surface.admits(pair, at) {
+                self.touch(setting, at, pair, time);
+                books.touches += 1;
+                if let Some(live) = self.live.last_mut() {
+                    live.offset[0] = 0.0;
+                }
+            }
+        }
+        let mut ended = Vec::new();
+        self.live.retain_mut(|live| {
+            live.sticks = false; // the foot follows the point; springs remember
+            let closed = live.follow(surface, motion.positions())
+                && live.spring(
+                    surface,
+                    motion,
+                    before,
+                    interval,
+                    setting.inertia,
+                    receive,
+                    books,
+                );
+            if !closed {
+                ended.push(live.record.clone());
+            }
+            closed
+        });
+        ended
+    }
+}
+
+impl<const D: usize> Live<D> {
+    /// Applies the springs of one contact; `false` where it has opened.
+    #[allow(clippy::too_many_arguments)] // one call
+    fn spring(
+        &mut self,
+        surface: &dyn Surface<D>,
+        motion: &mut Motion<D>,
+        before: &[[f64; D]],
+        interval: f64,
+        inertia: &Inertia<D>,
+        receive: Receive<D>,
+        books: &mut Books,
+    ) -> bool {
+        let operator = self.operator(surface, motion.positions());
+        let overlap = self.offset[0] - operator.offset[0];
+        let bond = if self.joint { self.record.area } else { 0.0 };
+        let normal = self.law.normal_stiffness * overlap;
+        if normal <= -self.law.tensile_strength * bond {
+            return false;
+        }
+        let row_velocity = |r: usize, velocity: &[[f64; D]]| {
+            let nodes = operator.nodes().iter().enumerate();
+            nodes
+                .map(|(k, &node)| dot(&operator.rows[r][k], &velocity[node as usize]))
+                .sum::<f64>()
+        };
+        let mut force = [0.0; D];
+        force[0] = normal;
+        for r in 1..D {
+            // The velocity before the kick is that of the drift just made.
+            self.shear_spring[r] += row_velocity(r, before) * interval;
+            force[r] = -self.law.shear_stiffness * self.shear_spring[r];
+        }
+        let bound = (normal * self.law.friction + self.law.cohesion * bond).max(0.0);
+        let shear = shear_norm(&force);
+        if shear >= bound && shear > 0.0 {
+            self.joint = false;
+            let bound = (normal * self.law.friction).max(0.0);
+            let kept = (bound / shear).min(1.0);
+            let stiffness = self.law.shear_stiffness;
+            // The spring gives back what it can no longer hold.
+            books.friction_loss += 0.5 * shear * shear / stiffness * (1.0 - kept * kept);
+            for r in 1..D {
+                self.record.slip += (1.0 - kept) * self.shear_spring[r].abs();
+                self.shear_spring[r] *= kept;
+                force[r] *= kept;
+            }
+        }
+        self.impulse = force.map(|force| force * interval);
+        self.interval = interval;
+        self.record.count(&self.impulse);
+        for (k, &node) in operator.nodes().iter().enumerate() {
+            let mut on = [0.0; D];
+            for r in 0..D {
+                add_scaled(&mut on, self.impulse[r], &operator.rows[r][k]);
+            }
+            inertia.push(node as usize, &on, motion.velocity);
+            receive(node, &on);
+        }
+        true
+    }
+}

@@ -1,0 +1,180 @@
+//! Contacts that share nodes, solved together: projected Gauss–Seidel over an
+//! island, on velocities (design, section 5).
+
+use crate::contact::surface::Operator;
+use crate::model::inertia::Inertia;
+use crate::vector::{add_scaled, dot, norm};
+
+/// Bounds of a contact's impulse.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Limit {
+    /// Coulomb: tan φ.
+    pub(crate) friction: f64,
+    /// Shear impulse carried without normal impulse, c·A·δ, N·s.
+    pub(crate) cohesion: f64,
+    /// Tensile impulse carried, σ_t·A·δ, N·s.
+    pub(crate) tension: f64,
+}
+
+impl Limit {
+    /// The shear limit (7) at a normal impulse, N·s.
+    fn shear(&self, normal: f64) -> f64 {
+        (normal * self.friction + self.cohesion).max(0.0)
+    }
+}
+
+/// One contact of an island.
+#[derive(Clone, Debug)]
+pub(crate) struct Constraint<const D: usize> {
+    /// Relative velocity as a function of nodal velocities.
+    pub(crate) operator: Operator<D>,
+    /// Relative velocity asked for, row by row, m/s.
+    pub(crate) target: [f64; D],
+    /// Bounds of the impulse.
+    pub(crate) limit: Limit,
+    /// Impulse in the operator's frame, N·s: start value in, solution out.
+    pub(crate) impulse: [f64; D],
+    /// Inverse mass seen by each row, 1/kg.
+    compliance: [f64; D],
+}
+
+impl<const D: usize> Constraint<D> {
+    /// A constraint; `impulse` is the warm start.
+    pub(crate) fn new(
+        operator: Operator<D>,
+        target: [f64; D],
+        limit: Limit,
+        impulse: [f64; D],
+        inertia: &Inertia<D>,
+    ) -> Self {
+        let compliance = std::array::from_fn(|r| {
+            let row = &operator.rows[r];
+            let mut sum = 0.0;
+            for (k, &i) in operator.nodes().iter().enumerate() {
+                for (l, &j) in operator.nodes().iter().enumerate() {
+                    sum += inertia.response(i as usize, &row[k], j as usize, &row[l]);
+                }
+            }
+            sum
+        });
+        Self {
+            operator,
+            target,
+            limit,
+            impulse,
+            compliance,
+        }
+    }
+
+    /// Relative velocity of row `r`, m/s.
+    pub(crate) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
+        let nodes = self.operator.nodes().iter().enumerate();
+        nodes
+            .map(|(k, &node)| dot(&self.operator.rows[r][k], &velocity[node as usize]))
+            .sum()
+    }
+
+    /// Impulse on the `k`-th node, N·s.
+    pub(crate) fn impulse_on(&self, k: usize, impulse: &[f64; D]) -> [f64; D] {
+        let mut on = [0.0; D];
+        for r in 0..D {
+            add_scaled(&mut on, impulse[r], &self.operator.rows[r][k]);
+        }
+        on
+    }
+
+    fn apply(&self, change: &[f64; D], inertia: &Inertia<D>, velocity: &mut [[f64; D]]) {
+        for (k, &node) in self.operator.nodes().iter().enumerate() {
+            inertia.push(node as usize, &self.impulse_on(k, change), velocity);
+        }
+    }
+
+    /// Whether the shear impulse is at its limit.
+    pub(crate) fn slips(&self) -> bool {
+        let shear = shear_norm(&self.impulse);
+        shear >= self.limit.shear(self.impulse[0]) * (1.0 - 1e-12)
+    }
+
+    /// One Gauss–Seidel update; the largest change of relative velocity, m/s.
+    fn relax(&mut self, inertia: &Inertia<D>, velocity: &mut [[f64; D]]) -> f64 {
+        let old = self.impulse;
+        if self.compliance[0] > 0.0 {
+            let wanted =
+                (self.target[0] - self.relative_velocity(0, velocity)) / self.compliance[0];
+            self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
+            let mut change = [0.0; D];
+            change[0] = self.impulse[0] - old[0];
+            self.apply(&change, inertia, velocity);
+        }
+        let bound = self.limit.shear(self.impulse[0]);
+        let mut change = [0.0; D];
+        // One compliance for all tangents keeps the friction disc a disc.
+        let compliance = self.compliance[1..].iter().copied().fold(0.0, f64::max);
+        if compliance > 0.0 && (bound > 0.0 || shear_norm(&old) > 0.0) {
+            for r in 1..D {
+                let wanted = self.target[r] - self.relative_velocity(r, velocity);
+                self.impulse[r] += wanted / compliance;
+            }
+            let shear = shear_norm(&self.impulse);
+            if shear > bound {
+                for r in 1..D {
+                    self.impulse[r] *= bound / shear; // (10)
+                }
+            }
+            for r in 1..D {
+                change[r] = self.impulse[r] - old[r];
+            }
+            self.apply(&change, inertia, velocity);
+        }
+        let normal = (self.impulse[0] - old[0]).abs() * self.compliance[0];
+        normal.max(shear_norm(&change) * compliance)
+    }
+}
+
+/// Length of the tangential part.
+pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
+    impulse[1..].iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Residual at which a solve is done: change of relative velocity in a sweep
+/// over the largest that the impulses make.
+const RESIDUAL: f64 = 1e-12;
+
+/// Round-off of a relative velocity, over the largest velocity in it.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
+
+/// Most sweeps of a solve.
+const MAX_SWEEPS: u32 = 2000;
+
+/// Finds the impulses of an island and adds them to the velocities. Returns
+/// the residual: the largest change of a relative velocity in the last sweep
+/// over the largest that the impulses make.
+pub(crate) fn solve<const D: usize>(
+    constraints: &mut [Constraint<D>],
+    inertia: &Inertia<D>,
+    velocity: &mut [[f64; D]],
+) -> f64 {
+    for constraint in constraints.iter() {
+        constraint.apply(&constraint.impulse, inertia, velocity);
+    }
+    let fastest = constraints
+        .iter()
+        .flat_map(|constraint| constraint.operator.nodes());
+    let fastest = fastest
+        .map(|&node| norm(&velocity[node as usize]))
+        .fold(0.0, f64::max);
+    let mut residual = 0.0;
+    for _ in 0..MAX_SWEEPS {
+        let mut change = 0.0_f64;
+        let mut scale = f64::MIN_POSITIVE;
+        for constraint in constraints.iter_mut() {
+            change = change.max(constraint.relax(inertia, velocity));
+            scale = scale.max(constraint.impulse[0].abs() * constraint.compliance[0]);
+        }
+        residual = change / scale;
+        if change <= RESIDUAL * scale + ROUND_OFF * fastest {
+            break;
+        }
+    }
+    residual
+}

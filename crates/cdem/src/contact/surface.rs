@@ -1,0 +1,129 @@
+//! What contact needs to know of the blocks' surfaces, in any dimension.
+
+use crate::contact::broad_phase::Aabb;
+use crate::sample::ContactKind;
+
+/// Nodes that a contact constraint touches at most: a vertex and a
+/// quadrilateral face.
+pub(crate) const MAX_NODES: usize = 5;
+
+/// Current positions, m: rest positions plus displacements, and what constant
+/// velocities have added since.
+#[derive(Clone, Copy)]
+pub(crate) struct Positions<'a, const D: usize> {
+    rest: &'a [[f64; D]],
+    displacement: &'a [[f64; D]],
+    /// Velocities, m/s, and for how long, s.
+    drift: Option<(&'a [[f64; D]], f64)>,
+}
+
+impl<'a, const D: usize> Positions<'a, D> {
+    /// Positions from rest positions and displacements.
+    pub(crate) fn new(rest: &'a [[f64; D]], displacement: &'a [[f64; D]]) -> Self {
+        Self {
+            rest,
+            displacement,
+            drift: None,
+        }
+    }
+
+    /// Where the nodes will be after `time` at constant velocities.
+    pub(crate) fn after(self, velocity: &'a [[f64; D]], time: f64) -> Self {
+        Self {
+            drift: Some((velocity, time)),
+            ..self
+        }
+    }
+
+    /// Position of a node.
+    pub(crate) fn at(&self, node: u32) -> [f64; D] {
+        let node = node as usize;
+        let mut position = std::array::from_fn(|c| self.rest[node][c] + self.displacement[node][c]);
+        if let Some((velocity, time)) = self.drift {
+            crate::vector::add_scaled(&mut position, time, &velocity[node]);
+        }
+        position
+    }
+}
+
+/// A main feature against a target feature: in 2-D a vertex and an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Pair {
+    /// Number of the main feature.
+    pub(crate) main: u32,
+    /// Number of the target feature.
+    pub(crate) target: u32,
+}
+
+/// Where the main point lies with respect to its target.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Projection {
+    /// Signed distance along the normal, m; negative inside the target.
+    pub(crate) gap: f64,
+    /// Parameters of the foot point on the target.
+    pub(crate) foot: [f64; 2],
+    /// How far the foot lies outside the target feature, m; ≤ 0 within it.
+    pub(crate) outside: f64,
+}
+
+/// Relative velocity of the two points of a contact as a linear map of nodal
+/// velocities, row by row: normal first, then the tangents.
+///
+/// The target's velocity is that of its material *at the main point*, rotation
+/// of the feature included; impulses act by the transpose, so that neither
+/// momentum changes at any gap (design, section 5).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Operator<const D: usize> {
+    /// Nodes in use.
+    pub(crate) count: usize,
+    /// Their numbers.
+    pub(crate) nodes: [u32; MAX_NODES],
+    /// `rows[r][k]`: what node k's velocity adds to row r.
+    pub(crate) rows: [[[f64; D]; MAX_NODES]; D],
+    /// Row vectors in space: normal, then tangents.
+    pub(crate) frame: [[f64; D]; D],
+    /// Offset main point − anchored target point in the frame, m.
+    pub(crate) offset: [f64; D],
+}
+
+impl<const D: usize> Operator<D> {
+    /// The nodes in use.
+    pub(crate) fn nodes(&self) -> &[u32] {
+        &self.nodes[..self.count]
+    }
+}
+
+/// The surfaces of all blocks: features, and the geometry of their pairs.
+pub(crate) trait Surface<const D: usize>: Send + Sync {
+    /// Nodes of a main feature.
+    fn main_nodes(&self, main: u32) -> &[u32];
+    /// Nodes of a target feature.
+    fn target_nodes(&self, target: u32) -> &[u32];
+    /// Boxes around main and target features, grown by `margin`.
+    fn boxes(&self, at: Positions<D>, margin: f64) -> (Vec<Aabb<D>>, Vec<Aabb<D>>);
+    /// Where the main point lies with respect to the target.
+    fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
+    /// Whether the target's inward normal lies in the main feature's normal
+    /// cone: without it, flush corners press sideways (design, section 4.3).
+    fn admits(&self, pair: Pair, at: Positions<D>) -> bool;
+    /// Size of the target feature, m.
+    fn target_size(&self, target: u32, at: Positions<D>) -> f64;
+    /// Earliest touch within `duration` at constant velocities; 0 for a point
+    /// no deeper than `depth` inside that moves further in.
+    fn time_of_impact(
+        &self,
+        pair: Pair,
+        at: Positions<D>,
+        velocity: &[[f64; D]],
+        duration: f64,
+        depth: f64,
+    ) -> Option<f64>;
+    /// The target feature on which a point goes on that has left this one.
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
+    /// Whether two pairs say the same: one physical contact is counted once.
+    fn same_contact(&self, one: Pair, other: Pair, at: Positions<D>, tolerance: f64) -> bool;
+    /// Relative motion of the pair with the target point anchored at `foot`.
+    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Operator<D>;
+    /// Configuration of the two blocks at the pair, and its tributary area, m².
+    fn classify(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> (ContactKind, f64);
+}

@@ -1,0 +1,425 @@
+//! From scene and mesh to a model.
+
+use super::prescribed::Prescribed;
+use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad};
+use crate::contact::Contacts;
+use crate::element::{self, BlockProperties, ElementSet, stable_step};
+use crate::mass::{self, Masses};
+use crate::material::Elastic;
+use crate::mesh::{Mesh, MeshError};
+use crate::scene::{BoundaryTarget, Scene};
+use crate::step::levels::{MAX_LEVEL, level_of};
+use crate::vector::{add, cross, pad, sub, truncate};
+
+/// Steps that a run may have at most: beyond, their number is no exact float.
+const MAX_STEPS: f64 = 9e15;
+
+/// Makes the contact of a dimension: where there is none yet, an error if two
+/// blocks could meet.
+pub(crate) type MakeContacts<const D: usize> =
+    fn(&Scene, &Mesh<D>, f64) -> Result<Option<Contacts<D>>, ModelError>;
+
+/// Contact in 2-D.
+pub(crate) fn plane_contacts(
+    scene: &Scene,
+    mesh: &Mesh<2>,
+    tolerance: f64,
+) -> Result<Option<Contacts<2>>, ModelError> {
+    Ok((mesh.blocks.len() > 1).then(|| Contacts::plane(scene, mesh, tolerance)))
+}
+
+/// Contact in 3-D is not there yet: blocks must ignore each other.
+pub(crate) fn solid_contacts(
+    scene: &Scene,
+    mesh: &Mesh<3>,
+    _tolerance: f64,
+) -> Result<Option<Contacts<3>>, ModelError> {
+    let laws = crate::contact::law::Laws::new(scene, mesh);
+    let count = mesh.blocks.len() as u32;
+    let fixed = |block: u32| scene.block[mesh.blocks[block as usize].source].fixed;
+    let meet = |a: u32, b: u32| !(fixed(a) && fixed(b)) && laws.between(a, b).enabled;
+    let any = (0..count).any(|a| (a + 1..count).any(|b| meet(a, b)));
+    if any {
+        Err(ModelError::ContactInSpace)
+    } else {
+        Ok(None)
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// Builds the model and the state at t = 0; fills in what the scene left
+    /// to the mesh (step, tolerance).
+    pub(crate) fn build(
+        scene: &mut Scene,
+        mesh: Mesh<D>,
+        make_contacts: MakeContacts<D>,
+    ) -> Result<(Self, State<D>, Option<Contacts<D>>), ModelError> {
+        let materials: Vec<Elastic> = scene.material.iter().map(Elastic::new).collect();
+        let properties: Vec<BlockProperties> = mesh
+            .blocks
+            .iter()
+            .map(|block| properties(scene, block.source))
+            .collect();
+        let thickness = if D == 2 { scene.thickness } else { 1.0 };
+        let sets = element::build(&mesh, &properties, &materials, scene.plane, thickness);
+        let place = places(&sets, mesh.elements.len());
+        let requested: Vec<_> = mesh
+            .blocks
+            .iter()
+            .map(|block| scene.block[block.source].mass)
+            .collect();
+        let masses = mass::build(&mesh, &sets, &requested).map_err(|source| {
+            let blocks = mesh.blocks.iter();
+            let number = blocks
+                .filter(|block| block.name == source.block())
+                .map(|b| b.source);
+            let number = number.last().unwrap_or_default();
+            ModelError::Mass {
+                key: format!("block[{number}].mass"),
+                source,
+            }
+        })?;
+        let blocks: Vec<BlockData> = (0..mesh.blocks.len())
+            .map(|b| BlockData {
+                material: properties[b].material,
+                fixed: scene.block[mesh.blocks[b].source].fixed,
+                damping: materials[properties[b].material].damping,
+                mass_kind: masses.kind[b],
+                inertia_error: masses.inertia_error[b],
+            })
+            .collect();
+        if blocks.iter().all(|block| block.fixed) {
+            return Err(ModelError::NothingMoves);
+        }
+        let limits = stable_steps(&mesh, &sets, &masses, &blocks, &place);
+        let (step, step_count) = choose_step(scene, &limits, &blocks, &mesh)?;
+        let base_level = base_levels(&mesh, &limits, scene.time.safety, step, &blocks)?;
+        let tolerance = *scene
+            .contact
+            .tolerance
+            .get_or_insert_with(|| 1e-4 * mesh.smallest_boundary_edge());
+        let mut block_of = vec![0; mesh.nodes.len()];
+        for (number, block) in mesh.blocks.iter().enumerate() {
+            block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
+        }
+        let mut contacts = make_contacts(scene, &mesh, tolerance)?;
+        let mut model = Self {
+            inertia: inertia_of(&masses),
+            gravity: scene.gravity.clone(),
+            loads: Vec::new(),
+            prescribed: Vec::new(),
+            warnings: warnings(&mesh, &blocks),
+            limits: extremes(&limits, &blocks, &mesh),
+            mesh,
+            sets,
+            place,
+            blocks,
+            block_of,
+            step,
+            step_count,
+            base_level,
+        };
+        model.loads = model.surface_loads(scene, thickness)?;
+        model.prescribed = model.prescribed_motions(scene)?;
+        let state = model.initial_state(scene);
+        model.hold(0.0);
+        if let Some(contacts) = &mut contacts {
+            contacts.close_initial(model.positions(&state), &model.inertia);
+        }
+        Ok((model, state, contacts))
+    }
+
+    fn surface_loads(
+        &self,
+        scene: &Scene,
+        thickness: f64,
+    ) -> Result<Vec<SurfaceLoad<D>>, ModelError> {
+        let mut loads = Vec::new();
+        for (number, load) in scene.load.iter().enumerate() {
+            let key = format!("load[{number}].group");
+            let group = self
+                .mesh
+                .group(&load.group)
+                .map_err(|source| ModelError::Group {
+                    key: key.clone(),
+                    source,
+                })?;
+            let facets = group.facets.iter();
+            let facets = facets.map(|&facet| self.mesh.facet_nodes(facet).collect::<Vec<u32>>());
+            let facets: Vec<Vec<u32>> = facets.filter(|facet| !self.is_fixed(facet[0])).collect();
+            if facets.is_empty() {
+                return Err(ModelError::NoFacets {
+                    key,
+                    group: load.group.clone(),
+                });
+            }
+            loads.push(SurfaceLoad::new(load, facets, &self.mesh, thickness));
+        }
+        Ok(loads)
+    }
+
+    fn prescribed_motions(&self, scene: &Scene) -> Result<Vec<Prescribed>, ModelError> {
+        let mut motions = Vec::new();
+        for (number, boundary) in scene.boundary.iter().enumerate() {
+            let key = |name: &str| format!("boundary[{number}].{name}");
+            let nodes: Vec<u32> = match &boundary.target {
+                BoundaryTarget::Group(name) => {
+                    let blame = |source: MeshError| ModelError::Group {
+                        key: key("group"),
+                        source,
+                    };
+                    self.mesh.group(name).map_err(blame)?.nodes.clone()
+                }
+                BoundaryTarget::Block(name) => {
+                    let parts = self.mesh.blocks.iter();
+                    let parts = parts.filter(|part| {
+                        part.name == *name || scene.block[part.source].name == *name
+                    });
+                    parts.flat_map(|part| part.nodes.clone()).collect()
+                }
+            };
+            if let Some(&node) = nodes.iter().find(|&&node| self.is_fixed(node)) {
+                let block = self.block_of[node as usize] as usize;
+                return Err(ModelError::FixedBoundary {
+                    key: key(match boundary.target {
+                        BoundaryTarget::Group(_) => "group",
+                        BoundaryTarget::Block(_) => "block",
+                    }),
+                    block: self.mesh.blocks[block].name.clone(),
+                });
+            }
+            motions.push(Prescribed::new(boundary, nodes));
+        }
+        Ok(motions)
+    }
+
+    fn initial_state(&self, scene: &Scene) -> State<D> {
+        let count = self.mesh.nodes.len();
+        let mut state = State {
+            displacement: vec![[0.0; D]; count],
+            carry: vec![[0.0; D]; count],
+            velocity: vec![[0.0; D]; count],
+            element_interval: vec![0.0; self.mesh.elements.len()],
+            node_interval: vec![0.0; count],
+            number: 0,
+        };
+        for (number, block) in self.mesh.blocks.iter().enumerate() {
+            let source = &scene.block[block.source];
+            if source.fixed {
+                continue;
+            }
+            let centre = self.centre(number, |node| self.mesh.nodes[node]);
+            let velocity: [f64; D] = std::array::from_fn(|c| source.velocity[c]);
+            let spin = match source.angular_velocity.as_slice() {
+                &[z] => [0.0, 0.0, z],
+                &[x, y, z] => [x, y, z],
+                _ => [0.0; 3],
+            };
+            for node in self.nodes(number) {
+                let arm = pad(&sub(&self.mesh.nodes[node], &centre));
+                state.velocity[node] = add(&velocity, &truncate(&cross(&spin, &arm)));
+            }
+        }
+        state
+    }
+
+    /// Centre of mass of a block, `at` giving the nodes' positions.
+    pub(crate) fn centre(&self, block: usize, at: impl Fn(usize) -> [f64; D]) -> [f64; D] {
+        let mut sum = [0.0; D];
+        let mut mass = 0.0;
+        for node in self.nodes(block) {
+            let m = self.inertia.mass()[node];
+            mass += m;
+            crate::vector::add_scaled(&mut sum, m, &at(node));
+        }
+        sum.map(|x| x / mass)
+    }
+
+    /// Takes the components that are prescribed from `time` on out of the
+    /// equations of motion.
+    pub(crate) fn hold(&mut self, time: f64) {
+        let mut held = vec![[false; D]; self.mesh.nodes.len()];
+        for (number, block) in self.blocks.iter().enumerate() {
+            if block.fixed {
+                held[self.nodes(number)].fill([true; D]);
+            }
+        }
+        for motion in self.prescribed.iter().filter(|motion| motion.acts(time)) {
+            let components: [bool; D] = motion.holds();
+            for &node in &motion.nodes {
+                for c in 0..D {
+                    held[node as usize][c] |= components[c];
+                }
+            }
+        }
+        self.inertia.hold(&held);
+    }
+}
+
+fn properties(scene: &Scene, source: usize) -> BlockProperties {
+    let block = &scene.block[source];
+    let material = scene
+        .material
+        .iter()
+        .position(|material| material.name == block.material);
+    BlockProperties {
+        material: material.expect("the scene check has found every material"),
+        kinematics: block.kinematics,
+    }
+}
+
+fn places<const D: usize>(sets: &[Box<dyn ElementSet<D>>], count: usize) -> Vec<(u32, u32)> {
+    let mut place = vec![(0, 0); count];
+    for (number, set) in sets.iter().enumerate() {
+        for (i, &element) in set.mesh_elements().iter().enumerate() {
+            place[element as usize] = (number as u32, i as u32);
+        }
+    }
+    place
+}
+
+fn inertia_of<const D: usize>(masses: &Masses<D>) -> Inertia<D> {
+    let dense = masses.consistent.iter();
+    let dense = dense
+        .map(|block| (block.first_node as usize, block.matrix.clone()))
+        .collect();
+    Inertia::new(masses.nodal.clone(), dense)
+}
+
+/// Stable step of each element, s: its own, or that of its block where the
+/// mass matrix is dense; infinite in fixed blocks.
+fn stable_steps<const D: usize>(
+    mesh: &Mesh<D>,
+    sets: &[Box<dyn ElementSet<D>>],
+    masses: &Masses<D>,
+    blocks: &[BlockData],
+    place: &[(u32, u32)],
+) -> Vec<f64> {
+    let mut steps = vec![f64::INFINITY; mesh.elements.len()];
+    for (number, (block, data)) in mesh.blocks.iter().zip(blocks).enumerate() {
+        if data.fixed {
+            continue;
+        }
+        let elements = block.elements.start as usize..block.elements.end as usize;
+        let beta = data.damping.stiffness;
+        let dense = masses
+            .consistent
+            .iter()
+            .find(|dense| dense.block as usize == number);
+        if let Some(dense) = dense {
+            let omega = dense.frequency(mesh, sets);
+            steps[elements].fill(stable_step(omega, beta));
+        } else {
+            for e in elements {
+                let (set, i) = place[e];
+                let omega = sets[set as usize].frequency(i as usize, &masses.factor);
+                steps[e] = stable_step(omega, beta);
+            }
+        }
+    }
+    steps
+}
+
+fn choose_step<const D: usize>(
+    scene: &mut Scene,
+    limits: &[f64],
+    blocks: &[BlockData],
+    mesh: &Mesh<D>,
+) -> Result<(f64, u64), ModelError> {
+    let moving = |e: &(usize, &f64)| {
+        let block = mesh
+            .blocks
+            .partition_point(|block| block.elements.end as usize <= e.0);
+        !blocks[block].fixed
+    };
+    let largest = limits
+        .iter()
+        .enumerate()
+        .filter(moving)
+        .map(|e| *e.1)
+        .fold(0.0, f64::max);
+    let end = scene.time.end;
+    let wanted = scene
+        .time
+        .step
+        .unwrap_or(scene.time.safety * largest)
+        .min(end);
+    // A step that divides the end up to round-off is taken as it is.
+    let count = (end / wanted * (1.0 - 1e-12)).ceil().max(1.0);
+    if count > MAX_STEPS {
+        return Err(ModelError::TooManySteps {
+            count,
+            step: wanted,
+            end,
+        });
+    }
+    let step = end / count;
+    scene.time.step = Some(step);
+    Ok((step, count as u64))
+}
+
+fn base_levels<const D: usize>(
+    mesh: &Mesh<D>,
+    limits: &[f64],
+    safety: f64,
+    step: f64,
+    blocks: &[BlockData],
+) -> Result<Vec<u8>, ModelError> {
+    let mut levels = vec![0; limits.len()];
+    for (block, _) in mesh
+        .blocks
+        .iter()
+        .zip(blocks)
+        .filter(|(_, data)| !data.fixed)
+    {
+        for e in block.elements.clone() {
+            let limit = limits[e as usize];
+            levels[e as usize] = level_of(step, safety * limit).ok_or_else(|| {
+                let node = mesh.elements[e as usize].nodes()[0];
+                let at = pad(&mesh.nodes[node as usize]);
+                ModelError::TooFine {
+                    block: block.name.clone(),
+                    element: e - block.elements.start,
+                    x: at[0],
+                    y: at[1],
+                    z: at[2],
+                    limit,
+                    needed: (step / (safety * limit)).log2().ceil() as u32,
+                    step,
+                }
+            })?;
+        }
+    }
+    debug_assert!(levels.iter().all(|&level| level <= MAX_LEVEL));
+    Ok(levels)
+}
+
+fn extremes<const D: usize>(limits: &[f64], blocks: &[BlockData], mesh: &Mesh<D>) -> [f64; 2] {
+    let mut extremes = [0.0_f64, f64::INFINITY];
+    for (block, _) in mesh
+        .blocks
+        .iter()
+        .zip(blocks)
+        .filter(|(_, data)| !data.fixed)
+    {
+        for limit in &limits[block.elements.start as usize..block.elements.end as usize] {
+            extremes = [extremes[0].max(*limit), extremes[1].min(*limit)];
+        }
+    }
+    extremes
+}
+
+fn warnings<const D: usize>(mesh: &Mesh<D>, blocks: &[BlockData]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (block, data) in mesh.blocks.iter().zip(blocks) {
+        if data.inertia_error > 0.01 && !data.fixed {
+            warnings.push(format!(
+                "block \"{}\": moment of inertia off by {:.1} %; use two elements through its \
+                 thickness, or mass = \"consistent\"",
+                block.name,
+                100.0 * data.inertia_error
+            ));
+        }
+    }
+    warnings
+}

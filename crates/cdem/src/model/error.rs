@@ -1,0 +1,114 @@
+//! Why a scene and its mesh make no model.
+
+use thiserror::Error;
+
+use crate::mass::MassError;
+use crate::mesh::MeshError;
+
+/// Why a scene and its mesh make no model.
+#[derive(Clone, Debug, Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A group that the scene names is not there or not usable.
+    #[error("{source}")]
+    Group {
+        /// Key of the scene, e.g. `boundary[0].group`.
+        key: String,
+        /// What is wrong.
+        source: MeshError,
+    },
+    /// A load needs facets.
+    #[error(
+        "group \"{group}\" has no boundary facets of a block that may move; a load acts on \
+         a physical group of edges (2-D) or faces (3-D) on the boundary"
+    )]
+    NoFacets {
+        /// Key of the scene.
+        key: String,
+        /// Name of the group.
+        group: String,
+    },
+    /// Prescribed and fixed at once.
+    #[error(
+        "block \"{block}\" is fixed and cannot follow a boundary condition; drop `fixed`, or the boundary condition"
+    )]
+    FixedBoundary {
+        /// Key of the scene.
+        key: String,
+        /// Name of the block.
+        block: String,
+    },
+    /// Masses cannot be made.
+    #[error("{source}")]
+    Mass {
+        /// Key of the scene, e.g. `block[2].mass`.
+        key: String,
+        /// What is wrong.
+        source: MassError,
+    },
+    /// Blocks overlap at the start.
+    #[error(
+        "blocks \"{blocks0}\" and \"{blocks1}\" overlap at ({x}, {y}, {z}) by {depth:e} m, more \
+         than the contact tolerance of {tolerance:e} m; move one of them (`translate`), or raise \
+         `contact.tolerance`"
+    )]
+    #[allow(missing_docs)] // the message names them
+    Overlap {
+        blocks0: String,
+        blocks1: String,
+        x: f64,
+        y: f64,
+        z: f64,
+        depth: f64,
+        tolerance: f64,
+    },
+    /// Contact in 3-D is not there yet.
+    #[error(
+        "contact between blocks in 3-D is not there yet; run one block at a time, or let them \
+         ignore each other with [[contact.pair]] enabled = false"
+    )]
+    ContactInSpace,
+    /// An element needs more levels than there are.
+    #[error(
+        "block \"{block}\", element {element} at ({x}, {y}, {z}) is stable up to {limit:e} s only: \
+         level {needed} of a step of {step:e} s, and there are 16; take a smaller `time.step`, or \
+         mend the mesh there (a sliver?)"
+    )]
+    #[allow(missing_docs)] // the message names them
+    TooFine {
+        block: String,
+        element: u32,
+        x: f64,
+        y: f64,
+        z: f64,
+        limit: f64,
+        needed: u32,
+        step: f64,
+    },
+    /// The run would take more steps than can be counted.
+    #[error(
+        "{count:e} steps of {step:e} s to t = {end} s are too many; raise `time.step` or lower `time.end`"
+    )]
+    #[allow(missing_docs)] // the message names them
+    TooManySteps { count: f64, step: f64, end: f64 },
+    /// Nothing to run.
+    #[error("the scene has no block that may move")]
+    NothingMoves,
+}
+
+impl ModelError {
+    /// The key of the scene that is to blame, where there is one: a path such
+    /// as `boundary[0].group`.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Self::Group { key, .. }
+            | Self::NoFacets { key, .. }
+            | Self::FixedBoundary { key, .. }
+            | Self::Mass { key, .. } => Some(key),
+            Self::TooFine { .. } | Self::TooManySteps { .. } => Some("time.step"),
+            Self::ContactInSpace => Some("contact"),
+            _ => None,
+        }
+    }
+}

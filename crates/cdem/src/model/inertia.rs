@@ -1,0 +1,213 @@
+//! From impulses to velocities: M⁻¹, lumped or dense by block, with the
+//! prescribed components of nodes held.
+
+use crate::vector::dot;
+
+/// A block whose mass matrix is dense.
+#[derive(Clone, Debug)]
+struct Dense<const D: usize> {
+    first: usize,
+    size: usize,
+    /// n×n, kg.
+    matrix: Vec<f64>,
+    /// One n×n inverse a component, zero in the rows of held nodes.
+    inverse: [Vec<f64>; D],
+}
+
+/// The mass matrix of all nodes and its inverse.
+#[derive(Clone, Debug)]
+pub(crate) struct Inertia<const D: usize> {
+    /// Lumped or fitted mass of each node, kg (row sums in dense blocks).
+    mass: Vec<f64>,
+    /// 1/kg by component; 0 where the node is held.
+    inverse: Vec<[f64; D]>,
+    dense: Vec<Dense<D>>,
+    /// Index into `dense` of each node, or `LUMPED`.
+    dense_of: Vec<u32>,
+}
+
+const LUMPED: u32 = u32::MAX;
+
+impl<const D: usize> Inertia<D> {
+    /// `dense`: first node and n×n mass matrix of each block that has one.
+    pub(crate) fn new(mass: Vec<f64>, dense: Vec<(usize, Vec<f64>)>) -> Self {
+        let mut dense_of = vec![LUMPED; mass.len()];
+        let dense: Vec<Dense<D>> = dense
+            .into_iter()
+            .enumerate()
+            .map(|(number, (first, matrix))| {
+                let size = matrix.len().isqrt();
+                dense_of[first..first + size].fill(number as u32);
+                Dense {
+                    first,
+                    size,
+                    matrix,
+                    inverse: std::array::from_fn(|_| Vec::new()),
+                }
+            })
+            .collect();
+        let mut inertia = Self {
+            inverse: vec![[0.0; D]; mass.len()],
+            mass,
+            dense,
+            dense_of,
+        };
+        let free = vec![[false; D]; inertia.mass.len()];
+        inertia.hold(&free);
+        inertia
+    }
+
+    /// Takes `held` components of nodes out of the equations of motion.
+    pub(crate) fn hold(&mut self, held: &[[bool; D]]) {
+        for ((inverse, mass), held) in self.inverse.iter_mut().zip(&self.mass).zip(held) {
+            *inverse = held.map(|held| if held { 0.0 } else { 1.0 / mass });
+        }
+        for dense in &mut self.dense {
+            let n = dense.size;
+            for c in 0..D {
+                let free: Vec<usize> = (0..n).filter(|&a| !held[dense.first + a][c]).collect();
+                let matrix = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| {
+                    dense.matrix[free[i] * n + free[j]]
+                });
+                let mut inverse = vec![0.0; n * n];
+                if let Some(factor) = matrix.cholesky() {
+                    let small = factor.inverse();
+                    for (i, &a) in free.iter().enumerate() {
+                        for (j, &b) in free.iter().enumerate() {
+                            // Symmetric to the bit, so that action is reaction.
+                            inverse[a * n + b] = 0.5 * (small[(i, j)] + small[(j, i)]);
+                        }
+                    }
+                }
+                dense.inverse[c] = inverse;
+            }
+        }
+    }
+
+    /// Mass of the nodes, kg.
+    pub(crate) fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Whether the node belongs to a block with a dense matrix.
+    pub(crate) fn is_dense(&self, node: usize) -> bool {
+        self.dense_of[node] != LUMPED
+    }
+
+    /// Components of a node that are held.
+    pub(crate) fn held(&self, node: usize) -> [bool; D] {
+        match self.dense.get(self.dense_of[node] as usize) {
+            Some(dense) => {
+                let diagonal = (node - dense.first) * (dense.size + 1);
+                std::array::from_fn(|c| dense.inverse[c][diagonal] == 0.0)
+            }
+            None => self.inverse[node].map(|inverse| inverse == 0.0),
+        }
+    }
+
+    /// Gives a held node a velocity, and its neighbours in a dense block what
+    /// that does to them.
+    pub(crate) fn set(&self, node: usize, wanted: &[f64; D], velocity: &mut [[f64; D]]) {
+        let change: [f64; D] = std::array::from_fn(|c| wanted[c] - velocity[node][c]);
+        if let Some(dense) = self.dense.get(self.dense_of[node] as usize) {
+            let column = node - dense.first;
+            for b in 0..dense.size {
+                let drag = change.map(|v| -dense.matrix[b * dense.size + column] * v);
+                self.push(dense.first + b, &drag, velocity);
+            }
+        }
+        velocity[node] = *wanted;
+    }
+
+    /// Nodes that an impulse on `node` sets in motion.
+    pub(crate) fn coupled(&self, node: usize) -> std::ops::Range<usize> {
+        match self.dense.get(self.dense_of[node] as usize) {
+            Some(dense) => dense.first..dense.first + dense.size,
+            None => node..node + 1,
+        }
+    }
+
+    /// aᵀ M⁻¹ b for forces `a` on node `i` and `b` on node `j`.
+    pub(crate) fn response(&self, i: usize, a: &[f64; D], j: usize, b: &[f64; D]) -> f64 {
+        match self.dense.get(self.dense_of[i] as usize) {
+            None if i == j => (0..D).map(|c| a[c] * b[c] * self.inverse[i][c]).sum(),
+            Some(dense) if self.dense_of[i] == self.dense_of[j] => {
+                let entry = (i - dense.first) * dense.size + (j - dense.first);
+                (0..D).map(|c| a[c] * b[c] * dense.inverse[c][entry]).sum()
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
+    pub(crate) fn push(&self, node: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
+        match self.dense.get(self.dense_of[node] as usize) {
+            None => {
+                for c in 0..D {
+                    velocity[node][c] += self.inverse[node][c] * impulse[c];
+                }
+            }
+            Some(dense) => {
+                let column = node - dense.first;
+                for a in 0..dense.size {
+                    for c in 0..D {
+                        velocity[dense.first + a][c] +=
+                            dense.inverse[c][a * dense.size + column] * impulse[c];
+                    }
+                }
+            }
+        }
+    }
+
+    /// velocity ← velocity + M⁻¹·impulse for the nodes `due`; the nodes of a
+    /// dense block come together and in order.
+    pub(crate) fn kick(&self, due: &[u32], impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
+        for &node in due {
+            let node = node as usize;
+            match self.dense.get(self.dense_of[node] as usize) {
+                None => {
+                    for c in 0..D {
+                        velocity[node][c] += self.inverse[node][c] * impulse[node][c];
+                    }
+                }
+                Some(dense) => {
+                    let row = (node - dense.first) * dense.size;
+                    for b in 0..dense.size {
+                        for c in 0..D {
+                            velocity[node][c] +=
+                                dense.inverse[c][row + b] * impulse[dense.first + b][c];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Momentum M·v that belongs to `node`, N·s.
+    pub(crate) fn momentum(&self, node: usize, velocity: &[[f64; D]]) -> [f64; D] {
+        match self.dense.get(self.dense_of[node] as usize) {
+            None => velocity[node].map(|v| self.mass[node] * v),
+            Some(dense) => {
+                let row = (node - dense.first) * dense.size;
+                let mut momentum = [0.0; D];
+                for b in 0..dense.size {
+                    for c in 0..D {
+                        momentum[c] += dense.matrix[row + b] * velocity[dense.first + b][c];
+                    }
+                }
+                momentum
+            }
+        }
+    }
+
+    /// Kinetic energy of the nodes of a range, J.
+    pub(crate) fn kinetic_energy(
+        &self,
+        nodes: std::ops::Range<usize>,
+        velocity: &[[f64; D]],
+    ) -> f64 {
+        nodes
+            .map(|node| 0.5 * dot(&velocity[node], &self.momentum(node, velocity)))
+            .sum()
+    }
+}

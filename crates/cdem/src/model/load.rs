@@ -1,0 +1,132 @@
+//! Pressure and traction on groups of facets.
+
+use crate::mesh::Mesh;
+use crate::scene::{Load, LoadKind};
+use crate::vector::{cross, pad, scale, sub, truncate};
+
+/// A load on its facets.
+pub(crate) struct SurfaceLoad<const D: usize> {
+    /// Nodes of the facets, outward.
+    facets: Vec<Vec<u32>>,
+    /// Area vectors of the nodes' shares at rest, magnitude m², one a facet
+    /// node (traction).
+    shares: Vec<Vec<f64>>,
+    load: Load,
+    thickness: f64,
+}
+
+impl<const D: usize> SurfaceLoad<D> {
+    /// The load on the given facets.
+    pub(crate) fn new(load: &Load, facets: Vec<Vec<u32>>, mesh: &Mesh<D>, thickness: f64) -> Self {
+        let at_rest = |facet: &Vec<u32>| {
+            let points: Vec<[f64; 3]> = facet
+                .iter()
+                .map(|&node| pad(&mesh.nodes[node as usize]))
+                .collect();
+            area_shares(&points, thickness)
+                .iter()
+                .map(|area| area.iter().map(|x| x * x).sum::<f64>().sqrt())
+                .collect()
+        };
+        let shares = facets.iter().map(at_rest).collect();
+        Self {
+            facets,
+            shares,
+            load: load.clone(),
+            thickness,
+        }
+    }
+
+    /// Calls `push(node, force)` with the nodal forces, N, at `time`; `at`
+    /// gives current positions.
+    pub(crate) fn forces(
+        &self,
+        time: f64,
+        at: impl Fn(u32) -> [f64; D],
+        mut push: impl FnMut(u32, [f64; D]),
+    ) {
+        if time < self.load.start || self.load.end.is_some_and(|end| time >= end) {
+            return;
+        }
+        match &self.load.kind {
+            LoadKind::Pressure(pressure) => {
+                let pressure = pressure.value(time);
+                for facet in &self.facets {
+                    let points: Vec<[f64; 3]> = facet.iter().map(|&node| pad(&at(node))).collect();
+                    let shares = area_shares(&points, self.thickness);
+                    for (&node, area) in facet.iter().zip(&shares) {
+                        push(node, truncate(&scale(-pressure, area)));
+                    }
+                }
+            }
+            LoadKind::Traction(traction) => {
+                let traction = traction.value(time);
+                for (facet, shares) in self.facets.iter().zip(&self.shares) {
+                    for (&node, share) in facet.iter().zip(shares) {
+                        push(node, std::array::from_fn(|c| traction[c] * share));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Outward area vector ∫N_a n dA of each node of a facet: an edge (times
+/// `thickness`), a triangle or a quadrilateral; exact for warped ones too.
+fn area_shares(points: &[[f64; 3]], thickness: f64) -> Vec<[f64; 3]> {
+    match points {
+        [a, b] => {
+            let along = sub(b, a);
+            vec![[0.5 * thickness * along[1], -0.5 * thickness * along[0], 0.0]; 2]
+        }
+        [a, b, c] => vec![scale(1.0 / 6.0, &cross(&sub(b, a), &sub(c, a))); 3],
+        _ => quadrilateral_shares(points),
+    }
+}
+
+fn quadrilateral_shares(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let gauss = 1.0 / 3.0_f64.sqrt();
+    let mut shares = vec![[0.0; 3]; 4];
+    for at in CORNERS.map(|corner| corner.map(|x| x * gauss)) {
+        let mut tangents = [[0.0; 3]; 2];
+        for (corner, point) in CORNERS.iter().zip(points) {
+            let slopes = [
+                0.25 * corner[0] * (1.0 + corner[1] * at[1]),
+                0.25 * corner[1] * (1.0 + corner[0] * at[0]),
+            ];
+            for (tangent, slope) in tangents.iter_mut().zip(slopes) {
+                crate::vector::add_scaled(tangent, slope, point);
+            }
+        }
+        let area = cross(&tangents[0], &tangents[1]);
+        for (corner, share) in CORNERS.iter().zip(&mut shares) {
+            let shape = 0.25 * (1.0 + corner[0] * at[0]) * (1.0 + corner[1] * at[1]);
+            crate::vector::add_scaled(share, shape, &area);
+        }
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_of_a_square_add_up_to_its_area_and_point_outward() {
+        let square = [
+            [0.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [2.0, 3.0, 0.0],
+            [0.0, 3.0, 0.0],
+        ];
+        for share in area_shares(&square, 1.0) {
+            // A quarter of 6 m², along +z; three products of round-off.
+            assert!((share[2] - 1.5).abs() < 1e-14 && share[0] == 0.0 && share[1] == 0.0);
+        }
+        let triangle = area_shares(&square[..3], 1.0);
+        assert!((triangle[0][2] - 1.0).abs() < 1e-15);
+        let edge = area_shares(&square[..2], 0.5);
+        assert_eq!(edge[0], [0.0, -0.5, 0.0]);
+    }
+}

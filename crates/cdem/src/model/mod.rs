@@ -1,0 +1,116 @@
+//! The model: arrays that a step reads and changes.
+
+pub(crate) mod build;
+mod error;
+pub(crate) mod inertia;
+mod load;
+pub(crate) mod motion;
+mod prescribed;
+
+pub use error::ModelError;
+use inertia::Inertia;
+use load::SurfaceLoad;
+use motion::Motion;
+use prescribed::Prescribed;
+
+use crate::contact::surface::Positions;
+use crate::element::ElementSet;
+use crate::mass::MassKind;
+use crate::mesh::Mesh;
+use crate::scene::{Damping, Schedule};
+
+/// What a run never changes, and the arrays of [`State`] that it does.
+pub(crate) struct Model<const D: usize> {
+    pub(crate) mesh: Mesh<D>,
+    /// Elements by shape and kinematics; they keep their own stress history.
+    pub(crate) sets: Vec<Box<dyn ElementSet<D>>>,
+    /// Set and number within it of each element of the mesh.
+    pub(crate) place: Vec<(u32, u32)>,
+    pub(crate) inertia: Inertia<D>,
+    pub(crate) blocks: Vec<BlockData>,
+    /// Block of each node.
+    pub(crate) block_of: Vec<u32>,
+    pub(crate) gravity: Schedule<Vec<f64>>,
+    pub(crate) loads: Vec<SurfaceLoad<D>>,
+    pub(crate) prescribed: Vec<Prescribed>,
+    /// The coarsest step, s, and the number of steps of the run.
+    pub(crate) step: f64,
+    pub(crate) step_count: u64,
+    /// Level of each element by its own stable step.
+    pub(crate) base_level: Vec<u8>,
+    /// Largest stable step of an element and smallest, s.
+    pub(crate) limits: [f64; 2],
+    pub(crate) warnings: Vec<String>,
+}
+
+/// What the model knows of a block beside its mesh.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockData {
+    pub(crate) material: usize,
+    pub(crate) fixed: bool,
+    pub(crate) damping: Damping,
+    pub(crate) mass_kind: MassKind,
+    pub(crate) inertia_error: f64,
+}
+
+/// All that a restart needs, beside what the elements and contacts keep.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct State<const D: usize> {
+    /// Coarse steps made.
+    pub(crate) number: u64,
+    pub(crate) displacement: Vec<[f64; D]>,
+    pub(crate) carry: Vec<[f64; D]>,
+    pub(crate) velocity: Vec<[f64; D]>,
+    /// Interval before the last kick of each element and node, s: 0 before
+    /// the first, so that a run begins with half a kick.
+    pub(crate) element_interval: Vec<f64>,
+    pub(crate) node_interval: Vec<f64>,
+}
+
+impl<const D: usize> Model<D> {
+    /// Nodes and state as one thing that moves.
+    pub(crate) fn motion<'a>(&'a self, state: &'a mut State<D>) -> Motion<'a, D> {
+        Motion {
+            rest: &self.mesh.nodes,
+            displacement: &mut state.displacement,
+            carry: &mut state.carry,
+            velocity: &mut state.velocity,
+        }
+    }
+
+    /// Current positions.
+    pub(crate) fn positions<'a>(&'a self, state: &'a State<D>) -> Positions<'a, D> {
+        Positions::new(&self.mesh.nodes, &state.displacement)
+    }
+
+    /// Whether the block of a node never moves.
+    pub(crate) fn is_fixed(&self, node: u32) -> bool {
+        self.blocks[self.block_of[node as usize] as usize].fixed
+    }
+
+    /// Nodes of a block.
+    pub(crate) fn nodes(&self, block: usize) -> std::ops::Range<usize> {
+        let range = &self.mesh.blocks[block].nodes;
+        range.start as usize..range.end as usize
+    }
+
+    /// Elements of a block.
+    pub(crate) fn elements(&self, block: usize) -> std::ops::Range<usize> {
+        let range = &self.mesh.blocks[block].elements;
+        range.start as usize..range.end as usize
+    }
+
+    /// Strain energy of all elements that may deform, J.
+    pub(crate) fn strain_energy(&self, displacement: &[[f64; D]]) -> f64 {
+        let mut energy = 0.0;
+        for (block, data) in self.blocks.iter().enumerate() {
+            if !data.fixed {
+                let elements = self.elements(block).map(|e| self.place[e]);
+                energy += elements
+                    .map(|(set, i)| self.sets[set as usize].strain_energy(i as usize, displacement))
+                    .sum::<f64>();
+            }
+        }
+        energy
+    }
+}

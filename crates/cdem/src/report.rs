@@ -1,0 +1,409 @@
+//! What a run tells of its state: rows and frames, synchronised.
+
+use std::sync::Arc;
+
+use crate::contact::live::Record;
+use crate::mesh::ElementKind;
+use crate::sample::{
+    BlockRow, ContactFrame, ContactRow, FieldValues, Frame, FrameField, HistoryRow, ProbeRow,
+};
+use crate::scene::Field;
+use crate::step::Run;
+use crate::step::ledger::Ledger;
+use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
+
+/// A synchronised instant: velocities in the middle of the kick that is due,
+/// and the sums of the ledger up to there.
+pub(crate) struct Instant<const D: usize> {
+    pub(crate) number: u64,
+    velocity: Vec<[f64; D]>,
+    ledger: Ledger,
+    friction: f64,
+}
+
+impl<const D: usize> Run<D> {
+    /// The synchronised state now.
+    pub(crate) fn instant(&mut self) -> Arc<Instant<D>> {
+        let (velocity, ledger, friction) = self.synchronise();
+        Arc::new(Instant {
+            number: self.state.number,
+            velocity,
+            ledger,
+            friction,
+        })
+    }
+
+    /// Energies and momenta, `start_energy` being kinetic plus strain energy
+    /// at t = 0, J.
+    pub(crate) fn history(&self, instant: &Instant<D>, start_energy: f64) -> HistoryRow {
+        let at = self.model.positions(&self.state);
+        let mut row = HistoryRow {
+            step: self.state.number,
+            time: self.time(),
+            kinetic_energy: self.kinetic_energy(instant),
+            strain_energy: self.model.strain_energy(&self.state.displacement),
+            external_work: instant.ledger.external_work,
+            gravity_work: instant.ledger.gravity_work,
+            damping_loss: instant.ledger.damping_loss,
+            correction_loss: instant.ledger.correction_loss,
+            impulse: instant.ledger.impulse,
+            elements: self.plan.histogram().iter().sum(),
+            ..HistoryRow::default()
+        };
+        for (number, block) in self.model.blocks.iter().enumerate() {
+            if block.fixed {
+                continue;
+            }
+            for node in self.model.nodes(number) {
+                let momentum = pad(&self.model.inertia.momentum(node, &instant.velocity));
+                add_scaled(&mut row.momentum, 1.0, &momentum);
+                let turning = cross(&pad(&at.at(node as u32)), &momentum);
+                add_scaled(&mut row.angular_momentum, 1.0, &turning);
+            }
+        }
+        if let Some(contacts) = &self.contacts {
+            row.strain_energy += contacts.spring_energy(at);
+            row.impact_loss = contacts.books().impact_loss;
+            row.friction_loss = contacts.books().friction_loss + instant.friction;
+            row.contacts = contacts.live().count() as u64;
+        }
+        row.energy_residual = row.kinetic_energy
+            + row.strain_energy
+            + row.impact_loss
+            + row.friction_loss
+            + row.damping_loss
+            + row.correction_loss
+            - row.external_work
+            - row.gravity_work
+            - start_energy;
+        row
+    }
+
+    fn kinetic_energy(&self, instant: &Instant<D>) -> f64 {
+        let moving = self
+            .model
+            .blocks
+            .iter()
+            .enumerate()
+            .filter(|(_, block)| !block.fixed);
+        moving
+            .map(|(b, _)| {
+                self.model
+                    .inertia
+                    .kinetic_energy(self.model.nodes(b), &instant.velocity)
+            })
+            .sum()
+    }
+
+    /// Kinetic plus strain energy, J.
+    pub(crate) fn energy(&self, instant: &Instant<D>) -> f64 {
+        self.kinetic_energy(instant) + self.model.strain_energy(&self.state.displacement)
+    }
+
+    /// Rows of the blocks for which `wanted` holds; contact forces are means
+    /// since the last call, `since` seconds ago.
+    pub(crate) fn block_rows(
+        &mut self,
+        instant: &Instant<D>,
+        since: f64,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<BlockRow> {
+        let mut rows = Vec::new();
+        for block in (0..self.model.blocks.len()).filter(|&block| wanted(block)) {
+            let force = if since > 0.0 {
+                scale(1.0 / since, &self.block_impulse[block])
+            } else {
+                [0.0; 3]
+            };
+            self.block_impulse[block] = [0.0; 3];
+            rows.push(BlockRow {
+                force,
+                ..self.block_row(instant, block)
+            });
+        }
+        rows
+    }
+
+    fn block_row(&self, instant: &Instant<D>, block: usize) -> BlockRow {
+        let at = self.model.positions(&self.state);
+        let centre = self.model.centre(block, |node| at.at(node as u32));
+        let mut mass = 0.0;
+        let (mut momentum, mut turning) = ([0.0; 3], [0.0; 3]);
+        let mut second = [[0.0; 3]; 3];
+        // Arms go through the mass matrix like velocities: the same matrix
+        // gives angular momentum and inertia.
+        let mut arms = vec![[0.0; D]; self.model.mesh.nodes.len()];
+        for node in self.model.nodes(block) {
+            arms[node] = sub(&at.at(node as u32), &centre);
+        }
+        for node in self.model.nodes(block) {
+            mass += self.model.inertia.mass()[node];
+            let p = pad(&self.model.inertia.momentum(node, &instant.velocity));
+            add_scaled(&mut momentum, 1.0, &p);
+            let arm = pad(&arms[node]);
+            add_scaled(&mut turning, 1.0, &cross(&arm, &p));
+            let weighted = pad(&self.model.inertia.momentum(node, &arms));
+            for i in 0..3 {
+                add_scaled(&mut second[i], arm[i], &weighted);
+            }
+        }
+        let fixed = self.model.blocks[block].fixed;
+        BlockRow {
+            time: self.time(),
+            block: self.model.mesh.blocks[block].name.clone(),
+            mass,
+            position: pad(&centre),
+            velocity: if fixed {
+                [0.0; 3]
+            } else {
+                scale(1.0 / mass, &momentum)
+            },
+            angular_velocity: if fixed {
+                [0.0; 3]
+            } else {
+                spin::<D>(&second, &turning)
+            },
+            force: [0.0; 3],
+        }
+    }
+
+    /// Rows of probes: (name, node).
+    pub(crate) fn probe_rows(
+        &self,
+        instant: &Instant<D>,
+        probes: &[(String, u32)],
+    ) -> Vec<ProbeRow> {
+        let at = self.model.positions(&self.state);
+        let row = |(name, node): &(String, u32)| ProbeRow {
+            time: self.time(),
+            probe: name.clone(),
+            position: pad(&at.at(*node)),
+            displacement: pad(&self.state.displacement[*node as usize]),
+            velocity: pad(&instant.velocity[*node as usize]),
+        };
+        probes.iter().map(row).collect()
+    }
+
+    /// The whole model with the fields asked for.
+    pub(crate) fn frame(&self, instant: &Instant<D>, fields: &[Field]) -> Frame {
+        let at = self.model.positions(&self.state);
+        let mesh = &self.model.mesh;
+        let vector = |name, values: &[[f64; D]]| FrameField {
+            name,
+            components: &["x", "y", "z"],
+            values: FieldValues::Real(values.iter().flat_map(pad).collect()),
+        };
+        let mut point_fields = Vec::new();
+        if fields.contains(&Field::Displacement) {
+            point_fields.push(vector("displacement", &self.state.displacement));
+        }
+        if fields.contains(&Field::Velocity) {
+            point_fields.push(vector("velocity", &instant.velocity));
+        }
+        if fields.contains(&Field::ContactForce) {
+            let step = self.model.step;
+            let force: Vec<[f64; D]> = self
+                .node_impulse
+                .iter()
+                .map(|impulse| scale(1.0 / step, impulse))
+                .collect();
+            point_fields.push(vector("contact_force", &force));
+        }
+        Frame {
+            time: self.time(),
+            points: (0..mesh.nodes.len() as u32)
+                .map(|node| pad(&at.at(node)))
+                .collect(),
+            kinds: mesh
+                .elements
+                .iter()
+                .map(|element| element.kind)
+                .collect::<Vec<ElementKind>>(),
+            connectivity: mesh
+                .elements
+                .iter()
+                .flat_map(|e| e.nodes().to_vec())
+                .collect(),
+            point_fields,
+            cell_fields: self.cell_fields(fields),
+        }
+    }
+
+    fn cell_fields(&self, fields: &[Field]) -> Vec<FrameField> {
+        let mesh = &self.model.mesh;
+        let mut block_of = vec![0; mesh.elements.len()];
+        for block in 0..mesh.blocks.len() {
+            block_of[self.model.elements(block)].fill(block);
+        }
+        let whole = |name, values: Vec<i32>| FrameField {
+            name,
+            components: &[],
+            values: FieldValues::Whole(values),
+        };
+        let material = |&block: &usize| self.model.blocks[block].material as i32;
+        let mut out = vec![
+            whole(
+                "block",
+                block_of.iter().map(|&block| block as i32).collect(),
+            ),
+            whole("material", block_of.iter().map(material).collect()),
+            whole("refinement", vec![0; mesh.elements.len()]),
+        ];
+        if fields.contains(&Field::Level) {
+            let levels = self.plan.levels.element.iter();
+            out.push(whole(
+                "level",
+                levels.map(|&level| i32::from(level)).collect(),
+            ));
+        }
+        let wanted = [Field::Stress, Field::VonMises, Field::PrincipalStress];
+        if wanted.iter().any(|field| fields.contains(field)) {
+            out.extend(self.stress_fields(fields));
+        }
+        out
+    }
+
+    fn stress_fields(&self, fields: &[Field]) -> Vec<FrameField> {
+        let stress_of = |&(set, i): &(u32, u32)| {
+            self.model.sets[set as usize].stress(i as usize, &self.state.displacement)
+        };
+        let stress: Vec<[f64; 6]> = self.model.place.iter().map(stress_of).collect();
+        let field = |name, components: &'static [&'static str], values: Vec<f64>| FrameField {
+            name,
+            components,
+            values: FieldValues::Real(values),
+        };
+        let mut out = Vec::new();
+        if fields.contains(&Field::Stress) {
+            const NAMES: &[&str] = &["xx", "yy", "zz", "xy", "yz", "zx"];
+            out.push(field(
+                "stress",
+                NAMES,
+                stress.iter().flatten().copied().collect(),
+            ));
+        }
+        if fields.contains(&Field::VonMises) {
+            out.push(field(
+                "von_mises",
+                &[],
+                stress.iter().map(von_mises).collect(),
+            ));
+        }
+        if fields.contains(&Field::PrincipalStress) {
+            const NAMES: &[&str] = &["1", "2", "3"];
+            out.push(field(
+                "principal_stress",
+                NAMES,
+                stress.iter().flat_map(principal).collect(),
+            ));
+        }
+        out
+    }
+
+    /// Live contact points.
+    pub(crate) fn contact_frame(&self) -> ContactFrame {
+        let mut frame = ContactFrame {
+            time: self.time(),
+            ..ContactFrame::default()
+        };
+        let Some(contacts) = &self.contacts else {
+            return frame;
+        };
+        let at = self.model.positions(&self.state);
+        for live in contacts.live() {
+            let operator = live.operator(contacts.surface(), at);
+            let mut force = [0.0; D];
+            for r in 0..D {
+                let share = if live.interval > 0.0 {
+                    live.impulse[r] / live.interval
+                } else {
+                    0.0
+                };
+                add_scaled(&mut force, share, &operator.frame[r]);
+            }
+            frame.points.push(pad(&at.at(operator.nodes[0])));
+            frame.normals.push(pad(&operator.frame[0]));
+            frame.forces.push(pad(&force));
+            frame.slips.push(live.record.slip);
+            frame.areas.push(live.record.area);
+        }
+        frame
+    }
+
+    /// A record as a row of `contacts.csv`.
+    pub(crate) fn contact_row(&self, record: &Record) -> ContactRow {
+        let name = |block: u32| self.model.mesh.blocks[block as usize].name.clone();
+        ContactRow {
+            main: name(record.blocks[0]),
+            target: name(record.blocks[1]),
+            kind: record.kind,
+            time_on: record.time_on,
+            time_off: record.time_off,
+            position: record.position,
+            peak_normal_force: record.peak_normal_force,
+            normal_impulse: record.normal_impulse,
+            shear_impulse: record.shear_impulse,
+            slip: record.slip,
+            level: record.level,
+        }
+    }
+}
+
+/// Angular velocity from Σ m r⊗r and angular momentum, both about the centre.
+fn spin<const D: usize>(second: &[[f64; 3]; 3], turning: &[f64; 3]) -> [f64; 3] {
+    let trace = second[0][0] + second[1][1] + second[2][2];
+    if D == 2 {
+        return [0.0, 0.0, turning[2] / trace];
+    }
+    let inertia = nalgebra::Matrix3::from_fn(|i, j| {
+        let own = 0.5 * (second[i][j] + second[j][i]);
+        if i == j { trace - own } else { -own }
+    });
+    let momentum = nalgebra::Vector3::from(*turning);
+    inertia
+        .cholesky()
+        .map_or([0.0; 3], |factor| factor.solve(&momentum).into())
+}
+
+fn von_mises([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> f64 {
+    let deviator = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
+    (0.5 * deviator + 3.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
+}
+
+/// Principal stresses, largest first.
+fn principal([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> [f64; 3] {
+    let tensor = nalgebra::Matrix3::new(*xx, *xy, *zx, *xy, *yy, *yz, *zx, *yz, *zz);
+    let mut values: [f64; 3] = tensor.symmetric_eigenvalues().into();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values
+}
+
+/// The node of a block nearest to a point at rest.
+pub(crate) fn nearest_node<const D: usize>(
+    run: &Run<D>,
+    blocks: impl Iterator<Item = usize>,
+    point: &[f64; D],
+) -> Option<u32> {
+    let nodes = blocks.flat_map(|block| run.model.nodes(block));
+    let distance = |node: &usize| {
+        let arm = sub(&run.model.mesh.nodes[*node], point);
+        dot(&arm, &arm)
+    };
+    nodes
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .map(|node| node as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn principal_stresses_of_pure_shear() {
+        let stress = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+        let [first, second, third] = principal(&stress);
+        // Round-off of an iterative eigenvalue solver.
+        assert!((first - 2.0).abs() < 1e-14 && second.abs() < 1e-14 && (third + 2.0).abs() < 1e-14);
+        assert!((von_mises(&stress) - 2.0 * 3.0_f64.sqrt()).abs() < 1e-15);
+    }
+}

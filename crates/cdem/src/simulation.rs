@@ -1,0 +1,501 @@
+//! A run for those who drive it: the dimension is hidden here.
+
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::mass::MassKind;
+use crate::mesh::Mesh;
+use crate::model::build::{plane_contacts, solid_contacts};
+use crate::model::{Model, ModelError};
+use crate::report::{Instant, nearest_node};
+use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
+use crate::scene::{ContactModel, Scene};
+use crate::step::Run;
+
+/// A mesh of either dimension.
+#[derive(Clone, Debug)]
+pub enum AnyMesh {
+    /// In the plane.
+    Plane(Mesh<2>),
+    /// In space.
+    Solid(Mesh<3>),
+}
+
+/// Why a run stopped itself.
+#[derive(Clone, Debug, Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// A velocity or displacement is not a number.
+    #[error(
+        "t = {time:e} s: block \"{block}\" moves at no finite speed (node {node}); the run has \
+         become unstable: lower `time.safety`, and with the penalty model its stiffnesses"
+    )]
+    #[allow(missing_docs)] // the message names them
+    NotFinite { time: f64, block: String, node: u32 },
+    /// An element has turned inside out.
+    #[error(
+        "t = {time:e} s: block \"{block}\", element {element} has turned inside out \
+         (det F = {jacobian:.3}); the loads or the impact are too strong for an elastic block, or \
+         the run is unstable: check units and velocities, lower `time.safety`"
+    )]
+    #[allow(missing_docs)] // the message names them
+    Inverted {
+        time: f64,
+        block: String,
+        element: u32,
+        jacobian: f64,
+    },
+    /// Energy has come from nowhere, or gone there.
+    #[error(
+        "t = {time:e} s: {residual:e} J of {scale:e} J are unaccounted for in the energy ledger; \
+         lower `time.safety`, refine the blocks, or report the scene as a defect"
+    )]
+    #[allow(missing_docs)] // the message names them
+    Energy {
+        time: f64,
+        residual: f64,
+        scale: f64,
+    },
+}
+
+/// Coarse steps between two looks at the health of a run.
+const CHECK_INTERVAL: u64 = 64;
+
+/// Share of the energy exchanged that the ledger's residual may reach: five
+/// times the limit of the design for unrefined one-element blocks.
+const RESIDUAL_LIMIT: f64 = 0.1;
+
+/// What `check` and the closing summary tell of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Overview {
+    /// One a block.
+    pub blocks: Vec<BlockOverview>,
+    /// Nodes and elements of all blocks.
+    pub nodes: usize,
+    /// Elements of all blocks.
+    pub elements: usize,
+    /// Smallest and largest stable step of an element, s.
+    pub stable_step: [f64; 2],
+    /// The coarsest step, s.
+    pub step: f64,
+    /// Steps of the run.
+    pub step_count: u64,
+    /// Elements of each level, coarsest first; fixed blocks left out.
+    pub levels: Vec<u64>,
+    /// Element updates in a coarse step.
+    pub updates_per_step: u64,
+    /// Memory of model and state, bytes, about.
+    pub memory_bytes: u64,
+    /// Contacts that are closed now.
+    pub contacts: usize,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// A block in an [`Overview`].
+#[derive(Clone, Debug)]
+pub struct BlockOverview {
+    /// Name.
+    pub name: String,
+    /// Name of its material.
+    pub material: String,
+    /// Elements.
+    pub elements: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Mass matrix in use.
+    pub mass_kind: MassKind,
+    /// Largest relative error of its moments of inertia.
+    pub inertia_error: f64,
+    /// Immovable.
+    pub fixed: bool,
+}
+
+/// A run: made from a scene and its mesh, stepped, and asked for samples.
+pub struct Simulation {
+    scene: Scene,
+    run: AnyRun,
+}
+
+enum AnyRun {
+    Plane(Box<Driven<2>>),
+    Solid(Box<Driven<3>>),
+}
+
+/// A run and what only its reports need.
+struct Driven<const D: usize> {
+    run: Run<D>,
+    start_energy: f64,
+    last_block_rows: f64,
+    probes: Vec<(String, u32)>,
+    instant: Option<Arc<Instant<D>>>,
+    /// Blocks that rows are wanted of.
+    listed: Vec<bool>,
+}
+
+macro_rules! each {
+    ($simulation:expr, $driven:ident => $body:expr) => {
+        match &$simulation.run {
+            AnyRun::Plane($driven) => $body,
+            AnyRun::Solid($driven) => $body,
+        }
+    };
+    (mut $simulation:expr, $driven:ident => $body:expr) => {
+        match &mut $simulation.run {
+            AnyRun::Plane($driven) => $body,
+            AnyRun::Solid($driven) => $body,
+        }
+    };
+}
+
+impl Simulation {
+    /// A run of `scene` at t = 0.
+    ///
+    /// # Errors
+    /// When scene and mesh do not fit together; see [`ModelError`].
+    pub fn new(scene: &Scene, mesh: AnyMesh) -> Result<Self, ModelError> {
+        let mut scene = scene.clone();
+        let run = match mesh {
+            AnyMesh::Plane(mesh) => {
+                let (model, state, contacts) = Model::build(&mut scene, mesh, plane_contacts)?;
+                AnyRun::Plane(Box::new(Driven::new(
+                    Run::new(model, state, contacts),
+                    &scene,
+                )))
+            }
+            AnyMesh::Solid(mesh) => {
+                let (model, state, contacts) = Model::build(&mut scene, mesh, solid_contacts)?;
+                AnyRun::Solid(Box::new(Driven::new(
+                    Run::new(model, state, contacts),
+                    &scene,
+                )))
+            }
+        };
+        Ok(Self { scene, run })
+    }
+
+    /// The scene with every default filled in.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// One coarse step.
+    ///
+    /// # Errors
+    /// When the run has become unphysical; the state stays as it is, to be
+    /// looked at.
+    pub fn step(&mut self) -> Result<(), StepError> {
+        let watch_energy = self.scene.contact.model != ContactModel::Penalty;
+        each!(mut self, driven => driven.step(watch_energy))
+    }
+
+    /// Whether the end is reached, or what `stop_when` asks for.
+    pub fn finished(&mut self) -> bool {
+        if self.step_index() >= self.step_count() {
+            return true;
+        }
+        let threshold = self
+            .scene
+            .time
+            .stop_when
+            .as_ref()
+            .map(|stop| stop.kinetic_energy_below);
+        match threshold {
+            Some(threshold) if self.step_index() > 0 => self.history().kinetic_energy < threshold,
+            _ => false,
+        }
+    }
+
+    /// Coarse steps made.
+    #[must_use]
+    pub fn step_index(&self) -> u64 {
+        each!(self, driven => driven.run.state.number)
+    }
+
+    /// Coarse steps of the whole run.
+    #[must_use]
+    pub fn step_count(&self) -> u64 {
+        each!(self, driven => driven.run.model.step_count)
+    }
+
+    /// Time, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        each!(self, driven => driven.run.time())
+    }
+
+    /// Energies and momenta now.
+    pub fn history(&mut self) -> HistoryRow {
+        each!(mut self, driven => driven.history())
+    }
+
+    /// Blocks now; contact forces are means since the last call.
+    pub fn block_rows(&mut self) -> Vec<BlockRow> {
+        each!(mut self, driven => driven.block_rows())
+    }
+
+    /// Probes now.
+    pub fn probe_rows(&mut self) -> Vec<ProbeRow> {
+        each!(mut self, driven => {
+            let instant = driven.instant();
+            driven.run.probe_rows(&instant, &driven.probes)
+        })
+    }
+
+    /// The whole model now, with the fields that the scene asks for.
+    pub fn frame(&mut self) -> Frame {
+        let fields = self.scene.output.fields.clone();
+        each!(mut self, driven => {
+            let instant = driven.instant();
+            driven.run.frame(&instant, &fields)
+        })
+    }
+
+    /// Live contact points now.
+    #[must_use]
+    pub fn contact_frame(&self) -> ContactFrame {
+        each!(self, driven => driven.run.contact_frame())
+    }
+
+    /// Contacts that have ended since the last call.
+    pub fn ended_contacts(&mut self) -> Vec<ContactRow> {
+        each!(mut self, driven => {
+            let run = &mut driven.run;
+            let ended = run.contacts.as_mut().map(|contacts| contacts.take_ended());
+            ended.unwrap_or_default().iter().map(|record| run.contact_row(record)).collect()
+        })
+    }
+
+    /// Contacts that last.
+    #[must_use]
+    pub fn live_contacts(&self) -> Vec<ContactRow> {
+        each!(self, driven => {
+            let run = &driven.run;
+            let live = run.contacts.iter().flat_map(|contacts| contacts.live());
+            live.map(|live| run.contact_row(&live.record)).collect()
+        })
+    }
+
+    /// Element updates so far.
+    #[must_use]
+    pub fn element_updates(&self) -> u64 {
+        each!(self, driven => driven.run.element_updates)
+    }
+
+    /// Contacts that have begun so far.
+    #[must_use]
+    pub fn contacts_begun(&self) -> u64 {
+        each!(self, driven => driven.run.contacts.as_ref().map_or(0, |c| c.begun()))
+    }
+
+    /// Deepest penetration at the end of a coarse step so far, m.
+    #[must_use]
+    pub fn max_penetration(&self) -> f64 {
+        each!(self, driven => driven.run.contacts.as_ref().map_or(0.0, |c| c.max_penetration()))
+    }
+
+    /// The model in figures.
+    #[must_use]
+    pub fn overview(&self) -> Overview {
+        each!(self, driven => driven.overview(&self.scene))
+    }
+}
+
+impl<const D: usize> Driven<D> {
+    fn new(run: Run<D>, scene: &Scene) -> Self {
+        let part_of = |name: &str| {
+            let blocks = run.model.mesh.blocks.iter();
+            let of = blocks.map(|b| b.name == name || scene.block[b.source].name == name);
+            of.collect::<Vec<bool>>()
+        };
+        let mut probes = Vec::new();
+        for probe in &scene.probe {
+            let hit = part_of(&probe.block);
+            let blocks = (0..hit.len()).filter(|&block| hit[block]);
+            let point: [f64; D] = std::array::from_fn(|c| probe.point[c]);
+            if let Some(node) = nearest_node(&run, blocks, &point) {
+                probes.push((probe.name.clone(), node));
+            }
+        }
+        let listed = match &scene.output.block_list {
+            None => vec![true; run.model.mesh.blocks.len()],
+            Some(names) => {
+                let mut listed = vec![false; run.model.mesh.blocks.len()];
+                for name in names {
+                    for (wanted, hit) in listed.iter_mut().zip(part_of(name)) {
+                        *wanted |= hit;
+                    }
+                }
+                listed
+            }
+        };
+        let mut driven = Self {
+            run,
+            start_energy: 0.0,
+            last_block_rows: 0.0,
+            probes,
+            instant: None,
+            listed,
+        };
+        let instant = driven.instant();
+        driven.start_energy = driven.run.energy(&instant);
+        driven
+    }
+
+    fn instant(&mut self) -> Arc<Instant<D>> {
+        let number = self.run.state.number;
+        match &self.instant {
+            Some(instant) if instant.number == number => Arc::clone(instant),
+            _ => {
+                let instant = self.run.instant();
+                self.instant = Some(Arc::clone(&instant));
+                instant
+            }
+        }
+    }
+
+    fn history(&mut self) -> HistoryRow {
+        let instant = self.instant();
+        self.run.history(&instant, self.start_energy)
+    }
+
+    fn block_rows(&mut self) -> Vec<BlockRow> {
+        let instant = self.instant();
+        let time = self.run.time();
+        let since = time - self.last_block_rows;
+        self.last_block_rows = time;
+        let listed = &self.listed;
+        self.run.block_rows(&instant, since, |block| listed[block])
+    }
+
+    fn step(&mut self, watch_energy: bool) -> Result<(), StepError> {
+        self.instant = None;
+        self.run.step();
+        let number = self.run.state.number;
+        if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
+            return Ok(());
+        }
+        self.run.check_state()?;
+        if watch_energy {
+            self.check_energy()
+        } else {
+            Ok(())
+        }
+    }
+
+    fn check_energy(&mut self) -> Result<(), StepError> {
+        let row = self.history();
+        let scale = [
+            row.kinetic_energy,
+            row.strain_energy,
+            self.start_energy,
+            row.external_work.abs(),
+            row.gravity_work.abs(),
+        ];
+        let scale = scale.into_iter().fold(0.0, f64::max);
+        if row.energy_residual.abs() > RESIDUAL_LIMIT * scale {
+            let (time, residual) = (row.time, row.energy_residual);
+            return Err(StepError::Energy {
+                time,
+                residual,
+                scale,
+            });
+        }
+        Ok(())
+    }
+
+    fn overview(&self, scene: &Scene) -> Overview {
+        let model = &self.run.model;
+        let levels = self.run.plan.histogram();
+        let updates = levels
+            .iter()
+            .enumerate()
+            .map(|(level, count)| count << level)
+            .sum();
+        let block = |(number, block): (usize, &crate::mesh::Block)| BlockOverview {
+            name: block.name.clone(),
+            material: scene.block[block.source].material.clone(),
+            elements: model.elements(number).len(),
+            nodes: model.nodes(number).len(),
+            mass: model
+                .nodes(number)
+                .map(|node| model.inertia.mass()[node])
+                .sum(),
+            mass_kind: model.blocks[number].mass_kind,
+            inertia_error: model.blocks[number].inertia_error,
+            fixed: model.blocks[number].fixed,
+        };
+        let per_element: usize = model.sets.iter().map(|set| set.len() * set.memory()).sum();
+        Overview {
+            blocks: model.mesh.blocks.iter().enumerate().map(block).collect(),
+            nodes: model.mesh.nodes.len(),
+            elements: model.mesh.elements.len(),
+            stable_step: [model.limits[1], model.limits[0]],
+            step: model.step,
+            step_count: model.step_count,
+            levels,
+            updates_per_step: updates,
+            memory_bytes: (per_element
+                + model.mesh.elements.len() * BYTES_PER_ELEMENT
+                + model.mesh.nodes.len() * BYTES_PER_NODE * D) as u64,
+            contacts: self
+                .run
+                .contacts
+                .iter()
+                .flat_map(|contacts| contacts.live())
+                .count(),
+            warnings: model.warnings.clone(),
+        }
+    }
+}
+
+/// Mesh, levels and schedules of an element, bytes.
+const BYTES_PER_ELEMENT: usize = 64;
+
+/// Arrays of a node, bytes a dimension: positions, motion, impulses.
+const BYTES_PER_NODE: usize = 120;
+
+impl<const D: usize> Run<D> {
+    /// Looks for numbers that are none and for elements inside out.
+    fn check_state(&self) -> Result<(), StepError> {
+        let time = self.time();
+        let name = |block: usize| self.model.mesh.blocks[block].name.clone();
+        for (node, velocity) in self.state.velocity.iter().enumerate() {
+            let all = velocity.iter().chain(&self.state.displacement[node]);
+            if all.into_iter().any(|x| !x.is_finite()) {
+                let block = name(self.model.block_of[node] as usize);
+                return Err(StepError::NotFinite {
+                    time,
+                    block,
+                    node: node as u32,
+                });
+            }
+        }
+        for (block, data) in self.model.blocks.iter().enumerate() {
+            if data.fixed {
+                continue;
+            }
+            for element in self.model.elements(block) {
+                let (set, i) = self.model.place[element];
+                let set = &self.model.sets[set as usize];
+                let jacobian = set
+                    .deformation(i as usize, &self.state.displacement)
+                    .min_jacobian;
+                if jacobian <= 0.0 {
+                    let element = (element - self.model.elements(block).start) as u32;
+                    return Err(StepError::Inverted {
+                        time,
+                        block: name(block),
+                        element,
+                        jacobian,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+}

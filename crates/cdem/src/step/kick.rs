@@ -1,0 +1,292 @@
+//! The first half of a substep: forces become velocities.
+
+use super::Substep;
+use super::ledger::{Account, Ledger};
+use crate::model::{Model, State};
+use crate::vector::add_scaled;
+
+/// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
+/// nothing is due.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Impulses<const D: usize> {
+    /// All but contact: internal, viscous, loads, gravity, damping.
+    pub(crate) total: Vec<[f64; D]>,
+    pub(crate) viscous: Vec<[f64; D]>,
+    pub(crate) load: Vec<[f64; D]>,
+    pub(crate) damping: Vec<[f64; D]>,
+    /// Of contact, on nodes that are held.
+    pub(crate) contact: Vec<[f64; D]>,
+    pub(crate) before: Vec<[f64; D]>,
+    /// Kick interval of each node, s.
+    pub(crate) interval: Vec<f64>,
+    element_interval: Vec<f64>,
+}
+
+impl<const D: usize> Impulses<D> {
+    pub(crate) fn new(nodes: usize) -> Self {
+        let zero = vec![[0.0; D]; nodes];
+        Self {
+            total: zero.clone(),
+            viscous: zero.clone(),
+            load: zero.clone(),
+            damping: zero.clone(),
+            contact: zero.clone(),
+            before: zero,
+            interval: vec![0.0; nodes],
+            element_interval: Vec::new(),
+        }
+    }
+
+    /// Zeroes what a kick of `nodes` has left.
+    pub(crate) fn clear(&mut self, nodes: &[u32]) {
+        for &node in nodes {
+            let node = node as usize;
+            for array in [
+                &mut self.total,
+                &mut self.viscous,
+                &mut self.load,
+                &mut self.damping,
+            ] {
+                array[node] = [0.0; D];
+            }
+        }
+    }
+}
+
+/// Whether a kick moves the run on, or only looks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Kick from the middle of the last interval to the middle of the next.
+    Advance,
+    /// Kick over the last interval only; half of it is the state at its end.
+    Report,
+}
+
+impl<const D: usize> Model<D> {
+    /// Kicks what is due: internal forces, loads, gravity, damping, prescribed
+    /// velocities; contact comes after.
+    pub(crate) fn kick(
+        &mut self,
+        state: &mut State<D>,
+        velocity: &mut [[f64; D]],
+        impulses: &mut Impulses<D>,
+        substep: &Substep,
+        purpose: Purpose,
+    ) {
+        let nodes = substep.nodes();
+        for &node in nodes {
+            let n = node as usize;
+            impulses.before[n] = velocity[n];
+            let next = substep.duration(node);
+            impulses.interval[n] = match purpose {
+                Purpose::Advance => 0.5 * (state.node_interval[n] + next),
+                Purpose::Report => state.node_interval[n],
+            };
+            if purpose == Purpose::Advance {
+                state.node_interval[n] = next;
+            }
+        }
+        self.internal_forces(state, velocity, impulses, substep, purpose);
+        self.loads(state, impulses, substep);
+        self.body_forces(velocity, impulses, substep);
+        self.inertia.kick(nodes, &impulses.total, velocity);
+        self.damp_mass(velocity, impulses, nodes);
+        self.prescribe(state, velocity, substep);
+    }
+
+    fn internal_forces(
+        &mut self,
+        state: &mut State<D>,
+        velocity: &[[f64; D]],
+        impulses: &mut Impulses<D>,
+        substep: &Substep,
+        purpose: Purpose,
+    ) {
+        for (number, set) in self.sets.iter_mut().enumerate() {
+            let due = substep.elements(number);
+            impulses.element_interval.clear();
+            for &i in due {
+                let element = set.mesh_elements()[i as usize] as usize;
+                let last = state.element_interval[element];
+                impulses.element_interval.push(match purpose {
+                    Purpose::Report => last,
+                    Purpose::Advance => {
+                        let next = substep.element_duration(element);
+                        state.element_interval[element] = next;
+                        0.5 * (last + next)
+                    }
+                });
+            }
+            let (interval, displacement) = (&impulses.element_interval, &state.displacement);
+            let (total, viscous) = (&mut impulses.total, &mut impulses.viscous);
+            if purpose == Purpose::Advance {
+                set.kick(due, interval, displacement, velocity, total, viscous);
+            } else {
+                set.peek(due, interval, displacement, velocity, total, viscous);
+            }
+        }
+        for &node in substep.nodes() {
+            let viscous = impulses.viscous[node as usize];
+            add_scaled(&mut impulses.total[node as usize], 1.0, &viscous);
+        }
+    }
+
+    fn loads(&self, state: &State<D>, impulses: &mut Impulses<D>, substep: &Substep) {
+        let at = self.positions(state);
+        for load in &self.loads {
+            load.forces(
+                substep.time,
+                |node| at.at(node),
+                |node, force| {
+                    let n = node as usize;
+                    if substep.is_due(node) {
+                        add_scaled(&mut impulses.load[n], impulses.interval[n], &force);
+                        add_scaled(&mut impulses.total[n], impulses.interval[n], &force);
+                    }
+                },
+            );
+        }
+    }
+
+    /// Gravity, and local damping after Cundall: it opposes the velocity with
+    /// a share of the unbalanced force.
+    fn body_forces(&self, velocity: &[[f64; D]], impulses: &mut Impulses<D>, substep: &Substep) {
+        let gravity = self.gravity_at(substep.time);
+        for &node in substep.nodes() {
+            let n = node as usize;
+            let weight = self.inertia.mass()[n] * impulses.interval[n];
+            add_scaled(&mut impulses.total[n], weight, &gravity);
+            let local = self.blocks[self.block_of[n] as usize].damping.local;
+            if local > 0.0 {
+                for c in 0..D {
+                    let damping = -local * impulses.total[n][c].abs() * sign(velocity[n][c]);
+                    impulses.damping[n][c] += damping;
+                    impulses.total[n][c] += damping;
+                }
+            }
+        }
+    }
+
+    /// Mass-proportional damping, centred in time: stable at any step.
+    fn damp_mass(&self, velocity: &mut [[f64; D]], impulses: &mut Impulses<D>, nodes: &[u32]) {
+        for &node in nodes {
+            let n = node as usize;
+            let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
+            if alpha > 0.0 {
+                let share = 0.5 * alpha * impulses.interval[n];
+                for c in 0..D {
+                    let free = velocity[n][c];
+                    velocity[n][c] = (free - share * impulses.before[n][c]) / (1.0 + share);
+                }
+            }
+        }
+        for &node in nodes {
+            let n = node as usize;
+            let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
+            if alpha > 0.0 {
+                let share = 0.5 * alpha * impulses.interval[n];
+                let [old, new] =
+                    [&impulses.before, &*velocity].map(|v| self.inertia.momentum(n, v));
+                for c in 0..D {
+                    let damping = -share * (old[c] + new[c]);
+                    impulses.damping[n][c] += damping;
+                    impulses.total[n][c] += damping;
+                }
+            }
+        }
+    }
+
+    fn prescribe(&self, state: &State<D>, velocity: &mut [[f64; D]], substep: &Substep) {
+        let at = self.positions(state);
+        for motion in self
+            .prescribed
+            .iter()
+            .filter(|motion| motion.acts(substep.step_start))
+        {
+            for &node in motion.nodes.iter().filter(|&&node| substep.is_due(node)) {
+                let n = node as usize;
+                let mut wanted = velocity[n];
+                motion.set(
+                    (substep.time, substep.duration(node)),
+                    &at.at(node),
+                    &mut wanted,
+                );
+                self.inertia.set(n, &wanted, velocity);
+            }
+        }
+    }
+
+    /// Acceleration of gravity, m/s².
+    pub(crate) fn gravity_at(&self, time: f64) -> [f64; D] {
+        let gravity = self.gravity.value(time);
+        std::array::from_fn(|c| gravity[c])
+    }
+
+    /// Books the work of a kick once contact is solved. `velocity` is that
+    /// after all impulses, or after half of them: then `share`, the whole over
+    /// the part, is 2.
+    pub(crate) fn book_kick(
+        &self,
+        velocity: &[[f64; D]],
+        impulses: &Impulses<D>,
+        substep: &Substep,
+        share: f64,
+        ledger: &mut Ledger,
+    ) {
+        let gravity = self.gravity_at(substep.time);
+        let heavy = gravity.iter().any(|&g| g != 0.0);
+        for &node in substep.nodes() {
+            let n = node as usize;
+            let (before, after) = (&impulses.before[n], &velocity[n]);
+            if heavy {
+                let weight = self.inertia.mass()[n] * impulses.interval[n];
+                ledger.book(
+                    Account::Gravity,
+                    &gravity.map(|g| weight * g),
+                    before,
+                    after,
+                );
+            }
+            if !self.loads.is_empty() {
+                ledger.book(Account::External, &impulses.load[n], before, after);
+            }
+            let damping = self.blocks[self.block_of[n] as usize].damping;
+            if damping.mass > 0.0 || damping.local > 0.0 {
+                ledger.book(Account::Damping, &impulses.damping[n], before, after);
+            }
+            if damping.stiffness > 0.0 {
+                ledger.book(Account::Viscosity, &impulses.viscous[n], before, after);
+            }
+        }
+        // What held nodes have needed beside these impulses and contact.
+        for &node in substep.held() {
+            let n = node as usize;
+            let [old, new] = [&impulses.before, velocity].map(|v| self.inertia.momentum(n, v));
+            let holds = self.inertia.held(n);
+            let reaction = std::array::from_fn(|c| {
+                let given = impulses.total[n][c] + impulses.contact[n][c];
+                if holds[c] {
+                    share * (new[c] - old[c]) - given
+                } else {
+                    0.0
+                }
+            });
+            ledger.book(
+                Account::External,
+                &reaction,
+                &impulses.before[n],
+                &velocity[n],
+            );
+        }
+    }
+}
+
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,57 @@
+//! The energy ledger (design, section 7).
+
+use crate::vector::{add_scaled, dot, pad};
+
+/// Sums since t = 0: work, J, and the impulse of all external forces, N·s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Ledger {
+    pub(crate) external_work: f64,
+    pub(crate) gravity_work: f64,
+    pub(crate) damping_loss: f64,
+    pub(crate) correction_loss: f64,
+    pub(crate) impulse: [f64; 3],
+}
+
+/// Which sum an impulse belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Account {
+    /// Loads and reactions of prescribed motion.
+    External,
+    /// Gravity.
+    Gravity,
+    /// Damping by forces from outside: mass-proportional and local.
+    Damping,
+    /// Damping inside the body: it has no resultant.
+    Viscosity,
+}
+
+impl Ledger {
+    /// Books an impulse on a node whose velocity goes from `before` to `after`
+    /// by all impulses of the substep: its work is J·(before + after)/2.
+    pub(crate) fn book<const D: usize>(
+        &mut self,
+        account: Account,
+        impulse: &[f64; D],
+        before: &[f64; D],
+        after: &[f64; D],
+    ) {
+        let work = 0.5 * (dot(impulse, before) + dot(impulse, after));
+        match account {
+            Account::External => self.external_work += work,
+            Account::Gravity => self.gravity_work += work,
+            Account::Damping | Account::Viscosity => self.damping_loss -= work,
+        }
+        if account != Account::Viscosity {
+            add_scaled(&mut self.impulse, 1.0, &pad(impulse));
+        }
+    }
+
+    /// Adds another ledger, `share` times.
+    pub(crate) fn add(&mut self, share: f64, other: &Self) {
+        self.external_work += share * other.external_work;
+        self.gravity_work += share * other.gravity_work;
+        self.damping_loss += share * other.damping_loss;
+        self.correction_loss += share * other.correction_loss;
+        add_scaled(&mut self.impulse, share, &other.impulse);
+    }
+}

@@ -1,0 +1,172 @@
+//! Asynchronous power-of-two levels (design, section 3).
+//!
+//! An element of level l takes steps of Δt/2^l. Every element that shares a
+//! node with a finer one is raised to the finer one's level: one buffer layer.
+//! Nodes that a contact or a dense mass matrix joins count as one node.
+
+/// The finest level a scene may need.
+pub(crate) const MAX_LEVEL: u8 = 16;
+
+/// Level of a stable step `limit`, s, when the coarsest step is `step`:
+/// the smallest l with step/2^l ≤ limit. `None` beyond [`MAX_LEVEL`].
+pub(crate) fn level_of(step: f64, limit: f64) -> Option<u8> {
+    // A limit that equals the step up to round-off needs no finer level.
+    let level = (step / limit * (1.0 - 1e-12)).log2().ceil().max(0.0);
+    (level <= f64::from(MAX_LEVEL)).then_some(level as u8)
+}
+
+/// Sets of nodes that count as one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Joined {
+    parent: Vec<u32>,
+}
+
+impl Joined {
+    /// `count` nodes, each alone.
+    pub(crate) fn new(count: usize) -> Self {
+        Self {
+            parent: (0..count as u32).collect(),
+        }
+    }
+
+    /// The representative of `node`'s set: its smallest member.
+    pub(crate) fn root(&self, mut node: u32) -> u32 {
+        while self.parent[node as usize] != node {
+            node = self.parent[node as usize];
+        }
+        node
+    }
+
+    /// Makes the sets of two nodes one.
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+        // Halve the paths for later look-ups.
+        for node in [a, b] {
+            let root = self.root(node);
+            self.parent[node as usize] = root;
+        }
+    }
+}
+
+/// Levels of elements and nodes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Levels {
+    /// One an element of the mesh.
+    pub(crate) element: Vec<u8>,
+    /// One a node: the finest of its elements and of the nodes it is joined to.
+    pub(crate) node: Vec<u8>,
+}
+
+/// Levels in use from the elements' own (`base`): one pass of raising.
+pub(crate) fn assign<'a>(
+    base: &[u8],
+    nodes_of: impl Fn(usize) -> &'a [u32],
+    node_count: usize,
+    joined: &Joined,
+) -> Levels {
+    let finest = |element: &[u8]| {
+        let mut level = vec![0; node_count];
+        for (e, &l) in element.iter().enumerate() {
+            for &node in nodes_of(e) {
+                let root = joined.root(node) as usize;
+                level[root] = level[root].max(l);
+            }
+        }
+        level
+    };
+    let at_root = finest(base);
+    let element: Vec<u8> = (0..base.len())
+        .map(|e| {
+            let around = nodes_of(e)
+                .iter()
+                .map(|&node| at_root[joined.root(node) as usize]);
+            around.max().unwrap_or(0)
+        })
+        .collect();
+    let at_root = finest(&element);
+    let node = (0..node_count as u32)
+        .map(|node| at_root[joined.root(node) as usize])
+        .collect();
+    Levels { element, node }
+}
+
+/// Items of each level, finest first, so that those due at a substep are a
+/// prefix.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Schedule {
+    order: Vec<u32>,
+    /// Number of items of level l or finer.
+    count: Vec<usize>,
+}
+
+impl Schedule {
+    /// Sorts the items `0..levels.len()` for which `active` holds.
+    pub(crate) fn new(levels: &[u8], active: impl Fn(usize) -> bool) -> Self {
+        let mut order: Vec<u32> = (0..levels.len() as u32)
+            .filter(|&i| active(i as usize))
+            .collect();
+        order.sort_by_key(|&i| std::cmp::Reverse(levels[i as usize]));
+        let count = (0..=MAX_LEVEL)
+            .map(|l| order.partition_point(|&i| levels[i as usize] >= l))
+            .collect();
+        Self { order, count }
+    }
+
+    /// Items of level `coarsest` or finer.
+    pub(crate) fn due(&self, coarsest: u8) -> &[u32] {
+        &self.order[..self.count[coarsest as usize]]
+    }
+
+    /// Number of items of each level.
+    pub(crate) fn histogram(&self) -> Vec<u64> {
+        let mut of: Vec<u64> = self
+            .count
+            .windows(2)
+            .map(|w| (w[0] - w[1]) as u64)
+            .collect();
+        of.extend(self.count.last().map(|&n| n as u64));
+        while of.len() > 1 && of.last() == Some(&0) {
+            of.pop();
+        }
+        of
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn level_is_the_smallest_that_is_stable() {
+        assert_eq!(level_of(1.0, 1.0), Some(0));
+        assert_eq!(level_of(1.0, 0.999), Some(1));
+        assert_eq!(level_of(1.0, 0.5), Some(1));
+        assert_eq!(level_of(1.0, 0.126), Some(3));
+        assert_eq!(level_of(1.0, 2.0), Some(0));
+        assert_eq!(level_of(1.0, 1e-9), None);
+    }
+
+    #[test]
+    fn one_buffer_layer_also_across_joined_nodes() {
+        // Two bars of three elements; the second is finer by two levels.
+        let nodes: Vec<[u32; 2]> = vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7]];
+        let base = [0, 0, 0, 2, 2, 2];
+        let mut joined = Joined::new(8);
+        let alone = assign(&base, |e| &nodes[e], 8, &joined);
+        assert_eq!(alone.element, [0, 0, 0, 2, 2, 2]);
+        joined.join(3, 4);
+        let touching = assign(&base, |e| &nodes[e], 8, &joined);
+        assert_eq!(touching.element, [0, 0, 2, 2, 2, 2]);
+        assert_eq!(touching.node, [0, 0, 2, 2, 2, 2, 2, 2]);
+    }
+
+    #[test]
+    fn due_items_are_those_of_the_level_or_finer() {
+        let schedule = Schedule::new(&[0, 2, 1, 2], |_| true);
+        assert_eq!(schedule.due(2), [1, 3]);
+        assert_eq!(schedule.due(1), [1, 3, 2]);
+        assert_eq!(schedule.due(0), [1, 3, 2, 0]);
+        assert_eq!(schedule.histogram(), [1, 1, 2]);
+    }
+}

@@ -1,0 +1,479 @@
+//! The step loop (design, sections 3 to 5).
+//!
+//! A coarse step is a binary tree of substeps. In each, what is due is kicked
+//! (forces), contacts hold or part, and nodes drift: free flight up to a first
+//! touch, unified after it.
+
+pub(crate) mod kick;
+pub(crate) mod ledger;
+pub(crate) mod levels;
+
+use kick::{Impulses, Purpose};
+use ledger::{Account, Ledger};
+use levels::{Joined, Levels, Schedule};
+
+use crate::contact::Contacts;
+use crate::model::motion::Motion;
+use crate::model::{Model, State};
+use crate::vector::{add, add_scaled, pad, sub};
+
+/// A run in progress: the model, its state, and scratch that can be made anew.
+pub(crate) struct Run<const D: usize> {
+    pub(crate) model: Model<D>,
+    pub(crate) state: State<D>,
+    pub(crate) contacts: Option<Contacts<D>>,
+    pub(crate) ledger: Ledger,
+    /// Contact impulse of each block since it was last asked for, N·s.
+    pub(crate) block_impulse: Vec<[f64; 3]>,
+    /// Contact impulse of each node in the last coarse step, N·s.
+    pub(crate) node_impulse: Vec<[f64; D]>,
+    /// Nodes whose `node_impulse` is not zero.
+    touched: Vec<u32>,
+    pub(crate) element_updates: u64,
+    pub(crate) plan: Plan,
+    impulses: Impulses<D>,
+    /// Which boundary conditions act.
+    acting: Vec<bool>,
+}
+
+/// Who is due when, until the levels change.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plan {
+    pub(crate) levels: Levels,
+    /// Elements of each set; nodes; both without those of fixed blocks.
+    elements: Vec<Schedule>,
+    nodes: Schedule,
+    /// Held nodes of blocks that are not fixed, by level.
+    held: Vec<u32>,
+    finest: u8,
+}
+
+/// One substep of the plan.
+pub(crate) struct Substep<'a> {
+    plan: &'a Plan,
+    /// The coarsest level that is due.
+    coarsest: u8,
+    /// Coarse step, s, its start, and the time of this substep's start, s.
+    step: f64,
+    pub(crate) step_start: f64,
+    pub(crate) time: f64,
+    held: Vec<u32>,
+}
+
+impl Substep<'_> {
+    /// Nodes that are due.
+    pub(crate) fn nodes(&self) -> &[u32] {
+        self.plan.nodes.due(self.coarsest)
+    }
+
+    /// Elements of a set that are due.
+    pub(crate) fn elements(&self, set: usize) -> &[u32] {
+        self.plan.elements[set].due(self.coarsest)
+    }
+
+    /// Held nodes of moving blocks that are due.
+    pub(crate) fn held(&self) -> &[u32] {
+        &self.held
+    }
+
+    /// Whether a node is due.
+    pub(crate) fn is_due(&self, node: u32) -> bool {
+        self.plan.levels.node[node as usize] >= self.coarsest
+    }
+
+    /// Interval of a node, s.
+    pub(crate) fn duration(&self, node: u32) -> f64 {
+        self.step / f64::from(1_u32 << self.plan.levels.node[node as usize])
+    }
+
+    /// Interval of an element of the mesh, s.
+    pub(crate) fn element_duration(&self, element: usize) -> f64 {
+        self.step / f64::from(1_u32 << self.plan.levels.element[element])
+    }
+}
+
+impl<const D: usize> Run<D> {
+    /// A run at t = 0.
+    pub(crate) fn new(model: Model<D>, state: State<D>, contacts: Option<Contacts<D>>) -> Self {
+        let nodes = model.mesh.nodes.len();
+        let mut run = Self {
+            impulses: Impulses::new(nodes),
+            block_impulse: vec![[0.0; 3]; model.blocks.len()],
+            node_impulse: vec![[0.0; D]; nodes],
+            touched: Vec::new(),
+            element_updates: 0,
+            plan: Plan::default(),
+            acting: model
+                .prescribed
+                .iter()
+                .map(|motion| motion.acts(0.0))
+                .collect(),
+            ledger: Ledger::default(),
+            model,
+            state,
+            contacts,
+        };
+        run.find_contacts();
+        run.assign_levels();
+        run
+    }
+
+    /// Time of the state, s.
+    pub(crate) fn time(&self) -> f64 {
+        self.state.number as f64 * self.model.step
+    }
+
+    /// One coarse step.
+    pub(crate) fn step(&mut self) {
+        for &node in &self.touched {
+            self.node_impulse[node as usize] = [0.0; D];
+        }
+        self.touched.clear();
+        if self.state.number == 0 {
+            self.collide_initial();
+        }
+        let plan = std::mem::take(&mut self.plan);
+        let start = self.time();
+        for number in 0..1_u32 << plan.finest {
+            let substep = plan.substep(number, self.model.step, start);
+            self.substep(&substep);
+        }
+        self.plan = plan;
+        self.state.number += 1;
+        let at = self.model.positions(&self.state);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.end_step(at, self.model.step);
+        }
+        // What the next step needs is made now, so that a report between two
+        // steps sees the state as the next step will.
+        self.switch_boundaries();
+        self.find_contacts();
+        self.assign_levels();
+    }
+
+    /// Boundary conditions that begin or end now change what is held.
+    fn switch_boundaries(&mut self) {
+        let time = self.time();
+        let acting: Vec<bool> = self
+            .model
+            .prescribed
+            .iter()
+            .map(|motion| motion.acts(time))
+            .collect();
+        if acting != self.acting {
+            self.model.hold(time);
+            self.plan.held = self.model.held_nodes();
+            self.acting = acting;
+        }
+    }
+
+    /// Section 4: search, and islands of pairs that touch or may touch.
+    fn find_contacts(&mut self) {
+        let (step, number) = (self.model.step, self.state.number);
+        let nodes = 0..self.model.mesh.nodes.len();
+        let speed = self.model.motion(&mut self.state).fastest(nodes);
+        let at = self.model.positions(&self.state);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.prepare(at, &self.model.inertia, (speed, step, number));
+        }
+    }
+
+    /// Section 3: levels, with one buffer layer that crosses contacts.
+    fn assign_levels(&mut self) {
+        let joined = self.model.joined_nodes(self.contacts.as_ref());
+        let elements = &self.model.mesh.elements;
+        let levels = levels::assign(
+            &self.model.base_level,
+            |e| elements[e].nodes(),
+            self.model.mesh.nodes.len(),
+            &joined,
+        );
+        if levels != self.plan.levels || self.plan.elements.is_empty() {
+            self.plan = Plan::new(&self.model, levels);
+        }
+    }
+
+    /// Pairs that are closed at t = 0 and approach collide before anything.
+    fn collide_initial(&mut self) {
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
+        let mut received: Vec<(u32, [f64; D])> = Vec::new();
+        let mut motion = self.model.motion(&mut self.state);
+        let receive = &mut |node, impulse: &[f64; D]| received.push((node, *impulse));
+        contacts.collide_initial(&mut motion, &self.model.inertia, self.model.step, receive);
+        self.receive(&received);
+    }
+
+    fn substep(&mut self, substep: &Substep) {
+        let mut velocity = std::mem::take(&mut self.state.velocity);
+        self.model.kick(
+            &mut self.state,
+            &mut velocity,
+            &mut self.impulses,
+            substep,
+            Purpose::Advance,
+        );
+        self.state.velocity = velocity;
+        self.hold_contacts(substep);
+        let ledger = &mut self.ledger;
+        self.model
+            .book_kick(&self.state.velocity, &self.impulses, substep, 1.0, ledger);
+        self.impulses.clear(substep.nodes());
+        for &node in substep.held() {
+            self.impulses.contact[node as usize] = [0.0; D];
+        }
+        self.drift(substep);
+        for set in 0..self.model.sets.len() {
+            self.element_updates += substep.elements(set).len() as u64;
+        }
+    }
+
+    /// Section 5: the impulses that keep closed pairs together, or part them.
+    fn hold_contacts(&mut self, substep: &Substep) {
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
+        let mut received = Vec::new();
+        let mut motion = self.model.motion(&mut self.state);
+        let interval = &self.impulses.interval;
+        contacts.hold(
+            &mut motion,
+            &self.model.inertia,
+            &self.impulses.before,
+            substep.time,
+            &|node| {
+                let timing = || (interval[node as usize], substep.duration(node));
+                substep.is_due(node).then(timing)
+            },
+            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
+        );
+        for (node, impulse) in &received {
+            let contact = &mut self.impulses.contact[*node as usize];
+            add_scaled(contact, 1.0, impulse);
+        }
+        self.receive(&received);
+    }
+
+    /// Drift: the nodes of contacts touch by touch, the others freely.
+    fn drift(&mut self, substep: &Substep) {
+        let mut motion = self.model.motion(&mut self.state);
+        let inertia = &self.model.inertia;
+        let momenta: Vec<[f64; D]> = substep
+            .held()
+            .iter()
+            .map(|&n| inertia.momentum(n as usize, motion.velocity))
+            .collect();
+        let mut received = Vec::new();
+        let contacts = &mut self.contacts;
+        for &node in substep.nodes() {
+            if contacts
+                .as_ref()
+                .is_none_or(|contacts| !contacts.moves(node))
+            {
+                motion.drift(&[node], substep.duration(node));
+            }
+        }
+        if let Some(contacts) = contacts {
+            contacts.drift(
+                &mut motion,
+                inertia,
+                substep.time,
+                &|node| substep.is_due(node).then(|| substep.duration(node)),
+                &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
+            );
+        }
+        if received.is_empty() {
+            return;
+        }
+        for (&node, old) in substep.held().iter().zip(momenta) {
+            let change = sub(&inertia.momentum(node as usize, &self.state.velocity), &old);
+            let contact: [f64; D] = received
+                .iter()
+                .filter(|(on, _)| *on == node)
+                .fold([0.0; D], |sum, (_, impulse)| add(&sum, impulse));
+            let held = inertia.held(node as usize);
+            let reaction =
+                std::array::from_fn(|c| if held[c] { change[c] - contact[c] } else { 0.0 });
+            let velocity = &self.state.velocity[node as usize];
+            self.ledger
+                .book(Account::External, &reaction, velocity, velocity);
+        }
+        self.receive(&received);
+    }
+
+    /// Counts contact impulses on nodes, blocks, and what fixed blocks bear.
+    fn receive(&mut self, received: &[(u32, [f64; D])]) {
+        for (node, impulse) in received {
+            let block = self.model.block_of[*node as usize] as usize;
+            let padded = pad(impulse);
+            add_scaled(&mut self.block_impulse[block], 1.0, &padded);
+            if self.model.blocks[block].fixed {
+                add_scaled(&mut self.ledger.impulse, -1.0, &padded);
+            }
+            let sum = &mut self.node_impulse[*node as usize];
+            add_scaled(sum, 1.0, impulse);
+            self.touched.push(*node);
+        }
+    }
+}
+
+impl Plan {
+    fn new<const D: usize>(model: &Model<D>, levels: Levels) -> Self {
+        let fixed = |node: u32| model.is_fixed(node);
+        let elements = model.sets.iter().map(|set| {
+            let of: Vec<u8> = set
+                .mesh_elements()
+                .iter()
+                .map(|&e| levels.element[e as usize])
+                .collect();
+            Schedule::new(&of, |i| !fixed(set.nodes(i)[0]))
+        });
+        let elements: Vec<_> = elements.collect();
+        let nodes = Schedule::new(&levels.node, |node| !fixed(node as u32));
+        let finest = nodes
+            .due(0)
+            .first()
+            .map_or(0, |&node| levels.node[node as usize]);
+        Self {
+            elements,
+            nodes,
+            held: model.held_nodes(),
+            finest,
+            levels,
+        }
+    }
+
+    /// The `number`-th substep of a coarse step.
+    fn substep(&self, number: u32, step: f64, start: f64) -> Substep<'_> {
+        let coarsest = match number {
+            0 => 0,
+            _ => self.finest - number.trailing_zeros().min(u32::from(self.finest)) as u8,
+        };
+        let mut substep = Substep {
+            plan: self,
+            coarsest,
+            step,
+            step_start: start,
+            time: start + f64::from(number) * step / f64::from(1_u32 << self.finest),
+            held: Vec::new(),
+        };
+        substep.held = self
+            .held
+            .iter()
+            .copied()
+            .filter(|&node| substep.is_due(node))
+            .collect();
+        substep
+    }
+
+    /// The whole model at the start of a coarse step.
+    pub(crate) fn all(&self, step: f64, start: f64) -> Substep<'_> {
+        self.substep(0, step, start)
+    }
+
+    /// Number of elements of each level.
+    pub(crate) fn histogram(&self) -> Vec<u64> {
+        let mut sum: Vec<u64> = vec![0];
+        for set in &self.elements {
+            let of = set.histogram();
+            sum.resize(sum.len().max(of.len()), 0);
+            for (total, count) in sum.iter_mut().zip(of) {
+                *total += count;
+            }
+        }
+        sum
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// Nodes that count as one in the levels: those of contacts, and those of
+    /// blocks with a dense mass matrix.
+    fn joined_nodes(&self, contacts: Option<&Contacts<D>>) -> Joined {
+        let mut joined = Joined::new(self.mesh.nodes.len());
+        for block in 0..self.blocks.len() {
+            let nodes = self.nodes(block);
+            if self.inertia.is_dense(nodes.start) {
+                for node in nodes.clone() {
+                    joined.join(nodes.start as u32, node as u32);
+                }
+            }
+        }
+        if let Some(contacts) = contacts {
+            contacts.joined_nodes(&mut joined);
+        }
+        joined
+    }
+
+    /// Held nodes of blocks that are not fixed.
+    fn held_nodes(&self) -> Vec<u32> {
+        let nodes = 0..self.mesh.nodes.len() as u32;
+        let held = |node: &u32| self.inertia.held(*node as usize).contains(&true);
+        nodes
+            .filter(|node| !self.is_fixed(*node) && held(node))
+            .collect()
+    }
+}
+
+impl<const D: usize> Run<D> {
+    /// Velocities, contact included, in the middle of the kick that is due
+    /// now, and what the ledger then holds: the synchronised state.
+    pub(crate) fn synchronise(&mut self) -> (Vec<[f64; D]>, Ledger, f64) {
+        let plan = std::mem::take(&mut self.plan);
+        let time = self.time();
+        let substep = plan.all(self.model.step, time);
+        let mut velocity = self.state.velocity.clone();
+        self.model.kick(
+            &mut self.state,
+            &mut velocity,
+            &mut self.impulses,
+            &substep,
+            Purpose::Report,
+        );
+        let mut half = Ledger::default();
+        let mut friction = 0.0;
+        let mut held_contact: Vec<(u32, [f64; D])> = Vec::new();
+        if let Some(contacts) = &self.contacts
+            && self.state.number > 0
+        {
+            let interval = &self.impulses.interval;
+            let mut motion = Motion {
+                rest: &self.model.mesh.nodes,
+                displacement: &mut self.state.displacement,
+                carry: &mut self.state.carry,
+                velocity: &mut velocity,
+            };
+            friction = contacts.peek(
+                &mut motion,
+                &self.model.inertia,
+                &self.impulses.before,
+                &|node| Some((interval[node as usize], interval[node as usize])),
+                &mut |node, impulse: &[f64; D]| held_contact.push((node, *impulse)),
+            );
+        }
+        for (node, impulse) in &held_contact {
+            let contact = &mut self.impulses.contact[*node as usize];
+            add_scaled(contact, 1.0, impulse);
+            if self.model.is_fixed(*node) {
+                let padded = pad(impulse);
+                add_scaled(&mut half.impulse, -1.0, &padded);
+            }
+        }
+        for &node in substep.nodes() {
+            let n = node as usize;
+            velocity[n] =
+                std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
+        }
+        // Booked with the mean velocity: half of the kick ends there.
+        self.model
+            .book_kick(&velocity, &self.impulses, &substep, 2.0, &mut half);
+        self.impulses.clear(substep.nodes());
+        for (node, _) in &held_contact {
+            self.impulses.contact[*node as usize] = [0.0; D];
+        }
+        let mut ledger = self.ledger;
+        ledger.add(0.5, &half);
+        self.plan = plan;
+        (velocity, ledger, 0.5 * friction)
+    }
+}
