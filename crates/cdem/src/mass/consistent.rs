@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{MAX_CONSISTENT_NODES, MassError, in_block};
+use super::{MAX_CONSISTENT_NODES, MassFault, in_block};
 use crate::element::{self, ElementSet};
 use crate::mesh::Mesh;
 
@@ -29,15 +29,11 @@ impl ConsistentMass {
         mesh: &Mesh<D>,
         sets: &[Box<dyn ElementSet<D>>],
         block: usize,
-    ) -> Result<Self, MassError> {
-        let name = || mesh.blocks[block].name.clone();
+    ) -> Result<Self, MassFault> {
         let nodes = &mesh.blocks[block].nodes;
         let size = nodes.len();
         if size > MAX_CONSISTENT_NODES {
-            return Err(MassError::TooManyNodes {
-                block: name(),
-                nodes: size,
-            });
+            return Err(MassFault::TooManyNodes { nodes: size });
         }
         let mut matrix = DMatrix::zeros(size, size);
         let mut local = [0.0; 64];
@@ -51,7 +47,7 @@ impl ConsistentMass {
             .clone()
             .cholesky()
             .map(|cholesky| cholesky.inverse())
-            .ok_or_else(|| MassError::NotPositive { block: name() })?;
+            .ok_or(MassFault::NotPositive)?;
         let inverse = (&inverse + inverse.transpose()) * 0.5;
         Ok(Self {
             block: block as u32,

@@ -67,11 +67,6 @@ impl<const D: usize> Inertia<D> {
         self.mass
     }
 
-    /// Centre of mass, m.
-    pub(super) fn centre(&self) -> [f64; D] {
-        self.centre
-    }
-
     /// A point in the block's frame.
     pub(super) fn local(&self, point: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|k| {

@@ -32,7 +32,7 @@ const MAX_CONSISTENT_NODES: usize = 1024;
 
 /// Masses of all nodes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Masses<const D: usize> {
+pub struct Masses {
     /// Lumped or fitted mass of each node, kg; row sums of the mass matrix in
     /// blocks with consistent mass.
     pub nodal: Vec<f64>,
@@ -42,8 +42,6 @@ pub struct Masses<const D: usize> {
     pub consistent: Vec<ConsistentMass>,
     /// Kind of mass of each block.
     pub kind: Vec<MassKind>,
-    /// Centre of mass of each block at rest, m; exact for every kind.
-    pub centre: Vec<[f64; D]>,
     /// Per block, the largest error of the moments of inertia in use about
     /// the principal axes, relative to the exact moments.
     pub inertia_error: Vec<f64>,
@@ -60,42 +58,46 @@ pub enum MassKind {
     Consistent,
 }
 
-/// A mass matrix that was asked for and cannot be had.
+/// A block whose masses cannot be had as asked for.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum MassError {
+#[error("block \"{name}\": {fault}")]
+pub struct MassError {
+    /// Index in [`Mesh::blocks`].
+    pub block: usize,
+    /// Name of the block.
+    pub name: String,
+    /// What is wrong.
+    pub fault: MassFault,
+}
+
+/// What is wrong with a block's masses, and what to try.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum MassFault {
     /// Fitted masses would be too small or negative.
     #[error(
-        "block `{block}`: fitted masses need every node to keep more than {SMALLEST_FACTOR} of its \
-         lumped mass, but one would keep {factor:.3}; use two elements or more in each direction, \
-         or `mass = \"auto\"` or `\"consistent\"`"
+        "fitted masses must leave each node more than {SMALLEST_FACTOR} of its lumped mass, but \
+         one would keep {factor:.3}; use two elements or more in each direction, or \
+         mass = \"auto\" or \"consistent\""
     )]
-    Fit {
-        /// Name of the block.
-        block: String,
+    SmallFactor {
         /// Smallest factor of the fit.
         factor: f64,
     },
     /// Too many nodes for a dense matrix.
     #[error(
-        "block `{block}`: `mass = \"consistent\"` is a dense matrix, for at most \
-         {MAX_CONSISTENT_NODES} nodes, but the block has {nodes}; use `\"auto\"` or `\"fitted\"`, \
-         which need no matrix in a mesh that fine"
+        "mass = \"consistent\" is a dense matrix, for at most {MAX_CONSISTENT_NODES} nodes, but \
+         the block has {nodes}; use \"auto\" or \"fitted\", a mesh that fine needs no matrix"
     )]
     TooManyNodes {
-        /// Name of the block.
-        block: String,
-        /// Its nodes.
+        /// Nodes of the block.
         nodes: usize,
     },
     /// A node without mass or a folded element.
     #[error(
-        "block `{block}`: its mass matrix is not positive definite; look for nodes without \
-         elements and for elements that are folded or flat"
+        "its mass matrix is not positive definite; look for nodes without elements and for \
+         elements that are folded or flat"
     )]
-    NotPositive {
-        /// Name of the block.
-        block: String,
-    },
+    NotPositive,
 }
 
 impl MassError {
@@ -118,45 +120,48 @@ impl MassError {
 /// for up to 64 nodes, else the best fit with its error in `inertia_error`.
 ///
 /// # Errors
-/// A mass matrix that was asked for but cannot be had: see [`MassError`].
+/// A mass matrix that was asked for but cannot be had: see [`MassFault`].
 pub fn build<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
     requested: &[Mass],
-) -> Result<Masses<D>, MassError> {
+) -> Result<Masses, MassError> {
     let nodal = lumped(mesh, sets);
     let mut masses = Masses {
         factor: vec![1.0; nodal.len()],
         consistent: Vec::new(),
         kind: Vec::new(),
-        centre: Vec::new(),
         inertia_error: Vec::new(),
         nodal,
     };
     let inertias = inertia::exact(mesh, sets, &masses.nodal);
     for (block, (inertia, &requested)) in inertias.into_iter().zip(requested).enumerate() {
-        masses.add_block(mesh, sets, block, &inertia, requested)?;
+        masses
+            .add_block(mesh, sets, block, &inertia, requested)
+            .map_err(|fault| MassError {
+                block,
+                name: mesh.blocks[block].name.clone(),
+                fault,
+            })?;
     }
     Ok(masses)
 }
 
-impl<const D: usize> Masses<D> {
+impl Masses {
     /// Decides on a block's mass, whose `nodal` is still lumped.
-    fn add_block(
+    fn add_block<const D: usize>(
         &mut self,
         mesh: &Mesh<D>,
         sets: &[Box<dyn ElementSet<D>>],
         block: usize,
         inertia: &Inertia<D>,
         requested: Mass,
-    ) -> Result<(), MassError> {
+    ) -> Result<(), MassFault> {
         let range = mesh.blocks[block].nodes.start as usize..mesh.blocks[block].nodes.end as usize;
         let rest = &mesh.nodes[range.clone()];
         let lumped = &mut self.nodal[range.clone()];
         if !lumped.iter().all(|&mass| mass > 0.0) {
-            return Err(MassError::NotPositive {
-                block: mesh.blocks[block].name.clone(),
-            });
+            return Err(MassFault::NotPositive);
         }
         let plain = inertia.error(rest, lumped);
         let (kind, error) = match requested {
@@ -166,10 +171,7 @@ impl<const D: usize> Masses<D> {
                 let fit = Fit::new(inertia, rest, lumped);
                 if requested == Mass::Fitted && fit.smallest_full_factor <= SMALLEST_FACTOR {
                     let factor = fit.smallest_full_factor;
-                    return Err(MassError::Fit {
-                        block: mesh.blocks[block].name.clone(),
-                        factor,
-                    });
+                    return Err(MassFault::SmallFactor { factor });
                 }
                 let masses: Vec<f64> = lumped
                     .iter()
@@ -194,7 +196,6 @@ impl<const D: usize> Masses<D> {
                 .push(ConsistentMass::new(mesh, sets, block)?);
         }
         self.kind.push(kind);
-        self.centre.push(inertia.centre());
         self.inertia_error.push(error);
         Ok(())
     }
