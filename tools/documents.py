@@ -55,7 +55,7 @@ def lines_matching(pattern, text):
 
 def looks_like_path(span):
     """Whether an inline code span names a file or folder of the tree."""
-    if not PATH.fullmatch(span) or MADE_ELSEWHERE.fullmatch(span):
+    if not PATH.fullmatch(span) or MADE_ELSEWHERE.fullmatch(span) or ENDING.fullmatch(span):
         return False
     return bool(ENDING.search(span)) or "/" in span
 

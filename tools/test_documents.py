@@ -10,7 +10,7 @@ import documents
 GOOD = """# Guide
 
 See [the code](src/lib.rs), [above](#guide), `src/lib.rs`, `src/*.rs` and `src/`.
-A run writes `history.csv` and `frames/00000.vtu`.
+A run writes `history.csv` and `frames/00000.vtu`; its mesh ends in `.msh`.
 The method is that of [Li2015].
 """
 
