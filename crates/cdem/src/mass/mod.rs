@@ -100,18 +100,6 @@ pub enum MassFault {
     NotPositive,
 }
 
-impl MassError {
-    /// Name of the block.
-    #[must_use]
-    pub fn block(&self) -> &str {
-        match self {
-            Self::Fit { block, .. }
-            | Self::TooManyNodes { block, .. }
-            | Self::NotPositive { block } => block,
-        }
-    }
-}
-
 /// Masses of the nodes of `mesh`, whose elements are in `sets`; `requested`
 /// has one entry for each block.
 ///

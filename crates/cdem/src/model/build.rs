@@ -69,11 +69,7 @@ impl<const D: usize> Model<D> {
             .map(|block| scene.block[block.source].mass)
             .collect();
         let masses = mass::build(&mesh, &sets, &requested).map_err(|source| {
-            let blocks = mesh.blocks.iter();
-            let number = blocks
-                .filter(|block| block.name == source.block())
-                .map(|b| b.source);
-            let number = number.last().unwrap_or_default();
+            let number = mesh.blocks[source.block].source;
             ModelError::Mass {
                 key: format!("block[{number}].mass"),
                 source,
@@ -278,7 +274,7 @@ fn places<const D: usize>(sets: &[Box<dyn ElementSet<D>>], count: usize) -> Vec<
     place
 }
 
-fn inertia_of<const D: usize>(masses: &Masses<D>) -> Inertia<D> {
+fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
     let dense = masses.consistent.iter();
     let dense = dense
         .map(|block| (block.first_node as usize, block.matrix.clone()))
@@ -291,7 +287,7 @@ fn inertia_of<const D: usize>(masses: &Masses<D>) -> Inertia<D> {
 fn stable_steps<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
-    masses: &Masses<D>,
+    masses: &Masses,
     blocks: &[BlockData],
     place: &[(u32, u32)],
 ) -> Vec<f64> {
