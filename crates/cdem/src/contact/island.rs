@@ -2,7 +2,7 @@
 //! sections 3 and 4).
 
 use crate::contact::live::{Live, Record};
-use crate::contact::solve::{Constraint, solve};
+use crate::contact::solve::{Constraint, shear_norm, solve};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
@@ -53,47 +53,47 @@ pub(crate) struct Island<const D: usize> {
 impl<const D: usize> Island<D> {
     /// After the kick of a substep: the impulses that keep closed pairs
     /// together, (11), or part them, (6)–(10). `before` are the velocities
-    /// before the kick of `interval` seconds that precedes a drift of `drift`
-    /// seconds.
+    /// before the kick of `interval` seconds at `time`, which precedes a drift
+    /// of `drift` seconds.
     pub(crate) fn hold(
         &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         before: &[[f64; D]],
-        (interval, drift): (f64, f64),
+        (time, interval, drift): (f64, f64, f64),
         receive: Receive<D>,
         books: &mut Books,
     ) -> Vec<Record> {
         let mut ended = Vec::new();
         let at = motion.positions();
         self.live.retain_mut(|live| {
-            let goes_on = live.follow(setting.surface, at);
+            let goes_on = live.follow(setting.surface, at, setting.tolerance);
             if !goes_on {
                 ended.push(live.record.clone());
             }
             goes_on
         });
+        self.close_touching(setting, motion, (time, drift), books);
         if self.live.is_empty() {
             return ended;
         }
         let mut constraints = self.solve_closed(setting, motion, (interval, drift), books);
         for (live, constraint) in self.live.iter_mut().zip(&mut constraints) {
+            let [old, new] = [before, motion.velocity].map(|v| relative(constraint, v));
+            let work = |r: usize| 0.5 * constraint.impulse[r] * (old[r] + new[r]);
+            let sheared: f64 = (1..D).map(work).sum();
+            if std::mem::take(&mut live.fresh) {
+                books.impact_loss -= work(0) + sheared;
+            } else {
+                books.friction_loss -= sheared;
+            }
             live.impulse = constraint.impulse;
             live.interval = interval;
             live.record.count(&constraint.impulse);
-            let mut slip = [0.0; D];
-            for r in 1..D {
-                let (old, new) = (
-                    constraint.relative_velocity(r, before),
-                    constraint.relative_velocity(r, motion.velocity),
-                );
-                books.friction_loss -= 0.5 * constraint.impulse[r] * (old + new);
-                slip[r] = new * drift;
-            }
             deliver(constraint, &constraint.impulse, receive);
             if constraint.slips() {
                 live.slide();
-                live.record.slip += crate::contact::solve::shear_norm(&slip);
+                live.record.slip += shear_norm(&new) * drift;
             } else if !live.sticks {
                 live.stick();
             }
@@ -111,6 +111,23 @@ impl<const D: usize> Island<D> {
             !opens
         });
         ended
+    }
+
+    /// Closes the open pairs that touch already and that the kick has set
+    /// moving towards each other: no impact, unless they did before.
+    fn close_touching(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        (time, drift): (f64, f64),
+        books: &mut Books,
+    ) {
+        for (wait, pair) in self.first_touches(setting, motion, drift) {
+            if wait == 0.0 {
+                self.touch(setting, motion.positions(), pair, time);
+                books.touches += 1;
+            }
+        }
     }
 
     /// Solves the closed contacts; those beyond their strength break together,

@@ -69,19 +69,26 @@ impl Record {
 
 impl<const D: usize> Live<D> {
     /// Moves a sliding contact's foot to where its point is now, and on to a
-    /// neighbouring target feature; `false` where the surface ends.
-    pub(crate) fn follow(&mut self, surface: &dyn Surface<D>, at: Positions<D>) -> bool {
+    /// neighbouring target feature; `false` where the surface has ended by
+    /// more than `tolerance`, so that flush corners do not flicker.
+    pub(crate) fn follow(
+        &mut self,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+        tolerance: f64,
+    ) -> bool {
         if self.sticks {
             return true;
         }
         let mut projection = surface.project(self.pair, at);
         let slack = 1e-9 * surface.target_size(self.pair.target, at);
         if projection.outside > slack {
-            let Some(next) = surface.neighbour(self.pair, &projection.foot, at) else {
+            if let Some(next) = surface.neighbour(self.pair, &projection.foot, at) {
+                self.pair = next;
+                projection = surface.project(next, at);
+            } else if projection.outside > tolerance {
                 return false;
-            };
-            self.pair = next;
-            projection = surface.project(next, at);
+            }
         }
         self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
         true

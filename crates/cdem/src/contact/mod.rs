@@ -326,7 +326,10 @@ impl<const D: usize> Contacts<D> {
                 ContactModel::Penalty => {
                     island.press(&setting, motion, before, (time, timing.0), receive, books)
                 }
-                _ => island.hold(&setting, motion, before, timing, receive, books),
+                _ => {
+                    let timing = (time, timing.0, timing.1);
+                    island.hold(&setting, motion, before, timing, receive, books)
+                }
             };
             let ended = ended.into_iter();
             self.ended.extend(ended.map(|record| Record {
@@ -362,7 +365,10 @@ impl<const D: usize> Contacts<D> {
                     receive,
                     &mut books,
                 )),
-                _ => drop(island.hold(&setting, motion, before, timing, receive, &mut books)),
+                _ => {
+                    let timing = (0.0, timing.0, timing.1);
+                    drop(island.hold(&setting, motion, before, timing, receive, &mut books));
+                }
             }
         }
         books.friction_loss

@@ -102,9 +102,9 @@ impl Outline {
         Some(if beyond_end { after } else { before })
     }
 
-    /// At a convex corner of the target, the point may be outside of the block
-    /// or nearer to the other edge although it has crossed this one: `true` if
-    /// so at the positions `then`, after a touch within `zone` of an end.
+    /// At a convex corner of the target, a point that glides along one edge
+    /// crosses the line of the other: `true` if the pair's touch within `zone`
+    /// of an end is such a ghost, seen from the positions `then` after it.
     fn belongs_to_other_edge(&self, pair: Pair, foot: f64, zone: f64, then: Positions<2>) -> bool {
         let length = self.target_size(pair.target, then);
         let from_end = foot.min(1.0 - foot) * length;
@@ -122,7 +122,7 @@ impl Outline {
             };
             cross2(&self.direction(one, then), &self.direction(two, then))
         };
-        if turn < FLUSH {
+        if turn < FLUSH || self.lies_flush(pair, then, zone) {
             return false;
         }
         let gap = |edge| {
@@ -136,6 +136,17 @@ impl Outline {
             .gap
         };
         gap(other) > gap(pair.target)
+    }
+
+    /// Whether an edge of the main vertex lies on the target edge over more
+    /// than `tolerance`.
+    fn lies_flush(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> bool {
+        let own = self.vertices[pair.main as usize]
+            .edges
+            .into_iter()
+            .flatten();
+        own.into_iter()
+            .any(|edge| self.overlap(edge, pair.target, at, tolerance) > tolerance)
     }
 
     /// Lengths of the pieces in which a flush edge of the main vertex lies on

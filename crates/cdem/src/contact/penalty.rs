@@ -49,7 +49,7 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         self.live.retain_mut(|live| {
             live.sticks = false; // the foot follows the point; springs remember
-            let closed = live.follow(surface, motion.positions())
+            let closed = live.follow(surface, motion.positions(), tolerance)
                 && live.spring(
                     surface,
                     motion,
