@@ -206,9 +206,9 @@ impl<const D: usize> Model<D> {
             }
             let centre = self.centre(number, |node| self.mesh.nodes[node]);
             let velocity: [f64; D] = std::array::from_fn(|c| source.velocity[c]);
-            let spin = match source.angular_velocity.as_slice() {
-                &[z] => [0.0, 0.0, z],
-                &[x, y, z] => [x, y, z],
+            let spin = match *source.angular_velocity {
+                [z] => [0.0, 0.0, z],
+                [x, y, z] => [x, y, z],
                 _ => [0.0; 3],
             };
             for node in self.nodes(number) {
