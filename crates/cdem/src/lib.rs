@@ -19,3 +19,4 @@ mod vector;
 
 pub use model::ModelError;
 pub use simulation::{AnyMesh, BlockOverview, Overview, Simulation, StepError};
+pub use step::Corrections;

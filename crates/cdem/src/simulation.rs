@@ -11,7 +11,7 @@ use crate::model::{Model, ModelError};
 use crate::report::{Instant, nearest_node};
 use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
 use crate::scene::{ContactModel, Scene};
-use crate::step::Run;
+use crate::step::{Corrections, Run};
 
 /// A mesh of either dimension.
 #[derive(Clone, Debug)]
@@ -296,6 +296,12 @@ impl Simulation {
     #[must_use]
     pub fn max_penetration(&self) -> f64 {
         each!(self, driven => driven.run.contacts.as_ref().map_or(0.0, |c| c.max_penetration()))
+    }
+
+    /// Corrections of positions so far; none in most runs.
+    #[must_use]
+    pub fn corrections(&self) -> Corrections {
+        each!(self, driven => driven.run.corrections)
     }
 
     /// The model in figures.

@@ -2,7 +2,7 @@
 //! sections 3 and 4).
 
 use crate::contact::live::{Live, Record};
-use crate::contact::solve::{Constraint, shear_norm, solve};
+use crate::contact::solve::{Constraint, Limit, shear_norm, solve};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
@@ -316,6 +316,35 @@ impl<const D: usize> Island<D> {
             }
         }
         loss
+    }
+}
+
+impl<const D: usize> Island<D> {
+    /// Moves that take the penetration out of the island, m.
+    pub(crate) fn part(&mut self, setting: &Setting<D>, at: Positions<D>) -> Vec<(u32, [f64; D])> {
+        // The solver of velocities, over one second from rest, without shear.
+        let last = self.nodes.last().map_or(0, |&node| node as usize + 1);
+        let mut moves = vec![[0.0; D]; last];
+        let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.live.len());
+        for live in &mut self.live {
+            let operator = live.operator(setting.surface, at);
+            let mut target = [0.0; D];
+            target[0] = live.penetration();
+            live.offset[0] += target[0];
+            let free = Limit::default();
+            constraints.push(Constraint::new(
+                operator,
+                target,
+                free,
+                [0.0; D],
+                setting.inertia,
+            ));
+        }
+        solve(&mut constraints, setting.inertia, &mut moves);
+        self.nodes
+            .iter()
+            .map(|&node| (node, moves[node as usize]))
+            .collect()
     }
 }
 

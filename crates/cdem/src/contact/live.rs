@@ -94,6 +94,15 @@ impl<const D: usize> Live<D> {
         true
     }
 
+    /// Overlap that the pair keeps, m; that of t = 0 is the user's.
+    pub(crate) fn penetration(&self) -> f64 {
+        if self.record.time_on > 0.0 {
+            -self.offset[0]
+        } else {
+            0.0
+        }
+    }
+
     /// The operator at the present positions.
     pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Positions<D>) -> Operator<D> {
         surface.operator(self.pair, &self.foot, at)

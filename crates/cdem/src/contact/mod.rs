@@ -30,6 +30,10 @@ const REACH: f64 = 3.0;
 /// at least, less one.
 const MARGIN: f64 = 12.0;
 
+/// Penetration that is left as it is, over the tolerance: a 1e-8th of the
+/// smallest boundary edge by default.
+const PENETRATION: f64 = 1e-4;
+
 /// Coarse steps for which nodes stay joined after their pair was last near: a
 /// change of levels costs energy, so they change seldom (design, section 3).
 const STAY: u64 = 32;
@@ -47,6 +51,8 @@ pub(crate) struct Contacts<const D: usize> {
     candidates: Vec<Pair>,
     /// Relative motion that the last search still covers, m.
     covered: f64,
+    /// Those of them that may touch in this coarse step, sorted.
+    near: Vec<Pair>,
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
     islands: Vec<Island<D>>,
@@ -109,6 +115,7 @@ impl<const D: usize> Contacts<D> {
                 .collect(),
             candidates: Vec::new(),
             covered: f64::NEG_INFINITY,
+            near: Vec::new(),
             joins: Vec::new(),
             islands: Vec::new(),
             in_island: vec![false; mesh.nodes.len()],
@@ -145,13 +152,14 @@ impl<const D: usize> Contacts<D> {
 
     /// Before a coarse step: searches when the last search no longer covers
     /// what may move, and puts pairs that are or may come in contact into
-    /// islands. `speed` is that of the fastest node, m/s.
+    /// islands. `speed` is that of the fastest node, m/s. Returns whether
+    /// other nodes than before count as one in the levels.
     pub(crate) fn prepare(
         &mut self,
         at: Positions<D>,
         inertia: &Inertia<D>,
         (speed, step, number): (f64, f64, u64),
-    ) {
+    ) -> bool {
         let reach = REACH * speed * step + 0.1 * self.terms.tolerance;
         if self.covered < reach {
             let margin = MARGIN * reach + self.terms.tolerance;
@@ -165,9 +173,13 @@ impl<const D: usize> Contacts<D> {
             .copied()
             .filter(|&pair| self.is_near(pair, at, reach))
             .collect();
-        let live = self.take_live();
-        self.join(&near, &live, number);
-        self.build_islands(near, live, inertia);
+        let known = |live: &Live<D>| near.binary_search(&live.pair).is_ok();
+        if near != self.near || !self.live().all(known) {
+            let live = self.take_live();
+            self.build_islands(&near, live, inertia);
+            self.near = near;
+        }
+        self.join(number)
     }
 
     fn search(&mut self, at: Positions<D>, margin: f64) {
@@ -201,17 +213,20 @@ impl<const D: usize> Contacts<D> {
         live
     }
 
-    fn join(&mut self, near: &[Pair], live: &[Live<D>], number: u64) {
-        self.joins.retain(|&(_, last)| number <= last + STAY);
-        let now = near
-            .iter()
-            .copied()
-            .chain(live.iter().map(|live| live.pair));
+    /// Brings the joins up to date; whether any has come or gone.
+    fn join(&mut self, number: u64) -> bool {
+        let now = self.near.iter().copied();
+        let now = now.chain(self.live().map(|live| live.pair));
         let mut joins: Vec<(Pair, u64)> = now.map(|pair| (pair, number)).collect();
-        joins.append(&mut self.joins);
+        joins.extend(self.joins.iter().filter(|(_, last)| number <= last + STAY));
         joins.sort_by_key(|&(pair, last)| (pair, std::cmp::Reverse(last)));
         joins.dedup_by_key(|join| join.0);
+        let changed = !joins
+            .iter()
+            .map(|join| join.0)
+            .eq(self.joins.iter().map(|join| join.0));
         self.joins = joins;
+        changed
     }
 
     /// Nodes that count as one in the levels.
@@ -237,7 +252,7 @@ impl<const D: usize> Contacts<D> {
         self.nodes_of(pair).filter(moves)
     }
 
-    fn build_islands(&mut self, near: Vec<Pair>, live: Vec<Live<D>>, inertia: &Inertia<D>) {
+    fn build_islands(&mut self, near: &[Pair], live: Vec<Live<D>>, inertia: &Inertia<D>) {
         for island in &self.islands {
             for &node in &island.nodes {
                 self.in_island[node as usize] = false;
@@ -270,7 +285,7 @@ impl<const D: usize> Contacts<D> {
             self.in_island[node as usize] = true;
         }
         let of_pair = |pair: Pair| self.moving_nodes(pair).next().map(island_of);
-        for pair in near {
+        for &pair in near {
             if let Some(island) = of_pair(pair) {
                 islands[island].near.push(pair);
             }
@@ -415,6 +430,28 @@ impl<const D: usize> Contacts<D> {
             let gap = surface.project(live.pair, at).gap;
             self.max_penetration = self.max_penetration.max(given - gap);
         }
+    }
+
+    /// Takes penetration out of the positions, velocities untouched: moves
+    /// by M⁻¹∇g so that closed pairs that overlap touch. Returns the nodal
+    /// moves, m.
+    pub(crate) fn part(&mut self, at: Positions<D>, inertia: &Inertia<D>) -> Vec<(u32, [f64; D])> {
+        let mut moves = Vec::new();
+        if self.model == ContactModel::Penalty {
+            return moves;
+        }
+        let setting = self.terms.setting(inertia);
+        for island in &mut self.islands {
+            let deepest = island
+                .live
+                .iter()
+                .map(Live::penetration)
+                .fold(0.0, f64::max);
+            if deepest > PENETRATION * self.terms.tolerance {
+                moves.extend(island.part(&setting, at));
+            }
+        }
+        moves
     }
 
     /// All live contacts.

@@ -372,13 +372,10 @@ fn base_levels<const D: usize>(
             let limit = limits[e as usize];
             levels[e as usize] = level_of(step, safety * limit).ok_or_else(|| {
                 let node = mesh.elements[e as usize].nodes()[0];
-                let at = pad(&mesh.nodes[node as usize]);
                 ModelError::TooFine {
                     block: block.name.clone(),
                     element: e - block.elements.start,
-                    x: at[0],
-                    y: at[1],
-                    z: at[2],
+                    at: pad(&mesh.nodes[node as usize]),
                     limit,
                     needed: (step / (safety * limit)).log2().ceil() as u32,
                     step,

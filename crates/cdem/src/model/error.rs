@@ -48,18 +48,18 @@ pub enum ModelError {
     },
     /// Blocks overlap at the start.
     #[error(
-        "blocks \"{blocks0}\" and \"{blocks1}\" overlap at ({x}, {y}, {z}) by {depth:e} m, more \
-         than the contact tolerance of {tolerance:e} m; move one of them (`translate`), or raise \
-         `contact.tolerance`"
+        "blocks \"{}\" and \"{}\" overlap at {} by {depth:e} m, more than the contact tolerance of \
+         {tolerance:e} m; move one of them (`translate`), or raise `contact.tolerance`",
+        blocks[0], blocks[1], place(at)
     )]
-    #[allow(missing_docs)] // the message names them
     Overlap {
-        blocks0: String,
-        blocks1: String,
-        x: f64,
-        y: f64,
-        z: f64,
+        /// Names of the two.
+        blocks: [String; 2],
+        /// Where, m.
+        at: [f64; 3],
+        /// How deep, m.
         depth: f64,
+        /// How deep they may, m.
         tolerance: f64,
     },
     /// Contact in 3-D is not there yet.
@@ -70,30 +70,45 @@ pub enum ModelError {
     ContactInSpace,
     /// An element needs more levels than there are.
     #[error(
-        "block \"{block}\", element {element} at ({x}, {y}, {z}) is stable up to {limit:e} s only: \
-         level {needed} of a step of {step:e} s, and there are 16; take a smaller `time.step`, or \
-         mend the mesh there (a sliver?)"
+        "block \"{block}\", element {element} at {} is stable up to {limit:e} s only: level {needed} \
+         of a step of {step:e} s, and there are 16; take a smaller `time.step`, or mend the mesh \
+         there (a sliver?)",
+        place(at)
     )]
-    #[allow(missing_docs)] // the message names them
     TooFine {
+        /// Name of the block.
         block: String,
+        /// Number of the element in its block.
         element: u32,
-        x: f64,
-        y: f64,
-        z: f64,
+        /// Its first node, m.
+        at: [f64; 3],
+        /// Its stable step, s.
         limit: f64,
+        /// The level it needs.
         needed: u32,
+        /// The coarsest step, s.
         step: f64,
     },
     /// The run would take more steps than can be counted.
     #[error(
         "{count:e} steps of {step:e} s to t = {end} s are too many; raise `time.step` or lower `time.end`"
     )]
-    #[allow(missing_docs)] // the message names them
-    TooManySteps { count: f64, step: f64, end: f64 },
+    TooManySteps {
+        /// Steps.
+        count: f64,
+        /// Their length, s.
+        step: f64,
+        /// End of the run, s.
+        end: f64,
+    },
     /// Nothing to run.
     #[error("the scene has no block that may move")]
     NothingMoves,
+}
+
+/// A point as text.
+fn place([x, y, z]: &[f64; 3]) -> String {
+    format!("({x:.6}, {y:.6}, {z:.6})")
 }
 
 impl ModelError {

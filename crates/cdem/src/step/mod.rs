@@ -15,7 +15,7 @@ use levels::{Joined, Levels, Schedule};
 use crate::contact::Contacts;
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
-use crate::vector::{add, add_scaled, pad, sub};
+use crate::vector::{add, add_scaled, cross, dot, pad, scale, sub};
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
 pub(crate) struct Run<const D: usize> {
@@ -30,10 +30,20 @@ pub(crate) struct Run<const D: usize> {
     /// Nodes whose `node_impulse` is not zero.
     touched: Vec<u32>,
     pub(crate) element_updates: u64,
+    pub(crate) corrections: Corrections,
     pub(crate) plan: Plan,
     impulses: Impulses<D>,
     /// Which boundary conditions act.
     acting: Vec<bool>,
+}
+
+/// Corrections of positions so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Corrections {
+    /// Coarse steps that ended with one.
+    pub count: u64,
+    /// Angular momentum that they have added, N·m·s.
+    pub angular_momentum: [f64; 3],
 }
 
 /// Who is due when, until the levels change.
@@ -102,6 +112,7 @@ impl<const D: usize> Run<D> {
             node_impulse: vec![[0.0; D]; nodes],
             touched: Vec::new(),
             element_updates: 0,
+            corrections: Corrections::default(),
             plan: Plan::default(),
             acting: model
                 .prescribed
@@ -147,8 +158,10 @@ impl<const D: usize> Run<D> {
         // What the next step needs is made now, so that a report between two
         // steps sees the state as the next step will.
         self.switch_boundaries();
-        self.find_contacts();
-        self.assign_levels();
+        self.part_contacts();
+        if self.find_contacts() {
+            self.assign_levels();
+        }
     }
 
     /// Boundary conditions that begin or end now change what is held.
@@ -168,14 +181,44 @@ impl<const D: usize> Run<D> {
     }
 
     /// Section 4: search, and islands of pairs that touch or may touch.
-    fn find_contacts(&mut self) {
-        let (step, number) = (self.model.step, self.state.number);
+    /// Returns whether the levels must follow.
+    fn find_contacts(&mut self) -> bool {
         let nodes = 0..self.model.mesh.nodes.len();
+        let Some(contacts) = &mut self.contacts else {
+            return false;
+        };
         let speed = self.model.motion(&mut self.state).fastest(nodes);
         let at = self.model.positions(&self.state);
-        if let Some(contacts) = &mut self.contacts {
-            contacts.prepare(at, &self.model.inertia, (speed, step, number));
+        let (step, number) = (self.model.step, self.state.number);
+        contacts.prepare(at, &self.model.inertia, (speed, step, number))
+    }
+
+    /// Section 5: penetration that several simultaneous hits have left goes
+    /// out of the positions, and into the books.
+    fn part_contacts(&mut self) {
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
+        let moves = contacts.part(self.model.positions(&self.state), &self.model.inertia);
+        if moves.is_empty() {
+            return;
         }
+        let gravity = self.model.gravity_at(self.time());
+        let strain_energy = self.model.strain_energy(&self.state.displacement);
+        for (node, shift) in &moves {
+            let n = *node as usize;
+            let weight = scale(self.model.inertia.mass()[n], &gravity);
+            let work = dot(&weight, shift);
+            self.ledger.gravity_work += work;
+            self.ledger.correction_loss += work;
+            let momentum = self.model.inertia.momentum(n, &self.state.velocity);
+            let turn = cross(&pad(shift), &pad(&momentum));
+            add_scaled(&mut self.corrections.angular_momentum, 1.0, &turn);
+            add_scaled(&mut self.state.displacement[n], 1.0, shift);
+        }
+        self.corrections.count += 1;
+        self.ledger.correction_loss +=
+            strain_energy - self.model.strain_energy(&self.state.displacement);
     }
 
     /// Section 3: levels, with one buffer layer that crosses contacts.
