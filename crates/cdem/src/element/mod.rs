@@ -15,6 +15,8 @@ mod incremental;
 mod set;
 mod shape;
 mod tensor;
+#[cfg(test)]
+pub(crate) mod tests;
 mod total;
 
 use std::sync::Arc;

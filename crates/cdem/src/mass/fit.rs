@@ -84,11 +84,9 @@ impl System {
             let terms = functions[f].iter();
             root[a] * terms.map(|&(k, l)| local[a][k] * local[a][l]).sum::<f64>()
         });
-        // In the block's frame ∫ξ_k ξ_l is 1 if k = l, else 0; for r² of the
-        // polar frame it is 1 too.
+        let exact = |&(k, l): &(usize, usize)| inertia.second(k, l);
         let mut missing = DVector::from_fn(functions.len(), |f, _| {
-            let (k, l) = functions[f][0];
-            if k == l { 1.0 } else { 0.0 }
+            functions[f].iter().map(exact).sum::<f64>()
         });
         let normal = linear.transpose() * &linear;
         if let Some(cholesky) = normal.cholesky() {

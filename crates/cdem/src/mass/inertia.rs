@@ -10,14 +10,15 @@ use crate::mesh::Mesh;
 ///
 /// Its frame has its origin in the centre, its axes along the principal axes
 /// of the second moments, and the radii of gyration as units, so that the
-/// second moments over mass are the unit tensor however thin or oblique the
-/// block is. In 2-D, where only the polar moment counts, both axes take the
-/// polar radius of gyration.
+/// second moments over mass are near the unit tensor however thin or oblique
+/// the block is. In 2-D, where only the polar moment counts, both axes take
+/// the polar radius of gyration.
 pub(super) struct Inertia<const D: usize> {
     mass: f64,
     centre: [f64; D],
     axes: [[f64; D]; D],
     radii: [f64; D],
+    second: [[f64; D]; D],
 }
 
 /// Exact inertia of every block; `lumped` are the row-sum masses, kg.
@@ -43,28 +44,31 @@ impl<const D: usize> Inertia<D> {
             }
         }
         let centre = std::array::from_fn(|k| mesh.nodes[start][k] + first[k] / mass);
-        let second = second_moments(mesh, sets, block, centre) / mass;
-        if D == 2 {
-            let axes = [[1.0, 0.0], [0.0, 1.0]];
-            return Self {
-                mass,
-                centre,
-                axes: std::array::from_fn(|i| std::array::from_fn(|j| axes[i][j])),
-                radii: [second.trace().sqrt(); D],
-            };
-        }
-        let eigen = second.symmetric_eigen();
-        Self {
+        let from_centre = |x: &[f64; D]| std::array::from_fn(|k| x[k] - centre[k]);
+        let second =
+            second_moments(mesh, sets, block, from_centre).map(|row| row.map(|x| x / mass));
+        let (axes, radii) = principal_frame(&second);
+        let mut inertia = Self {
             mass,
             centre,
-            axes: std::array::from_fn(|k| std::array::from_fn(|i| eigen.eigenvectors[(i, k)])),
-            radii: std::array::from_fn(|k| eigen.eigenvalues[k].max(0.0).sqrt()),
-        }
+            axes,
+            radii,
+            second,
+        };
+        // Again in the frame: a thin axis has lost digits to the long ones.
+        let local = second_moments(mesh, sets, block, |x| inertia.local(x));
+        inertia.second = local.map(|row| row.map(|x| x / mass));
+        inertia
     }
 
     /// Total mass, kg.
     pub(super) fn mass(&self) -> f64 {
         self.mass
+    }
+
+    /// Exact mean of ξ_k ξ_l over the mass.
+    pub(super) fn second(&self, k: usize, l: usize) -> f64 {
+        self.second[k][l]
     }
 
     /// A point in the block's frame.
@@ -89,48 +93,64 @@ impl<const D: usize> Inertia<D> {
                 }
             }
         }
-        if D == 2 {
-            return (second[0][0] + second[1][1] - 1.0).abs();
-        }
         let squares = self.radii.map(|radius| radius * radius);
-        let exact = |k: usize| squares.iter().sum::<f64>() - squares[k];
+        let moment = |second: &[[f64; D]; D], k: usize| -> f64 {
+            let others = (0..D).filter(|&l| l != k || D == 2);
+            others.map(|l| squares[l] * second[l][l]).sum()
+        };
+        if D == 2 {
+            return (moment(&second, 0) / moment(&self.second, 0) - 1.0).abs();
+        }
         let mut largest: f64 = 0.0;
         for k in 0..D {
-            let moment: f64 = (0..D)
-                .filter(|&l| l != k)
-                .map(|l| squares[l] * second[l][l])
-                .sum();
-            largest = largest.max((moment / exact(k) - 1.0).abs());
+            let exact = moment(&self.second, k);
+            largest = largest.max((moment(&second, k) / exact - 1.0).abs());
             for l in 0..k {
-                let product = second[k][l] * self.radii[k] * self.radii[l];
-                largest = largest.max(product.abs() / (exact(k) * exact(l)).sqrt());
+                let missed = (second[k][l] - self.second[k][l]) * self.radii[k] * self.radii[l];
+                largest = largest.max(missed.abs() / (exact * moment(&self.second, l)).sqrt());
             }
         }
         largest
     }
 }
 
-/// ∫ρ (X − c) ⊗ (X − c), exact for the interpolated geometry:
-/// Σ M_ab (X_a − c) ⊗ (X_b − c), kg·m².
+/// Axes and radii of gyration of second moments over mass.
+fn principal_frame<const D: usize>(second: &[[f64; D]; D]) -> ([[f64; D]; D], [f64; D]) {
+    if D == 2 {
+        let polar = second[0][0] + second[1][1];
+        let axis = |k: usize| std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
+        return (std::array::from_fn(axis), [polar.sqrt(); D]);
+    }
+    let eigen = DMatrix::from_fn(D, D, |i, j| second[i][j]).symmetric_eigen();
+    let axis = |k: usize| std::array::from_fn(|i| eigen.eigenvectors[(i, k)]);
+    let radius = |k: usize| eigen.eigenvalues[k].max(0.0).sqrt();
+    (std::array::from_fn(axis), std::array::from_fn(radius))
+}
+
+/// ∫ρ Y ⊗ Y of the linear map Y of positions, exact for the interpolated
+/// geometry: Σ M_ab Y_a ⊗ Y_b.
 fn second_moments<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
     block: usize,
-    centre: [f64; D],
-) -> DMatrix<f64> {
-    let mut moments = DMatrix::zeros(D, D);
+    map: impl Fn(&[f64; D]) -> [f64; D],
+) -> [[f64; D]; D] {
+    let mut moments = [[0.0; D]; D];
     let mut mass = [0.0; 64];
     for set in sets {
         for i in in_block(mesh, set.as_ref(), block) {
             set.consistent_mass(i, &mut mass);
             let nodes = set.nodes(i);
-            let arm = |a: usize, k: usize| mesh.nodes[nodes[a] as usize][k] - centre[k];
-            for a in 0..nodes.len() {
-                for b in 0..nodes.len() {
+            let arms: Vec<_> = nodes
+                .iter()
+                .map(|&n| map(&mesh.nodes[n as usize]))
+                .collect();
+            for (a, arm) in arms.iter().enumerate() {
+                for (b, other) in arms.iter().enumerate() {
                     let entry = mass[a * nodes.len() + b];
                     for k in 0..D {
                         for l in 0..D {
-                            moments[(k, l)] += entry * arm(a, k) * arm(b, l);
+                            moments[k][l] += entry * arm[k] * other[l];
                         }
                     }
                 }

@@ -8,6 +8,8 @@
 mod consistent;
 mod fit;
 mod inertia;
+#[cfg(test)]
+mod tests;
 
 use thiserror::Error;
 
@@ -76,7 +78,7 @@ pub enum MassFault {
     /// Fitted masses would be too small or negative.
     #[error(
         "fitted masses must leave each node more than {SMALLEST_FACTOR} of its lumped mass, but \
-         one would keep {factor:.3}; use two elements or more in each direction, or \
+         one would keep {factor:.3}; use four elements or more in each direction, or \
          mass = \"auto\" or \"consistent\""
     )]
     SmallFactor {

@@ -14,7 +14,7 @@ mod shape;
 mod source;
 mod split;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod vector;
 
 use std::ops::Range;

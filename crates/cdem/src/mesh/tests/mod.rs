@@ -9,7 +9,7 @@ use super::{Element, Mesh, MeshError, RawMesh, assemble, quality};
 use crate::scene::*;
 
 /// A scene of the given blocks; nothing else of it matters to meshes.
-fn scene(dimension: usize, block: Vec<Block>) -> Scene {
+pub(crate) fn scene(dimension: usize, block: Vec<Block>) -> Scene {
     Scene {
         version: 1,
         title: String::new(),
@@ -51,7 +51,7 @@ fn scene(dimension: usize, block: Vec<Block>) -> Scene {
 }
 
 /// A block of this geometry, where it is.
-fn block(name: &str, geometry: Geometry) -> Block {
+pub(crate) fn block(name: &str, geometry: Geometry) -> Block {
     Block {
         name: name.to_owned(),
         geometry,

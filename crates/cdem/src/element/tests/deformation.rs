@@ -1,0 +1,92 @@
+//! Guards against inverted and overstretched elements.
+
+use super::*;
+use crate::element::tensor;
+use proptest::prelude::*;
+
+fn stretches_of_a_turned_box<const D: usize>() {
+    let stretches = [0.9, 1.3, 1.05];
+    for kind in kinds::<D>() {
+        let mesh = distorted([2; D], kind, 0.1);
+        let sets = sets_of(&mesh, rock(), Kinematics::Total, Plane::Strain);
+        let turn = rotation::<D>(0.8);
+        let displacement =
+            linear_field(&mesh, |i, j| turn[i][j] * stretches[j] - f64::from(i == j));
+        let found = sets[0].deformation(0, &displacement);
+        let volume: f64 = stretches[..D].iter().product();
+        // The principal values of a 3×3 tensor carry half the digits at worst.
+        assert!((found.min_jacobian - volume).abs() < 1e-13, "{kind:?}");
+        assert!(
+            (found.min_stretch - 0.9).abs() < 1e-8,
+            "{kind:?}: {found:?}"
+        );
+        assert!(
+            (found.max_stretch - 1.3).abs() < 1e-8,
+            "{kind:?}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn stretches_are_those_of_the_motion() {
+    stretches_of_a_turned_box::<2>();
+    stretches_of_a_turned_box::<3>();
+}
+
+fn a_mirrored_body_is_inverted<const D: usize>() {
+    for kind in kinds::<D>() {
+        let mesh = one_element::<D>(kind);
+        let sets = sets_of(&mesh, rock(), Kinematics::Total, Plane::Strain);
+        let mirror = linear_field(&mesh, |i, j| if i == 0 && j == 0 { -2.0 } else { 0.0 });
+        let found = sets[0].deformation(0, &mirror);
+        assert!(
+            (found.min_jacobian + 1.0).abs() < 1e-14,
+            "{kind:?}: {found:?}"
+        );
+        let rest = sets[0].deformation(0, &vec![[0.0; D]; mesh.nodes.len()]);
+        assert_eq!(
+            (rest.min_jacobian, rest.min_stretch, rest.max_stretch),
+            (1.0, 1.0, 1.0)
+        );
+    }
+}
+
+#[test]
+fn inversion_is_seen() {
+    a_mirrored_body_is_inverted::<2>();
+    a_mirrored_body_is_inverted::<3>();
+}
+
+proptest! {
+    #[test]
+    fn principal_values_are_eigenvalues(entries in prop::array::uniform6(-3.0f64..3.0)) {
+        let [a, b, c, d, e, f] = entries;
+        let three = [[a, d, f], [d, b, e], [f, e, c]];
+        let (low, high) = tensor::extreme_principal_values(&three);
+        let eigen = nalgebra::Matrix3::from(three).symmetric_eigenvalues();
+        // The closed form loses up to half of the digits near double roots.
+        prop_assert!((low - eigen.min()).abs() < 1e-7);
+        prop_assert!((high - eigen.max()).abs() < 1e-7);
+        let two = [[a, d], [d, b]];
+        let (low, high) = tensor::extreme_principal_values(&two);
+        let eigen = nalgebra::Matrix2::from(two).symmetric_eigenvalues();
+        prop_assert!((low - eigen.min()).abs() < 1e-13);
+        prop_assert!((high - eigen.max()).abs() < 1e-13);
+    }
+
+    #[test]
+    fn inverses_invert(entries in prop::array::uniform9(-1.0f64..1.0)) {
+        let mut matrix = [[0.0; 3]; 3];
+        matrix.as_flattened_mut().copy_from_slice(&entries);
+        // Diagonally dominant: well away from singular.
+        (0..3).for_each(|i| matrix[i][i] += 4.0);
+        let (inverse, determinant) = tensor::inverse(&matrix);
+        prop_assert!((determinant - tensor::determinant(&matrix)).abs() < 1e-13 * determinant);
+        let unit = tensor::product(&inverse, &matrix);
+        for (i, row) in unit.iter().enumerate() {
+            for (j, x) in row.iter().enumerate() {
+                prop_assert!((x - f64::from(i == j)).abs() < 1e-13);
+            }
+        }
+    }
+}

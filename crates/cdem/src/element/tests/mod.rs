@@ -1,0 +1,196 @@
+//! Tests of all shapes and formulations alike.
+
+mod deformation;
+mod force;
+mod frequency;
+mod interpolation;
+mod patch;
+mod rotation;
+
+use std::path::Path;
+
+use super::{BlockProperties, ElementSet, build};
+use crate::material::Elastic;
+use crate::mesh::{ElementKind, Mesh, assemble, tests as mesh_tests};
+use crate::scene::{Damping, Geometry, Kinematics, Plane, Rotation};
+
+pub(crate) type Sets<const D: usize> = Vec<Box<dyn ElementSet<D>>>;
+
+pub(super) const PLANES: [Plane; 2] = [Plane::Strain, Plane::Stress];
+pub(super) const KINEMATICS: [Kinematics; 2] = [Kinematics::Total, Kinematics::Incremental];
+const THICKNESS: f64 = 0.7;
+
+/// A rock with round numbers, ν about 0.29.
+pub(crate) fn rock() -> Elastic {
+    Elastic {
+        lame_lambda: 1.4e9,
+        shear_modulus: 1.0e9,
+        density: 2500.0,
+        damping: Damping::default(),
+    }
+}
+
+/// The shapes that fill `D` dimensions.
+pub(crate) fn kinds<const D: usize>() -> Vec<ElementKind> {
+    use ElementKind::{Hex8, Quad4, Tet4, Tri3, Wedge6};
+    [Tri3, Quad4, Tet4, Wedge6, Hex8]
+        .into_iter()
+        .filter(|kind| kind.dimension() == D)
+        .collect()
+}
+
+/// A box from the origin, turned about an axis oblique to its sides.
+pub(crate) fn box_mesh<const D: usize>(
+    size: [f64; D],
+    divisions: [usize; D],
+    element: ElementKind,
+    angle: f64,
+) -> Mesh<D> {
+    let mut block = mesh_tests::block(
+        "box",
+        Geometry::Box {
+            min: vec![0.0; D],
+            max: size.to_vec(),
+            divisions: divisions.to_vec(),
+            element,
+        },
+    );
+    let axis = if D == 2 {
+        [0.0, 0.0, 1.0]
+    } else {
+        [0.48, 0.6, 0.64]
+    };
+    block.rotate = Rotation { axis, angle };
+    let no_files = &mut |_: &Path| unreachable!("boxes are not read from files");
+    assemble(&mesh_tests::scene(D, vec![block]), no_files).expect("a box is a sound block")
+}
+
+/// A turned box of cells of size 1 whose nodes are moved, by up to `amount`
+/// a component; the same each time.
+pub(super) fn distorted<const D: usize>(
+    divisions: [usize; D],
+    element: ElementKind,
+    amount: f64,
+) -> Mesh<D> {
+    let mut mesh = box_mesh(divisions.map(|n| n as f64), divisions, element, 0.4);
+    for (a, node) in mesh.nodes.iter_mut().enumerate() {
+        for (k, x) in node.iter_mut().enumerate() {
+            *x += amount * noise(a, k);
+        }
+    }
+    mesh
+}
+
+/// A number in [−1, 1], as good as random.
+pub(super) fn noise(a: usize, k: usize) -> f64 {
+    (12.9898 * (a as f64 + 1.0) + 78.233 * (k as f64 + 1.0)).sin()
+}
+
+/// A mesh of one element of `kind`, somewhat distorted.
+pub(super) fn one_element<const D: usize>(kind: ElementKind) -> Mesh<D> {
+    let mut mesh = distorted([1; D], kind, 0.1);
+    mesh.elements.truncate(1);
+    mesh.blocks[0].elements = 0..1;
+    mesh
+}
+
+/// The sets of a mesh of blocks of one material.
+pub(crate) fn sets_of<const D: usize>(
+    mesh: &Mesh<D>,
+    material: Elastic,
+    kinematics: Kinematics,
+    plane: Plane,
+) -> Sets<D> {
+    let properties = BlockProperties {
+        material: 0,
+        kinematics,
+    };
+    let properties = vec![properties; mesh.blocks.len()];
+    build(mesh, &properties, &[material], plane, THICKNESS)
+}
+
+/// Numbers of all elements of a set.
+pub(super) fn all<const D: usize>(set: &dyn ElementSet<D>) -> Vec<u32> {
+    (0..set.len() as u32).collect()
+}
+
+/// Elastic nodal forces at `displacement`, N; nothing is committed.
+pub(super) fn forces<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> Vec<[f64; D]> {
+    let still = vec![[0.0; D]; displacement.len()];
+    let [mut force, mut viscous] = [still.clone(), still.clone()];
+    for set in sets {
+        let interval = vec![1.0; set.len()];
+        set.peek(
+            &all(&**set),
+            &interval,
+            displacement,
+            &still,
+            &mut force,
+            &mut viscous,
+        );
+    }
+    force
+}
+
+/// Brings the history of all elements up to `displacement`; gives the forces.
+pub(super) fn advance<const D: usize>(
+    sets: &mut Sets<D>,
+    displacement: &[[f64; D]],
+) -> Vec<[f64; D]> {
+    let still = vec![[0.0; D]; displacement.len()];
+    let [mut force, mut viscous] = [still.clone(), still.clone()];
+    for set in sets {
+        let interval = vec![1.0; set.len()];
+        set.kick(
+            &all(&**set),
+            &interval,
+            displacement,
+            &still,
+            &mut force,
+            &mut viscous,
+        );
+    }
+    force
+}
+
+/// Strain energy of all elements, J.
+pub(super) fn energy<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> f64 {
+    sets.iter()
+        .flat_map(|set| (0..set.len()).map(|i| set.strain_energy(i, displacement)))
+        .sum()
+}
+
+/// G·X at every node.
+pub(super) fn linear_field<const D: usize>(
+    mesh: &Mesh<D>,
+    gradient: impl Fn(usize, usize) -> f64,
+) -> Vec<[f64; D]> {
+    let at = |x: &[f64; D]| std::array::from_fn(|i| (0..D).map(|j| gradient(i, j) * x[j]).sum());
+    mesh.nodes.iter().map(at).collect()
+}
+
+/// Largest absolute component.
+pub(super) fn largest<const D: usize>(vectors: &[[f64; D]]) -> f64 {
+    vectors.iter().flatten().fold(0.0, |m, x| x.abs().max(m))
+}
+
+/// A proper rotation by `angle` (2-D), or about a fixed oblique axis (3-D).
+pub(crate) fn rotation<const D: usize>(angle: f64) -> [[f64; D]; D] {
+    let (sine, cosine) = angle.sin_cos();
+    let axis = [0.48, 0.6, 0.64];
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if D == 2 {
+                return [[cosine, -sine], [sine, cosine]][i][j];
+            }
+            let unit = if i == j { cosine } else { 0.0 };
+            // −ε_ijk a_k, cyclic indices positive.
+            let cross = match (j + 3 - i) % 3 {
+                1 => -axis[(i + 2) % 3],
+                2 => axis[(i + 1) % 3],
+                _ => 0.0,
+            };
+            unit + (1.0 - cosine) * axis[i] * axis[j] + sine * cross
+        })
+    })
+}
