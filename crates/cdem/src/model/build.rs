@@ -94,6 +94,7 @@ impl<const D: usize> Model<D> {
             .contact
             .tolerance
             .get_or_insert_with(|| 1e-4 * mesh.smallest_boundary_edge());
+        refuse_overlap(scene, &mesh, tolerance)?;
         let mut block_of = vec![0; mesh.nodes.len()];
         for (number, block) in mesh.blocks.iter().enumerate() {
             block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
@@ -216,6 +217,12 @@ impl<const D: usize> Model<D> {
                 state.velocity[node] = add(&velocity, &truncate(&cross(&spin, &arm)));
             }
         }
+        for motion in self.prescribed.iter().filter(|motion| motion.acts(0.0)) {
+            for &node in &motion.nodes {
+                let node = node as usize;
+                motion.start(0.0, &self.mesh.nodes[node], &mut state.velocity[node]);
+            }
+        }
         state
     }
 
@@ -250,6 +257,25 @@ impl<const D: usize> Model<D> {
         }
         self.inertia.hold(&held);
     }
+}
+
+/// Blocks that see each other must not overlap by more than the tolerance.
+fn refuse_overlap<const D: usize>(
+    scene: &Scene,
+    mesh: &Mesh<D>,
+    tolerance: f64,
+) -> Result<(), ModelError> {
+    let laws = crate::contact::law::Laws::new(scene, mesh);
+    let see = |a: usize, b: usize| laws.between(a as u32, b as u32).enabled;
+    let Some(overlap) = crate::mesh::overlap(mesh, tolerance, &see) else {
+        return Ok(());
+    };
+    Err(ModelError::Overlap {
+        blocks: overlap.blocks.map(|block| mesh.blocks[block].name.clone()),
+        at: pad(&overlap.point),
+        depth: overlap.depth,
+        tolerance,
+    })
 }
 
 fn properties(scene: &Scene, source: usize) -> BlockProperties {

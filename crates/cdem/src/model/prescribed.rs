@@ -32,6 +32,32 @@ impl Prescribed {
         }
     }
 
+    /// Sets the held components of a velocity to their value at `time`.
+    pub(crate) fn start<const D: usize>(
+        &self,
+        time: f64,
+        position: &[f64; D],
+        velocity: &mut [f64; D],
+    ) {
+        match &self.boundary.motion {
+            Motion::Velocity(components) => {
+                for (v, schedule) in velocity.iter_mut().zip(components) {
+                    if let Some(schedule) = schedule {
+                        *v = schedule.value(time);
+                    }
+                }
+            }
+            Motion::Turn {
+                axis,
+                point,
+                angular_velocity,
+            } => {
+                let around = cross(axis, &sub(&pad(position), point));
+                *velocity = truncate(&scale(angular_velocity.value(time), &around));
+            }
+        }
+    }
+
     /// Sets the held components of the velocity of a node at `position` so
     /// that it ends where the exact motion takes it over `[time, time + drift]`.
     pub(crate) fn set<const D: usize>(
