@@ -1,16 +1,19 @@
 //! Meshes of one or many blocks: what the model is built from.
 
 mod assemble;
+mod box_tree;
 mod coincident;
 mod error;
 mod facet;
 mod kind;
 mod member;
 mod order;
+mod overlap;
 mod place;
 mod quality;
 mod raw;
 mod shape;
+mod simplex;
 mod source;
 mod split;
 #[cfg(test)]
@@ -22,6 +25,7 @@ use std::ops::Range;
 pub use assemble::assemble;
 pub use error::{BlockFault, MeshError};
 pub use kind::ElementKind;
+pub use overlap::{Overlap, overlap};
 pub use raw::{CellKind, RawCells, RawGroup, RawMesh};
 
 /// The mesh of all blocks of a scene, placed and checked.

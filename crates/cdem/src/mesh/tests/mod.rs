@@ -1,6 +1,7 @@
 //! Tests of meshes from scene to blocks.
 
 mod assembly;
+mod overlap;
 mod shapes;
 
 use std::path::{Path, PathBuf};

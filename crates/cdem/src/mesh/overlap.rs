@@ -1,0 +1,288 @@
+//! Blocks that lie in each other before anything has moved.
+
+use super::box_tree::{Box, BoxTree, widened};
+use super::simplex::{crossing, distance_to, normal};
+use super::vector::{between, bounds, centre, difference, distance, dot};
+use super::{Facet, Mesh};
+
+/// Two blocks that overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap<const D: usize> {
+    /// Indices into [`Mesh::blocks`]: whose point it is, and in which it lies.
+    pub blocks: [usize; 2],
+    /// A point of the first inside the second, m.
+    pub point: [f64; D],
+    /// Its distance from the second's boundary, m.
+    pub depth: f64,
+}
+
+/// The deepest overlap of two blocks that is deeper than `tolerance`, m, among
+/// the pairs that `matters` (asked with indices into [`Mesh::blocks`]).
+///
+/// Looked at are vertices of the boundary, the pieces into which facets of the
+/// other block cut its edges, and the centres of its elements: enough for any
+/// overlap that is not much smaller than an element. Blocks need not be
+/// convex. Cost: about n·log n in the elements near other blocks.
+#[must_use]
+pub fn overlap<const D: usize>(
+    mesh: &Mesh<D>,
+    tolerance: f64,
+    matters: &dyn Fn(usize, usize) -> bool,
+) -> Option<Overlap<D>> {
+    let mut search = Search::new(mesh, tolerance, matters);
+    let facets = search.facets.clone();
+    for (point, blocks) in by_place(vertices(mesh, &facets)) {
+        search.probe(point[0], &blocks);
+    }
+    let mut elements: Vec<_> = facets.iter().map(|facet| facet.element).collect();
+    elements.dedup();
+    for element in elements {
+        let corners = mesh.elements[element as usize].nodes().iter();
+        let centre = centre(corners.map(|&n| mesh.nodes[n as usize]));
+        search.probe(centre, &[mesh.block_of(element)]);
+    }
+    for (edge, blocks) in by_place(edges(mesh, &facets)) {
+        search.probe_edge(edge, &blocks);
+    }
+    search.deepest
+}
+
+impl<const D: usize> Mesh<D> {
+    /// The block that an element belongs to.
+    fn block_of(&self, element: u32) -> usize {
+        self.blocks
+            .partition_point(|block| block.elements.end <= element)
+    }
+
+    fn element_box(&self, element: u32) -> Box<D> {
+        let nodes = self.elements[element as usize].nodes().iter();
+        bounds(nodes.map(|&n| self.nodes[n as usize]))
+    }
+
+    fn facet_box(&self, facet: Facet) -> Box<D> {
+        bounds(self.facet_nodes(facet).map(|n| self.nodes[n as usize]))
+    }
+}
+
+/// Vertices of the facets, each once, with their blocks.
+fn vertices<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> Vec<([[f64; D]; 1], usize)> {
+    let mut nodes: Vec<_> = facets.iter().flat_map(|&f| mesh.facet_nodes(f)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let block_of = |node: u32| mesh.blocks.partition_point(|block| block.nodes.end <= node);
+    let with_block = |&node: &u32| ([mesh.nodes[node as usize]], block_of(node));
+    nodes.iter().map(with_block).collect()
+}
+
+/// Edges of the facets, each once, with their blocks.
+fn edges<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> Vec<([[f64; D]; 2], usize)> {
+    let mut edges = Vec::new();
+    for &facet in facets {
+        let block = mesh.block_of(facet.element);
+        let nodes = mesh.facet_nodes(facet);
+        let next = nodes.clone().cycle().skip(1);
+        edges.extend(nodes.zip(next).map(|(a, b)| ([a.min(b), a.max(b)], block)));
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    let place = |node: u32| mesh.nodes[node as usize];
+    edges
+        .into_iter()
+        .map(|(edge, block)| (edge.map(place), block))
+        .collect()
+}
+
+/// Joins what several blocks have at exactly one place, as the parts of a
+/// split mesh do: looked at once, it costs a tenth.
+fn by_place<const D: usize, const N: usize>(
+    items: Vec<([[f64; D]; N], usize)>,
+) -> Vec<([[f64; D]; N], Vec<usize>)> {
+    let bits = |place: &[f64; D]| place.map(f64::to_bits);
+    let key = |mut places: [[f64; D]; N]| {
+        places.sort_unstable_by_key(bits);
+        places.map(|place| bits(&place))
+    };
+    let mut keyed: Vec<_> = items
+        .into_iter()
+        .map(|(at, block)| (key(at), block, at))
+        .collect();
+    keyed.sort_unstable_by_key(|&(key, block, _)| (key, block));
+    let same = keyed.chunk_by(|a, b| a.0 == b.0);
+    same.map(|chunk| {
+        (
+            chunk[0].2,
+            chunk.iter().map(|&(_, block, _)| block).collect(),
+        )
+    })
+    .collect()
+}
+
+struct Search<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    tolerance: f64,
+    matters: &'a dyn Fn(usize, usize) -> bool,
+    /// Elements that may lie in another block.
+    elements: BoxTree<D>,
+    /// Boundary facets of all blocks.
+    facets: Vec<Facet>,
+    /// The same by place; numbers are indices into `facets`.
+    facet_tree: BoxTree<D>,
+    deepest: Option<Overlap<D>>,
+}
+
+/// Rounding that is forgiven where a point is asked for on which side of an
+/// element's facet it lies, as a share of the element: the depth decides.
+const SIDE: f64 = 1e-9;
+
+impl<'a, const D: usize> Search<'a, D> {
+    fn new(mesh: &'a Mesh<D>, tolerance: f64, matters: &'a dyn Fn(usize, usize) -> bool) -> Self {
+        let block_box = |nodes: &std::ops::Range<u32>| {
+            bounds(
+                mesh.nodes[nodes.start as usize..nodes.end as usize]
+                    .iter()
+                    .copied(),
+            )
+        };
+        let blocks = mesh.blocks.iter().map(|block| block_box(&block.nodes));
+        let blocks = BoxTree::new(blocks.zip(0..).collect());
+        let near_another = |element: u32| {
+            let block = mesh.block_of(element);
+            let mut near = false;
+            blocks.visit(&mesh.element_box(element), |other| {
+                near |= other as usize != block && matters(block, other as usize);
+            });
+            near
+        };
+        let elements = (0..mesh.elements.len() as u32).filter(|&element| near_another(element));
+        let elements = elements
+            .map(|element| (mesh.element_box(element), element))
+            .collect();
+        let facets = mesh.boundary_facets();
+        let boxes = facets.iter().map(|&facet| mesh.facet_box(facet));
+        Self {
+            mesh,
+            tolerance,
+            matters,
+            elements: BoxTree::new(elements),
+            facet_tree: BoxTree::new(boxes.zip(0..).collect()),
+            facets,
+            deepest: None,
+        }
+    }
+
+    /// Looks how deep a point of some blocks lies in others.
+    fn probe(&mut self, point: [f64; D], blocks: &[usize]) {
+        let mut hosts = Vec::new();
+        self.elements.visit(&(point, point), |element| {
+            if self.is_inside(element, point) {
+                hosts.push((self.mesh.block_of(element), element));
+            }
+        });
+        hosts.sort_unstable();
+        hosts.dedup_by_key(|&mut (host, _)| host);
+        hosts.retain(|&(host, _)| self.owner(blocks, host).is_some());
+        if hosts.is_empty() {
+            return;
+        }
+        // Most points that touch others touch many of them, at their boundary.
+        for host in self.close_hosts(point, self.tolerance) {
+            hosts.retain(|&(other, _)| other != host);
+        }
+        for (host, element) in hosts {
+            let depth = self.depth(point, host, element);
+            let known = self.deepest.map_or(self.tolerance, |deepest| deepest.depth);
+            if let Some(block) = self.owner(blocks, host).filter(|_| depth > known) {
+                self.deepest = Some(Overlap {
+                    blocks: [block, host],
+                    point,
+                    depth,
+                });
+            }
+        }
+    }
+
+    /// The first of some blocks that must not lie in `host`.
+    fn owner(&self, blocks: &[usize], host: usize) -> Option<usize> {
+        let asked = |&block: &usize| block != host && (self.matters)(block, host);
+        blocks.iter().copied().find(asked)
+    }
+
+    /// Blocks with a facet no farther from a point than `radius`.
+    fn close_hosts(&self, point: [f64; D], radius: f64) -> Vec<usize> {
+        let mut close = Vec::new();
+        self.facet_tree
+            .visit(&widened((point, point), radius), |number| {
+                let facet = self.facets[number as usize];
+                if self
+                    .mesh
+                    .pieces(facet)
+                    .any(|piece| distance_to(&piece, point) <= radius)
+                {
+                    close.push(self.mesh.block_of(facet.element));
+                }
+            });
+        close.sort_unstable();
+        close.dedup();
+        close
+    }
+
+    /// Probes the pieces into which other blocks cut an edge.
+    fn probe_edge(&mut self, edge: [[f64; D]; 2], blocks: &[usize]) {
+        let reach = SIDE * distance(edge[0], edge[1]);
+        let mut cuts = Vec::new();
+        self.facet_tree.visit(&bounds(edge.into_iter()), |number| {
+            // The geometry first: it refuses nearly all, at less cost.
+            let facet = self.facets[number as usize];
+            for piece in self.mesh.pieces(facet) {
+                if let Some(share) = crossing(&piece, edge, reach) {
+                    cuts.push((self.mesh.block_of(facet.element), share));
+                }
+            }
+        });
+        cuts.retain(|&(host, _)| self.owner(blocks, host).is_some());
+        cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        for cuts in cuts.chunk_by(|a, b| a.0 == b.0) {
+            let mut start = 0.0;
+            for end in cuts.iter().map(|&(_, share)| share).chain([1.0]) {
+                self.probe(between(edge[0], edge[1], 0.5 * (start + end)), blocks);
+                start = end;
+            }
+        }
+    }
+
+    fn is_inside(&self, element: u32, point: [f64; D]) -> bool {
+        let (low, high) = self.mesh.element_box(element);
+        let slack = SIDE * distance(low, high);
+        let locals = 0..self.mesh.elements[element as usize].kind.facets().len() as u8;
+        locals
+            .flat_map(|local| self.mesh.pieces(Facet { element, local }))
+            .all(|piece| {
+                let normal = normal(&piece);
+                let length = dot(normal, normal).sqrt();
+                dot(normal, difference(point, piece[0])) <= slack * length
+            })
+    }
+
+    /// Distance of a point in an element of `host` from the host's boundary.
+    fn depth(&self, point: [f64; D], host: usize, element: u32) -> f64 {
+        let (low, high) = self.mesh.element_box(element);
+        let mut radius = self.tolerance.max(0.1 * distance(low, high));
+        loop {
+            let mut nearest = f64::INFINITY;
+            self.facet_tree
+                .visit(&widened((point, point), radius), |number| {
+                    let facet = self.facets[number as usize];
+                    if self.mesh.block_of(facet.element) == host {
+                        let pieces = self.mesh.pieces(facet);
+                        nearest = pieces
+                            .map(|p| distance_to(&p, point))
+                            .fold(nearest, f64::min);
+                    }
+                });
+            if nearest <= radius || !radius.is_finite() {
+                return nearest;
+            }
+            radius *= 4.0;
+        }
+    }
+}

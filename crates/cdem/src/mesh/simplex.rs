@@ -1,0 +1,109 @@
+//! Facets as flat pieces: segments in 2-D, triangles in 3-D.
+
+use super::vector::{between, difference, distance, dot};
+use super::{Facet, Mesh};
+
+/// A flat piece of a facet; in 2-D only the first two corners count.
+pub(super) type Piece<const D: usize> = [[f64; D]; 3];
+
+impl<const D: usize> Mesh<D> {
+    /// A facet's pieces: itself, or two triangles for a quadrilateral.
+    pub(super) fn pieces(&self, facet: Facet) -> impl Iterator<Item = Piece<D>> {
+        let nodes = self.facet_nodes(facet);
+        let mut places = [[0.0; D]; 4];
+        let count = nodes.len();
+        let slots = places.iter_mut().zip(nodes);
+        slots.for_each(|(place, node)| *place = self.nodes[node as usize]);
+        (0..count.max(3) - 2).map(move |k| [places[0], places[k + 1], places[k + 2]])
+    }
+}
+
+/// A vector normal to a piece, outward for the element whose facet it is; its
+/// length is that of the segment, or twice the area of the triangle.
+pub(super) fn normal<const D: usize>(piece: &Piece<D>) -> [f64; D] {
+    let [a, b] = [1, 2].map(|i| difference(piece[i], piece[0]));
+    std::array::from_fn(|i| match (D, i) {
+        (2, 0) => a[1],
+        (2, _) => -a[0],
+        _ => {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            a[j] * b[k] - a[k] * b[j]
+        }
+    })
+}
+
+/// Distance from a point to a piece.
+pub(super) fn distance_to<const D: usize>(piece: &Piece<D>, point: [f64; D]) -> f64 {
+    let [a, b, c] = *piece;
+    if D == 2 {
+        return distance_to_segment(a, b, point);
+    }
+    // The foot of the perpendicular, from the normal equations.
+    let [u, v, w] = [b, c, point].map(|p| difference(p, a));
+    let (uu, uv, vv, uw, vw) = (dot(u, u), dot(u, v), dot(v, v), dot(u, w), dot(v, w));
+    let determinant = uu * vv - uv * uv;
+    let (s, t) = (vv * uw - uv * vw, uu * vw - uv * uw);
+    if determinant > 0.0 && s >= 0.0 && t >= 0.0 && s + t <= determinant {
+        let (s, t) = (s / determinant, t / determinant);
+        let foot = std::array::from_fn(|i| a[i] + s * u[i] + t * v[i]);
+        return distance(foot, point);
+    }
+    let edges = [(a, b), (b, c), (c, a)];
+    edges
+        .iter()
+        .map(|&(p, q)| distance_to_segment(p, q, point))
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn distance_to_segment<const D: usize>(a: [f64; D], b: [f64; D], point: [f64; D]) -> f64 {
+    let along = difference(b, a);
+    let share = dot(difference(point, a), along) / dot(along, along);
+    distance(between(a, b, share.clamp(0.0, 1.0)), point)
+}
+
+/// Where a segment passes through a piece, with the margin `reach` around it:
+/// the share of the segment. One that only reaches up to the piece does not.
+pub(super) fn crossing<const D: usize>(
+    piece: &Piece<D>,
+    [a, b]: [[f64; D]; 2],
+    reach: f64,
+) -> Option<f64> {
+    let normal = normal(piece);
+    let [before, after] = [a, b].map(|p| dot(normal, difference(p, piece[0])));
+    let flat = reach * dot(normal, normal).sqrt();
+    if before.abs() <= flat || after.abs() <= flat || before * after > 0.0 {
+        return None;
+    }
+    let share = before / (before - after);
+    (distance_to(piece, between(a, b, share)) <= reach).then_some(share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_to_a_triangle_are_right_in_all_regions() {
+        let triangle = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+        let cases = [
+            ([0.5, 0.5, 3.0], 3.0),
+            ([-3.0, -4.0, 0.0], 5.0),
+            ([1.0, -2.0, 0.0], 2.0),
+            ([2.0, 2.0, 0.0], 2.0_f64.sqrt()),
+            ([5.0, 0.0, 4.0], 5.0),
+        ];
+        for (point, expected) in cases {
+            // Numbers of order one, a few roundings.
+            assert!(
+                (distance_to(&triangle, point) - expected).abs() < 1e-14,
+                "{point:?}"
+            );
+        }
+        let through = crossing(&triangle, [[0.5, 0.5, 1.0], [0.5, 0.5, -3.0]], 1e-12);
+        assert_eq!(through, Some(0.25));
+        assert_eq!(
+            crossing(&triangle, [[1.5, 1.5, 1.0], [1.5, 1.5, -3.0]], 1e-12),
+            None
+        );
+    }
+}
