@@ -183,6 +183,14 @@ impl Simulation {
         &self.scene
     }
 
+    /// Gives all nodes that are free to move the velocity that `field` has at
+    /// their place, m and m/s, instead of what the scene says: a vibration, a
+    /// wave. For a run that has not made its first step; what the ledger
+    /// counts begins here.
+    pub fn set_initial_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
+        each!(mut self, driven => driven.set_initial_velocities(field));
+    }
+
     /// One coarse step.
     ///
     /// # Errors
@@ -350,6 +358,13 @@ impl<const D: usize> Driven<D> {
         let instant = driven.instant();
         driven.start_energy = driven.run.energy(&instant);
         driven
+    }
+
+    fn set_initial_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
+        self.run.set_velocities(field);
+        self.instant = None;
+        let instant = self.instant();
+        self.start_energy = self.run.energy(&instant);
     }
 
     fn instant(&mut self) -> Arc<Instant<D>> {

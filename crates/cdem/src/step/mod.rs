@@ -6,6 +6,8 @@
 
 pub(crate) mod kick;
 pub(crate) mod ledger;
+#[cfg(test)]
+mod level_tests;
 pub(crate) mod levels;
 
 use kick::{Impulses, Purpose};
@@ -132,6 +134,20 @@ impl<const D: usize> Run<D> {
     /// Time of the state, s.
     pub(crate) fn time(&self) -> f64 {
         self.state.number as f64 * self.model.step
+    }
+
+    /// Gives the free components of all nodes the velocity of `field` at their
+    /// rest position.
+    pub(crate) fn set_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
+        for (node, velocity) in self.state.velocity.iter_mut().enumerate() {
+            let held = self.model.inertia.held(node);
+            let wanted = field(pad(&self.model.mesh.nodes[node]));
+            for c in (0..D).filter(|&c| !held[c]) {
+                velocity[c] = wanted[c];
+            }
+        }
+        self.find_contacts();
+        self.assign_levels();
     }
 
     /// One coarse step.

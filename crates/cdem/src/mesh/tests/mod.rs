@@ -81,7 +81,7 @@ fn file(path: &str, group: Option<&str>) -> Geometry {
 }
 
 /// Assembles blocks of shapes.
-fn shapes<const D: usize>(blocks: Vec<Block>) -> Result<Mesh<D>, MeshError> {
+pub(crate) fn shapes<const D: usize>(blocks: Vec<Block>) -> Result<Mesh<D>, MeshError> {
     assemble(&scene(D, blocks), &mut |path: &Path| {
         panic!("no mesh file is asked for, but {}", path.display())
     })

@@ -1,0 +1,263 @@
+//! Levels of time under stress: their changes may not pump energy, and the
+//! step itself, as a linear map, may not amplify anything (design, section 3).
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::Run;
+use crate::mesh::{ElementKind, tests};
+use crate::model::Model;
+use crate::model::build::plane_contacts;
+use crate::scene::{
+    Block, Boundary, BoundaryTarget, ContactModel, Damping, Geometry, Mass, Material,
+    MaterialModel, Motion, Scene, Schedule,
+};
+
+/// Wave speed, m/s, and length of the blocks, m, are 1.
+fn scene(blocks: Vec<Block>, safety: f64) -> Scene {
+    let mut scene = tests::scene(2, blocks);
+    scene.material.push(Material {
+        name: "rock".to_owned(),
+        model: MaterialModel::Elastic,
+        young_modulus: 1.0,
+        poisson_ratio: 0.2,
+        density: 1.0,
+        damping: Damping::default(),
+    });
+    scene.time.end = 1e6;
+    scene.time.safety = safety;
+    scene.contact.model = ContactModel::UnifiedNode;
+    scene.contact.strength.cohesion = 1e9;
+    scene.contact.strength.tensile_strength = 1e9;
+    scene
+}
+
+/// A box from `min` to `max`.
+fn bar(name: &str, min: [f64; 2], max: [f64; 2], cells: [usize; 2], element: ElementKind) -> Block {
+    let geometry = Geometry::Box {
+        min: min.to_vec(),
+        max: max.to_vec(),
+        divisions: cells.to_vec(),
+        element,
+    };
+    let mut block = tests::block(name, geometry);
+    block.mass = Mass::Lumped;
+    block
+}
+
+fn run_of(scene: &Scene) -> Run<2> {
+    let mut scene = scene.clone();
+    let mesh = tests::shapes(scene.block.clone()).expect("boxes mesh");
+    let (model, state, contacts) =
+        Model::build(&mut scene, mesh, plane_contacts).expect("the scene is whole");
+    Run::new(model, state, contacts)
+}
+
+/// Numbers in −1 … 1, the same in every run of a test (xorshift).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Velocities of the lowest ten modes of vibration, of equal energy and
+/// random signs, for lumped masses.
+fn lowest_ten_modes(run: &Run<2>, noise: &mut Noise) -> Vec<[f64; 2]> {
+    let model = &run.model;
+    let count = 2 * model.mesh.nodes.len();
+    let root: Vec<f64> = (0..count)
+        .map(|i| model.inertia.mass()[i / 2].sqrt())
+        .collect();
+    let mut matrix = DMatrix::<f64>::zeros(count, count);
+    for set in &model.sets {
+        for i in 0..set.len() {
+            let nodes = set.nodes(i);
+            let size = 2 * nodes.len();
+            let mut stiffness = vec![0.0; size * size];
+            set.stiffness(i, &mut stiffness);
+            let place = |k: usize| 2 * nodes[k / 2] as usize + k % 2;
+            for row in 0..size {
+                for column in 0..size {
+                    let (r, c) = (place(row), place(column));
+                    matrix[(r, c)] += stiffness[row * size + column] / (root[r] * root[c]);
+                }
+            }
+        }
+    }
+    let modes = SymmetricEigen::new(matrix);
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| modes.eigenvalues[a].total_cmp(&modes.eigenvalues[b]));
+    let mut sum = DVector::<f64>::zeros(count);
+    // The first three move the block as a whole.
+    for &mode in &order[3..13] {
+        let sign = noise.next().signum();
+        sum += sign * modes.eigenvectors.column(mode);
+    }
+    let velocity = |node: usize| std::array::from_fn(|c| sum[2 * node + c] / root[2 * node]);
+    (0..count / 2).map(velocity).collect()
+}
+
+/// Mean energy after `changes` of the levels of a third of the block, up by
+/// two and down again, over that before. `velocities` are scaled to small
+/// strains. Times between changes are random about `dwell` steps: at a
+/// constant pace of ten steps a few frequencies resonate with the changes.
+fn energy_after_level_changes(
+    run: &mut Run<2>,
+    velocities: &[[f64; 2]],
+    changes: usize,
+    dwell: f64,
+) -> f64 {
+    for (velocity, wanted) in run.state.velocity.iter_mut().zip(velocities) {
+        *velocity = wanted.map(|v| 1e-7 * v);
+    }
+    let mesh = &run.model.mesh;
+    let zone: Vec<usize> = (0..mesh.elements.len())
+        .filter(|&e| mesh.nodes[mesh.elements[e].nodes()[0] as usize][0] < 0.3)
+        .collect();
+    let mean_of_a_while = |run: &mut Run<2>| {
+        let mut sum = 0.0;
+        for _ in 0..400 {
+            run.step();
+            let instant = run.instant();
+            sum += run.energy(&instant);
+        }
+        sum / 400.0
+    };
+    let before = mean_of_a_while(run);
+    let mut noise = Noise(7);
+    for change in 0..changes {
+        for &element in &zone {
+            run.model.base_level[element] = if change % 2 == 0 { 2 } else { 0 };
+        }
+        run.assign_levels();
+        for _ in 0..(dwell * (1.0 + 0.5 * noise.next())) as usize {
+            run.step();
+        }
+    }
+    mean_of_a_while(run) / before
+}
+
+/// Energies of smooth vibrations after so many changes, less 1: the worst.
+fn change_levels(changes: usize, dwell: f64, safety: f64) -> f64 {
+    let mut worst = 0.0_f64;
+    for element in [ElementKind::Tri3, ElementKind::Quad4] {
+        let block = bar("bar", [0.0; 2], [1.0, 0.4], [15, 6], element);
+        let scene = scene(vec![block], safety);
+        let mut noise = Noise(1);
+        let mut smooth = run_of(&scene);
+        let modes = lowest_ten_modes(&smooth, &mut noise);
+        let smooth = energy_after_level_changes(&mut smooth, &modes, changes, dwell);
+        let rough: Vec<[f64; 2]> = modes.iter().map(|_| [noise.next(), noise.next()]).collect();
+        let rough = energy_after_level_changes(&mut run_of(&scene), &rough, changes, dwell);
+        println!(
+            "{changes} changes of levels about every {dwell} steps, {}, safety {safety}: energy of \
+             the lowest ten modes × {smooth:.4}, of grid-scale noise × {rough:.3}",
+            element.name()
+        );
+        worst = worst.max((smooth - 1.0).abs());
+    }
+    worst
+}
+
+/// The design asks for 5 % at safety 0.5, which elements are given whose
+/// levels change; 0.8 is there to compare.
+#[test]
+fn raising_and_lowering_levels_hardly_pumps_energy() {
+    change_levels(200, 20.0, 0.8);
+    assert!(change_levels(200, 20.0, 0.5) < 0.05);
+}
+
+#[test]
+#[ignore = "slow study: a thousand raisings and lowerings"]
+fn a_thousand_raisings_and_lowerings_hardly_pump_energy() {
+    assert!(change_levels(2000, 60.0, 0.5) < 0.05);
+    change_levels(2000, 60.0, 0.8);
+}
+
+/// The largest modulus of the eigenvalues of one coarse step, as a linear map
+/// of displacements and velocities about rest.
+fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
+    let at_rest = run_of(scene);
+    let nodes = at_rest.model.mesh.nodes.len();
+    let free: Vec<usize> = (0..2 * nodes)
+        .filter(|&i| !at_rest.model.inertia.held(i / 2)[i % 2])
+        .collect();
+    let size = free.len();
+    let mut map = DMatrix::<f64>::zeros(2 * size, 2 * size);
+    for column in 0..2 * size {
+        // Signs ± cancel what is quadratic in the amplitude.
+        for sign in [1.0, -1.0] {
+            let mut run = run_of(scene);
+            let (state, plan) = (&mut run.state, &run.plan);
+            let step = run.model.step;
+            let length = |level: &u8| step / f64::from(1_u32 << level);
+            state.node_interval = plan.levels.node.iter().map(length).collect();
+            state.element_interval = plan.levels.element.iter().map(length).collect();
+            state.number = 1;
+            let place = free[column % size];
+            let field = if column < size {
+                &mut state.displacement
+            } else {
+                &mut state.velocity
+            };
+            field[place / 2][place % 2] = sign * amplitude;
+            run.find_contacts();
+            run.assign_levels();
+            run.step();
+            for (row, &place) in free.iter().enumerate() {
+                let values = [&run.state.displacement, &run.state.velocity];
+                for (half, values) in values.into_iter().enumerate() {
+                    map[(row + half * size, column)] +=
+                        0.5 * sign * values[place / 2][place % 2] / amplitude;
+                }
+            }
+        }
+    }
+    let values = map.complex_eigenvalues();
+    let levels = at_rest.plan.histogram().len();
+    (values.iter().map(|v| v.norm()).fold(0.0, f64::max), levels)
+}
+
+/// A block whose end is held, so that no rigid motion blurs the eigenvalues:
+/// 1 would be a defective one.
+fn hold(scene: &mut Scene, group: &str) {
+    let zero = || Some(Schedule::Constant(0.0));
+    scene.boundary.push(Boundary {
+        target: BoundaryTarget::Group(group.to_owned()),
+        motion: Motion::Velocity([zero(), zero(), None]),
+        start: 0.0,
+        end: None,
+    });
+}
+
+#[test]
+fn no_pair_of_joined_blocks_amplifies_anything() {
+    use ElementKind::{Quad4, Tri3};
+    // Amplitudes above the round-off of positions, 1e-16, by what the limit
+    // asks for, and below where pairs that nearly repeat each other (a vertex
+    // close to a vertex, as in the last two) no longer answer in proportion.
+    let pairs = [
+        ([2, 1], [4, 2], Tri3, Tri3, 0.0, 1e-7, 1e-9),
+        ([2, 1], [5, 3], Tri3, Quad4, 0.0, 1e-7, 1e-9),
+        ([1, 1], [6, 4], Quad4, Quad4, 0.07, 1e-8, 1e-7),
+        ([2, 2], [4, 3], Quad4, Tri3, 0.03, 1e-8, 1e-7),
+    ];
+    for (left, right, one, other, shift, amplitude, limit) in pairs {
+        let blocks = vec![
+            bar("left", [-0.5, 0.0], [0.0, 0.3], left, one),
+            bar("right", [0.0, shift], [0.5, shift + 0.3], right, other),
+        ];
+        let mut scene = scene(blocks, 0.9);
+        hold(&mut scene, "left.xmin");
+        let (radius, levels) = spectral_radius(&scene, amplitude);
+        println!(
+            "{left:?} {right:?} shifted by {shift}: spectral radius − 1 = {:.1e}, {levels} levels",
+            radius - 1.0
+        );
+        assert!(levels > 1 && radius < 1.0 + limit, "{radius}");
+    }
+}
