@@ -2,3 +2,4 @@
 
 pub mod gmsh;
 pub mod results;
+pub mod scene;

@@ -1,11 +1,61 @@
 //! The scene: everything a user says about a run, in SI units.
+//!
+//! A tree of values, from a file or from a program, becomes a [`Scene`] in two
+//! steps. First it is read as the input types, whose fields are the keys of the
+//! scene file: unknown keys, wrong types and wrong units show up here. Then the
+//! keys are checked against each other, and defaults are filled in. Each step
+//! tells all that is wrong, by [`KeyPath`]; see [`from_value`].
 
+mod check;
+mod decode;
+mod export;
+mod input;
+mod key_path;
+mod problem;
 mod schedule;
+mod schema;
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::mesh::ElementKind;
+pub use export::as_input;
+pub use key_path::{KeyPath, Step};
+pub use problem::{Place, Problem};
 pub use schedule::{Linear, Schedule};
+pub use schema::json_schema;
+
+/// Reads and checks a scene from a tree of values, as a TOML or JSON file or a
+/// dictionary gives it: the keys of the scene file, numbers in SI units or text
+/// with a unit, angles in degrees. `null` stands for a key that is left out.
+///
+/// # Errors
+/// All that is wrong with its keys and types; where there is nothing of that
+/// kind, all that is wrong with its values.
+pub fn from_value(value: serde_json::Value) -> Result<Scene, Vec<Problem>> {
+    if let Some(version) = value.get("version").filter(|version| version.is_number())
+        && version.as_f64() != Some(f64::from(check::VERSION))
+    {
+        let path = KeyPath::root().key("version");
+        let problem = Problem::new(path, format!("must be {}, got {version}", check::VERSION));
+        let help = "this program reads version 1 only; a newer scene needs a newer program";
+        return Err(vec![problem.help(help)]);
+    }
+    check::check(&decode::decode(value)?)
+}
+
+/// Whether `name` is that of a part of the split block `whole`: its name, a
+/// point, and a number from 1.
+fn is_part(whole: &str, name: &str) -> bool {
+    let number = name
+        .strip_prefix(whole)
+        .and_then(|rest| rest.strip_prefix('.'));
+    number.is_some_and(|n| {
+        !n.starts_with('0') && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())
+    })
+}
 
 /// A whole scene. Vectors have as many components as the dimension.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +91,8 @@ pub struct Scene {
 }
 
 /// Out-of-plane assumption in 2-D.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Plane {
     /// No strain out of the plane.
     Strain,
@@ -87,9 +138,11 @@ pub struct Material {
 }
 
 /// Constitutive laws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum MaterialModel {
     /// Isotropic linear elasticity.
+    #[default]
     Elastic,
 }
 
@@ -167,7 +220,8 @@ pub enum Geometry {
 }
 
 /// `block.split`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Split {
     /// One block.
     None,
@@ -187,7 +241,8 @@ pub struct Rotation {
 }
 
 /// Kinematic formulation of a block's elements (design: bodies).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Kinematics {
     /// Total Lagrangian, Green–Lagrange strain.
     Total,
@@ -196,7 +251,8 @@ pub enum Kinematics {
 }
 
 /// Mass matrix of a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Mass {
     /// Fitted where possible, consistent for blocks of too few nodes.
     Auto,
@@ -292,7 +348,8 @@ pub struct Contact {
 }
 
 /// Contact models.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum ContactModel {
     /// Unified nodes on refined sub-elements.
     TwoScale,
@@ -303,7 +360,8 @@ pub enum ContactModel {
 }
 
 /// Extent of the refined zone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Zone {
     /// Two element rings at the finest size, then growing with distance.
     Graded,
@@ -325,7 +383,8 @@ pub struct Strength {
 /// `[[contact.pair]]`; `None` inherits from `[contact]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPair {
-    /// Names of two blocks or two materials.
+    /// Names of two blocks or two materials. A check has seen to it that they
+    /// are not both.
     pub between: [String; 2],
     /// Friction angle, rad.
     pub friction_angle: Option<f64>,
@@ -368,7 +427,10 @@ pub enum Cadence {
 }
 
 /// Fields of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
 pub enum Field {
     /// Displacement of the nodes, m.
     Displacement,

@@ -1,0 +1,141 @@
+//! What is wrong with a scene file, shown where it stands.
+
+use std::fmt::{self, Write};
+use std::io;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use cdem::scene::{KeyPath, Problem};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
+use thiserror::Error;
+
+use super::source;
+
+/// Why a scene file cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The file cannot be read at all.
+    #[error("cannot read the scene {}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: io::Error,
+    },
+    /// What it says is wrong, here and perhaps in more places.
+    #[error("{}", list(.0))]
+    Invalid(Vec<SceneProblem>),
+}
+
+/// One thing that is wrong with a scene, and where it stands in the text.
+#[derive(Clone, Debug, Error, Diagnostic)]
+#[error("{problem}")]
+pub struct SceneProblem {
+    /// Path, message and help.
+    pub problem: Problem,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1, in characters.
+    pub column: usize,
+    #[source_code]
+    text: Arc<NamedSource<String>>,
+    #[label]
+    span: SourceSpan,
+    #[help]
+    help: Option<String>,
+}
+
+/// The text of a scene and the name it goes by in messages.
+#[derive(Clone, Debug)]
+pub(super) struct Source(Arc<NamedSource<String>>);
+
+impl Source {
+    pub(super) fn new(name: &str, text: &str) -> Self {
+        Self(Arc::new(NamedSource::new(name, text.to_owned())))
+    }
+
+    pub(super) fn text(&self) -> &str {
+        self.0.inner()
+    }
+
+    /// Line and column, from 1, of a value, or of the table where it is missing.
+    pub(super) fn line_and_column(&self, path: &KeyPath) -> (usize, usize) {
+        let span = source::locate(self.text(), path, cdem::scene::Place::Value);
+        source::line_and_column(self.text(), span.start)
+    }
+
+    /// Problems with their places, in the order of the text.
+    pub(super) fn invalid(&self, problems: Vec<Problem>) -> SceneError {
+        let located = problems.into_iter().map(|problem| {
+            let span = source::locate(self.text(), &problem.path, problem.place);
+            self.at(problem, span)
+        });
+        let mut located: Vec<_> = located.collect();
+        located.sort_by_key(|problem| problem.span.offset());
+        SceneError::Invalid(located)
+    }
+
+    /// A problem at known bytes.
+    pub(super) fn at(&self, problem: Problem, span: Range<usize>) -> SceneProblem {
+        let (line, column) = source::line_and_column(self.text(), span.start);
+        SceneProblem {
+            help: problem.help.clone(),
+            problem,
+            line,
+            column,
+            text: Arc::clone(&self.0),
+            span: span.into(),
+        }
+    }
+}
+
+impl SceneProblem {
+    /// Name of the scene file.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        self.text.name()
+    }
+}
+
+/// A line for each problem: file, line, column, what is wrong, what to try.
+fn list(problems: &[SceneProblem]) -> String {
+    let lines = problems.iter().map(|found| {
+        let help = found.help.as_ref().map(|help| format!(" ({help})"));
+        let (file, line, column) = (found.file(), found.line, found.column);
+        format!(
+            "{file}:{line}:{column}: {found}{}",
+            help.unwrap_or_default()
+        )
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+impl SceneError {
+    /// The error for a person at a terminal: each problem with its line of the
+    /// scene and what to try. Without `colours`, plain ASCII.
+    #[must_use]
+    pub fn render(&self, colours: bool) -> String {
+        let Self::Invalid(problems) = self else {
+            return format!("{self}\n");
+        };
+        let theme = if colours {
+            GraphicalTheme::unicode()
+        } else {
+            GraphicalTheme::none()
+        };
+        let handler = GraphicalReportHandler::new_themed(theme).with_width(100);
+        let mut text = String::new();
+        for (i, problem) in problems.iter().enumerate() {
+            if i > 0 {
+                text.push('\n');
+            }
+            // Writing into a string fails only where a span is out of its text.
+            if handler.render_report(&mut text, problem).is_err() {
+                let _: fmt::Result = writeln!(text, "{}", list(std::slice::from_ref(problem)));
+            }
+        }
+        text
+    }
+}

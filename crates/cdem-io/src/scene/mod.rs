@@ -1,0 +1,99 @@
+//! Scene files: TOML text to [`Scene`] and back, errors with line and column.
+
+mod error;
+mod source;
+
+use std::path::{Path, PathBuf};
+
+use cdem::scene::{KeyPath, Problem, Scene, as_input, from_value};
+
+use error::Source;
+pub use error::{SceneError, SceneProblem};
+
+/// A scene with the text it comes from, so that what shows up later (a group
+/// that is not in the mesh) can still be shown in the file.
+#[derive(Clone, Debug)]
+pub struct SceneFile {
+    /// What the file says, checked, with defaults.
+    pub scene: Scene,
+    path: PathBuf,
+    source: Source,
+}
+
+/// Reads and checks the scene file at `path`.
+///
+/// # Errors
+/// [`SceneError::Unreadable`] where there is no such file or it is not text;
+/// [`SceneError::Invalid`] for what is wrong in it.
+pub fn read(path: &Path) -> Result<SceneFile, SceneError> {
+    let text = std::fs::read_to_string(path).map_err(|reason| SceneError::Unreadable {
+        path: path.to_owned(),
+        reason,
+    })?;
+    parse(&text, path)
+}
+
+/// Reads and checks the text of a scene that is, or could be, at `path`:
+/// messages name it, and meshes are looked for beside it.
+///
+/// # Errors
+/// [`SceneError::Invalid`].
+pub fn parse(text: &str, path: &Path) -> Result<SceneFile, SceneError> {
+    let source = Source::new(&path.display().to_string(), text);
+    let tree = source::read(text)
+        .map_err(|(problem, span)| SceneError::Invalid(vec![source.at(problem, span)]))?;
+    let checked = if tree.problems.is_empty() {
+        from_value(tree.value)
+    } else {
+        Err(tree.problems)
+    };
+    let scene = checked.map_err(|problems| source.invalid(problems))?;
+    Ok(SceneFile {
+        scene,
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// The scene as TOML, every default filled in. Reading it gives the same scene,
+/// bit for bit.
+///
+/// # Panics
+/// Never: keys are words, values are numbers, texts and arrays of them.
+#[must_use]
+pub fn write(scene: &Scene) -> String {
+    toml::to_string(&as_input(scene)).expect("a scene can be written as TOML")
+}
+
+impl SceneFile {
+    /// The scene file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder that meshes are relative to.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The text as it was read.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
+    /// Line and column, from 1, of a value; of the table around it where the
+    /// key is left out.
+    #[must_use]
+    pub fn locate(&self, path: &KeyPath) -> (usize, usize) {
+        self.source.line_and_column(path)
+    }
+
+    /// The error that shows these problems in this file.
+    #[must_use]
+    pub fn error(&self, problems: Vec<Problem>) -> SceneError {
+        self.source.invalid(problems)
+    }
+}

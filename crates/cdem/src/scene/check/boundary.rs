@@ -1,0 +1,124 @@
+//! Boundary conditions and loads.
+
+use super::super::input::{self, Varying};
+use super::super::{Boundary, BoundaryTarget, KeyPath, Load, LoadKind, Motion, Problem, Schedule};
+use super::Check;
+use super::names::Sort;
+use super::value::OneOf;
+
+impl Check {
+    pub(super) fn boundary(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<Boundary> {
+        let target = self.target(at, input);
+        let motion = self.motion(at, input);
+        let interval = self.interval(at, input.start, input.end);
+        let (start, end) = interval?;
+        Some(Boundary {
+            target: target?,
+            motion: motion?,
+            start,
+            end,
+        })
+    }
+
+    fn target(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<BoundaryTarget> {
+        let group = ("group", input.group.as_deref());
+        match self.one_of(at, group, ("block", input.block.as_deref()))? {
+            OneOf::First(group) => self
+                .not_empty(&at.key("group"), group)
+                .map(BoundaryTarget::Group),
+            OneOf::Second(block) => {
+                let block = self.reference(&at.key("block"), Sort::Block, block);
+                block.map(BoundaryTarget::Block)
+            }
+        }
+    }
+
+    fn motion(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<Motion> {
+        let velocity = ("velocity", input.velocity.as_ref());
+        let turn = ("angular_velocity", input.angular_velocity.as_ref());
+        match self.one_of(at, velocity, turn)? {
+            OneOf::First(components) => {
+                self.only_with(at, "axis", input.axis.is_some(), "`angular_velocity`");
+                self.only_with(at, "point", input.point.is_some(), "`angular_velocity`");
+                self.velocity(&at.key("velocity"), components)
+            }
+            OneOf::Second(angular_velocity) => self.turn(at, input, angular_velocity),
+        }
+    }
+
+    fn velocity(&mut self, at: &KeyPath, input: &input::Components) -> Option<Motion> {
+        self.only_in(3, at, "z", input.z.is_some());
+        let components = [("x", &input.x), ("y", &input.y), ("z", &input.z)];
+        if components.iter().all(|(_, value)| value.is_none()) {
+            let problem = Problem::new(at.clone(), "prescribes no component");
+            self.problems.push(
+                problem.help("for example: velocity = { x = 0.0 } holds x and leaves y free"),
+            );
+            return None;
+        }
+        let checked = components.map(|(key, value)| match value {
+            None => Some(None),
+            Some(value) => self.schedule(&at.key(key), value).map(Some),
+        });
+        let [x, y, z] = checked;
+        Some(Motion::Velocity([x?, y?, z?]))
+    }
+
+    fn turn(
+        &mut self,
+        at: &KeyPath,
+        input: &input::Boundary,
+        angular_velocity: &Varying<input::AngularVelocity>,
+    ) -> Option<Motion> {
+        let axis = self.turn_axis(at, input);
+        let point = match &input.point {
+            None => Some([0.0; 3]),
+            Some(point) => self.spatial(&at.key("point"), point),
+        };
+        let angular_velocity: Option<Schedule<f64>> =
+            self.schedule(&at.key("angular_velocity"), angular_velocity);
+        Some(Motion::Turn {
+            axis: axis?,
+            point: point?,
+            angular_velocity: angular_velocity?,
+        })
+    }
+
+    /// +z in 2-D, where it goes without saying.
+    fn turn_axis(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<[f64; 3]> {
+        if self.dimension == 2 {
+            self.only_in(3, at, "axis", input.axis.is_some());
+            return Some([0.0, 0.0, 1.0]);
+        }
+        let axis = self.required(at, "axis", input.axis.as_ref(), "axis = [0, 0, 1]")?;
+        self.axis(&at.key("axis"), axis)
+    }
+
+    pub(super) fn load(&mut self, at: &KeyPath, input: &input::Load) -> Option<Load> {
+        let group = self.required(at, "group", input.group.as_deref(), "group = \"top\"");
+        let group = group.and_then(|group| self.not_empty(&at.key("group"), group));
+        let kind = self.load_kind(at, input);
+        let interval = self.interval(at, input.start, input.end);
+        let (start, end) = interval?;
+        Some(Load {
+            group: group?,
+            kind: kind?,
+            start,
+            end,
+        })
+    }
+
+    fn load_kind(&mut self, at: &KeyPath, input: &input::Load) -> Option<LoadKind> {
+        let pressure = ("pressure", input.pressure.as_ref());
+        match self.one_of(at, pressure, ("traction", input.traction.as_ref()))? {
+            OneOf::First(pressure) => {
+                let pressure = self.schedule(&at.key("pressure"), pressure);
+                pressure.map(LoadKind::Pressure)
+            }
+            OneOf::Second(traction) => {
+                let traction = self.vector_schedule(&at.key("traction"), traction);
+                traction.map(LoadKind::Traction)
+            }
+        }
+    }
+}

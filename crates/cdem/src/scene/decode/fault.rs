@@ -1,0 +1,187 @@
+//! Serde's errors as problems, in a user's words.
+
+use std::fmt::{self, Display};
+
+use serde::de::{Error, Expected, Unexpected};
+
+use super::super::key_path::Step;
+use super::super::problem::{nearest, suggestion};
+use super::super::schema::home;
+use super::super::{KeyPath, Problem};
+
+/// A [`Problem`] in the making: its path is known once it has left the visitor.
+#[derive(Debug)]
+pub(super) struct Fault {
+    path: Option<KeyPath>,
+    /// A key of the table at `path` that the problem is about.
+    key: Option<String>,
+    message: String,
+    help: Option<String>,
+}
+
+impl Fault {
+    /// Fills in the path, unless an inner value has done so.
+    pub(super) fn at(mut self, path: &KeyPath) -> Self {
+        self.path.get_or_insert_with(|| path.clone());
+        self
+    }
+
+    pub(super) fn help(mut self, help: String) -> Self {
+        self.help = Some(help);
+        self
+    }
+
+    fn of_key(self, key: &str) -> Self {
+        Self {
+            key: Some(key.to_owned()),
+            ..self
+        }
+    }
+
+    pub(super) fn into_problem(self) -> Problem {
+        let table = self.path.unwrap_or_default();
+        let Some(key) = self.key else {
+            let problem = Problem::new(table, self.message);
+            return Problem {
+                help: self.help,
+                ..problem
+            };
+        };
+        let path = table.key(&key);
+        if is_reserved(&path) {
+            return Problem::new(path, "reserved for a later version")
+                .of_key()
+                .help("leave it out");
+        }
+        Problem {
+            help: self.help,
+            ..Problem::new(path, self.message).of_key()
+        }
+    }
+}
+
+/// Whether a key that is not known will mean something one day.
+fn is_reserved(path: &KeyPath) -> bool {
+    match path.steps() {
+        [Step::Key(key)] => matches!(key.as_str(), "stage" | "joint" | "initial_stress"),
+        [Step::Key(list), Step::Index(_), Step::Key(key)] => {
+            key == "initial_stress" || (list == "boundary" && key == "kind")
+        }
+        _ => false,
+    }
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+impl Error for Fault {
+    /// The first line is the message, the rest the help.
+    fn custom<T: Display>(text: T) -> Self {
+        let text = text.to_string();
+        let (message, help) = match text.split_once('\n') {
+            Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
+            None => (text, None),
+        };
+        Self {
+            path: None,
+            key: None,
+            message,
+            help,
+        }
+    }
+
+    fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::custom(format_args!(
+            "expected {}, got {}",
+            plain(expected),
+            Found(found)
+        ))
+    }
+
+    fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::invalid_type(found, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        Self::custom(format_args!(
+            "expected {}, got {length} values",
+            plain(expected)
+        ))
+    }
+
+    fn unknown_variant(word: &str, words: &'static [&'static str]) -> Self {
+        Self::custom(format_args!(
+            "expected one of {}, got \"{word}\"",
+            quoted(words)
+        ))
+        .help(suggestion(word, words.iter().copied()))
+    }
+
+    fn unknown_field(key: &str, keys: &'static [&'static str]) -> Self {
+        let known = || keys.iter().copied();
+        let help = match (nearest(key, known()), home(key)) {
+            (None, Some(home)) => format!("it belongs {home}"),
+            _ => suggestion(key, known()),
+        };
+        Self::custom("unknown key").of_key(key).help(help)
+    }
+
+    fn missing_field(key: &'static str) -> Self {
+        Self::custom("this key is missing").of_key(key)
+    }
+}
+
+/// An expectation in a user's words instead of a programmer's.
+fn plain(expected: &dyn Expected) -> String {
+    let text = expected.to_string();
+    match text.as_str() {
+        "u32" | "usize" => "a whole number, at least 0".to_owned(),
+        "a string" => "text in quotes".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "a sequence" => "an array".to_owned(),
+        "a tuple of size 2" => "a row [time, value]".to_owned(),
+        _ => text,
+    }
+}
+
+/// `"a", "b"`.
+pub(super) fn quoted(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+    quoted.join(", ")
+}
+
+/// What was found, as the user wrote it.
+struct Found<'a>(Unexpected<'a>);
+
+impl Display for Found<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Unexpected::Bool(value) => write!(f, "{value}"),
+            Unexpected::Unsigned(value) => write!(f, "{value}"),
+            Unexpected::Signed(value) => write!(f, "{value}"),
+            Unexpected::Float(value) => write!(f, "{value:?}"),
+            Unexpected::Str(text) => write!(f, "the text \"{text}\""),
+            Unexpected::Unit => f.write_str("nothing"),
+            Unexpected::Seq => f.write_str("an array"),
+            Unexpected::Map => f.write_str("a table"),
+            other => write!(f, "{other}"),
+        }
+    }
+}
+
+/// So many values were wanted.
+pub(super) struct Count(pub(super) usize);
+
+impl Expected for Count {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            2 => f.write_str("a row [time, value]"),
+            count => write!(f, "{count} values"),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Values that a scene gives in two ways: constant or as a table in time,
+//! single or by component.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use schemars::JsonSchema;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::quantity::{Angle, Dimension, Duration, Quantity, Ratio};
+
+/// A quantity, or something else that is an array or a table.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged, bound(serialize = "M: Dimension, T: Serialize"))]
+#[schemars(inline, bound = "M: Dimension, T: JsonSchema")]
+pub(crate) enum QuantityOr<M, T> {
+    /// A number, or text with a unit.
+    Quantity(Quantity<M>),
+    /// A table in time, a vector, or axis and angle.
+    Other(T),
+}
+
+/// A row `[time, value]` of a table.
+pub(crate) type Row<T> = (Quantity<Duration>, T);
+
+/// A number, or a table of `[time, number]`.
+pub(crate) type Varying<M> = QuantityOr<M, Vec<Row<Quantity<M>>>>;
+
+/// A number (2-D) or a vector (3-D).
+pub(crate) type NumberOrVector<M> = QuantityOr<M, Vec<Quantity<M>>>;
+
+/// A rotation about the origin: an angle (2-D), or axis and angle (3-D).
+pub(crate) type Rotate = QuantityOr<Angle, AxisAngle>;
+
+/// An axis through the origin and an angle about it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AxisAngle {
+    /// Direction of the axis, of any length but 0.
+    pub(crate) axis: Vec<Quantity<Ratio>>,
+    /// Angle, degrees, by the right-hand rule.
+    pub(crate) angle: Quantity<Angle>,
+}
+
+/// A vector, or a table of `[time, vector]`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged, bound(serialize = "M: Dimension"))]
+#[schemars(inline, bound = "M: Dimension")]
+pub(crate) enum VaryingVector<M> {
+    /// The same at all times.
+    Constant(Vec<Quantity<M>>),
+    /// Rows of time and vector.
+    Table(Vec<Row<Vec<Quantity<M>>>>),
+}
+
+/// The form beside a number, in a sentence.
+pub(crate) trait OtherForm {
+    /// "an array of numbers"
+    const FORM: &'static str;
+}
+
+impl<M> OtherForm for Vec<Quantity<M>> {
+    const FORM: &'static str = "an array of numbers";
+}
+
+impl<M> OtherForm for Vec<Row<Quantity<M>>> {
+    const FORM: &'static str = "a table [[time, value], …]";
+}
+
+impl<M> OtherForm for Row<Vec<Quantity<M>>> {
+    const FORM: &'static str = "a row [time, [x, y, …]]";
+}
+
+impl OtherForm for AxisAngle {
+    const FORM: &'static str = "in 3-D { axis = [x, y, z], angle = … }";
+}
+
+impl<'de, M, T> Deserialize<'de> for QuantityOr<M, T>
+where
+    M: Dimension,
+    T: Deserialize<'de> + OtherForm,
+{
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(QuantityOrVisitor(PhantomData))
+    }
+}
+
+struct QuantityOrVisitor<M, T>(PhantomData<(M, T)>);
+
+impl<M: Dimension, T> QuantityOrVisitor<M, T> {
+    fn quantity<'de, E: Error>(from: impl IntoDeserializer<'de, E>) -> Result<QuantityOr<M, T>, E> {
+        Quantity::deserialize(from.into_deserializer()).map(QuantityOr::Quantity)
+    }
+}
+
+impl<'de, M, T> Visitor<'de> for QuantityOrVisitor<M, T>
+where
+    M: Dimension,
+    T: Deserialize<'de> + OtherForm,
+{
+    type Value = QuantityOr<M, T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} (a number in {}, or text such as \"{}\"), or {}",
+            M::MEASURES,
+            M::UNIT,
+            M::EXAMPLE,
+            T::FORM
+        )
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        Self::quantity(value)
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        Self::quantity(value)
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
+        Self::quantity(value)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
+        Self::quantity(text)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(SeqAccessDeserializer::new(items)).map(QuantityOr::Other)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, entries: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(entries)).map(QuantityOr::Other)
+    }
+}
+
+impl<'de, M: Dimension> Deserialize<'de> for VaryingVector<M> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let items = Vec::<QuantityOr<M, Row<Vec<Quantity<M>>>>>::deserialize(deserializer)?;
+        let (mut constant, mut table) = (Vec::new(), Vec::new());
+        for item in items {
+            match item {
+                QuantityOr::Quantity(component) => constant.push(component),
+                QuantityOr::Other(row) => table.push(row),
+            }
+        }
+        match (constant.is_empty(), table.is_empty()) {
+            (_, true) => Ok(Self::Constant(constant)),
+            (true, false) => Ok(Self::Table(table)),
+            (false, false) => Err(Error::custom(
+                "numbers and rows are mixed\n\
+                 write one vector [x, y, …], or a table [[time, [x, y, …]], …]",
+            )),
+        }
+    }
+}
