@@ -1,7 +1,8 @@
 //! Nodes at the same place that are not joined: cracks, or a slip.
 
-use super::vector::{bounds, distance, dot};
+use super::vector::{bounds, distance};
 use super::{Element, Facet};
+use crate::vector::dot;
 
 /// Closer than this share of a block's extent is the same place: what meshers
 /// take for equal.
@@ -34,7 +35,9 @@ pub(super) fn coincident_nodes<const D: usize>(
     let reach = SAME * distance(low, high);
     // Swept along a direction in which no rows of a lattice stand in line.
     let direction: [f64; D] = std::array::from_fn(|i| [0.8013, 0.5347, 0.2689][i]);
-    let mut swept: Vec<_> = places.map(|place| (dot(direction, place), place)).collect();
+    let mut swept: Vec<_> = places
+        .map(|place| (dot(&direction, &place), place))
+        .collect();
     swept.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut found = Vec::new();
     for (index, &(along, place)) in swept.iter().enumerate() {

@@ -2,8 +2,9 @@
 
 use super::box_tree::{Box, BoxTree, widened};
 use super::simplex::{crossing, distance_to, normal};
-use super::vector::{between, bounds, centre, difference, distance, dot};
+use super::vector::{between, bounds, centre, distance};
 use super::{Facet, Mesh};
+use crate::vector::{dot, norm, sub};
 
 /// Two blocks that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -258,8 +259,8 @@ impl<'a, const D: usize> Search<'a, D> {
             .flat_map(|local| self.mesh.pieces(Facet { element, local }))
             .all(|piece| {
                 let normal = normal(&piece);
-                let length = dot(normal, normal).sqrt();
-                dot(normal, difference(point, piece[0])) <= slack * length
+                let length = norm(&normal);
+                dot(&normal, &sub(&point, &piece[0])) <= slack * length
             })
     }
 

@@ -1,7 +1,8 @@
 //! Orientation of elements, judged where they will be integrated.
 
-use super::vector::{bounds, difference, distance};
+use super::vector::{bounds, distance};
 use super::{Element, ElementKind};
+use crate::vector::sub;
 
 /// How an element lies, from its Jacobian at the Gauss points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +107,7 @@ fn jacobian<const D: usize>(kind: ElementKind, corners: &[[f64; D]], xi: [f64; 3
     // Shape functions sum to one: taking nodes relative to the first keeps the
     // digits of a small element far from the origin.
     for (node, &corner) in corners.iter().enumerate() {
-        let x = difference(corner, corners[0]);
+        let x = sub(&corner, &corners[0]);
         let gradient = derivatives(kind, node, xi);
         for i in 0..D {
             for j in 0..D {

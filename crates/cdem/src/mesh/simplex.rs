@@ -1,7 +1,8 @@
 //! Facets as flat pieces: segments in 2-D, triangles in 3-D.
 
-use super::vector::{between, difference, distance, dot};
+use super::vector::{between, distance};
 use super::{Facet, Mesh};
+use crate::vector::{dot, norm, sub};
 
 /// A flat piece of a facet; in 2-D only the first two corners count.
 pub(super) type Piece<const D: usize> = [[f64; D]; 3];
@@ -21,7 +22,7 @@ impl<const D: usize> Mesh<D> {
 /// A vector normal to a piece, outward for the element whose facet it is; its
 /// length is that of the segment, or twice the area of the triangle.
 pub(super) fn normal<const D: usize>(piece: &Piece<D>) -> [f64; D] {
-    let [a, b] = [1, 2].map(|i| difference(piece[i], piece[0]));
+    let [a, b] = [1, 2].map(|i| sub(&piece[i], &piece[0]));
     std::array::from_fn(|i| match (D, i) {
         (2, 0) => a[1],
         (2, _) => -a[0],
@@ -39,8 +40,14 @@ pub(super) fn distance_to<const D: usize>(piece: &Piece<D>, point: [f64; D]) -> 
         return distance_to_segment(a, b, point);
     }
     // The foot of the perpendicular, from the normal equations.
-    let [u, v, w] = [b, c, point].map(|p| difference(p, a));
-    let (uu, uv, vv, uw, vw) = (dot(u, u), dot(u, v), dot(v, v), dot(u, w), dot(v, w));
+    let [u, v, w] = [b, c, point].map(|p| sub(&p, &a));
+    let (uu, uv, vv, uw, vw) = (
+        dot(&u, &u),
+        dot(&u, &v),
+        dot(&v, &v),
+        dot(&u, &w),
+        dot(&v, &w),
+    );
     let determinant = uu * vv - uv * uv;
     let (s, t) = (vv * uw - uv * vw, uu * vw - uv * uw);
     if determinant > 0.0 && s >= 0.0 && t >= 0.0 && s + t <= determinant {
@@ -56,8 +63,8 @@ pub(super) fn distance_to<const D: usize>(piece: &Piece<D>, point: [f64; D]) -> 
 }
 
 fn distance_to_segment<const D: usize>(a: [f64; D], b: [f64; D], point: [f64; D]) -> f64 {
-    let along = difference(b, a);
-    let share = dot(difference(point, a), along) / dot(along, along);
+    let along = sub(&b, &a);
+    let share = dot(&sub(&point, &a), &along) / dot(&along, &along);
     distance(between(a, b, share.clamp(0.0, 1.0)), point)
 }
 
@@ -69,8 +76,8 @@ pub(super) fn crossing<const D: usize>(
     reach: f64,
 ) -> Option<f64> {
     let normal = normal(piece);
-    let [before, after] = [a, b].map(|p| dot(normal, difference(p, piece[0])));
-    let flat = reach * dot(normal, normal).sqrt();
+    let [before, after] = [a, b].map(|p| dot(&normal, &sub(&p, &piece[0])));
+    let flat = reach * norm(&normal);
     if before.abs() <= flat || after.abs() <= flat || before * after > 0.0 {
         return None;
     }

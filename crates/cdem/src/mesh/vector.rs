@@ -1,24 +1,15 @@
-//! The little vector arithmetic that meshes need, in any dimension.
+//! Points in any dimension: distances, centres, bounding boxes.
 
-/// a − b.
-pub(super) fn difference<const D: usize>(a: [f64; D], b: [f64; D]) -> [f64; D] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
+use crate::vector::{norm, sub};
 
 /// a + t·(b − a).
 pub(super) fn between<const D: usize>(a: [f64; D], b: [f64; D], t: f64) -> [f64; D] {
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }
 
-/// a · b.
-pub(super) fn dot<const D: usize>(a: [f64; D], b: [f64; D]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
 /// |a − b|.
 pub(super) fn distance<const D: usize>(a: [f64; D], b: [f64; D]) -> f64 {
-    let d = difference(a, b);
-    dot(d, d).sqrt()
+    norm(&sub(&a, &b))
 }
 
 /// Mean of the points; the origin if there is none.

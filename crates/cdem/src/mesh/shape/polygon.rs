@@ -8,8 +8,9 @@ use spade::{
 };
 
 use super::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
-use crate::mesh::vector::{between, centre, difference, distance, dot};
+use crate::mesh::vector::{between, centre, distance};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
+use crate::vector::{cross2, dot, sub};
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
@@ -99,7 +100,7 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
             return wrong(problem);
         }
         let straight = turn(a, b, c) == 0.0;
-        if straight && dot(difference(b, a), difference(c, b)) < 0.0 {
+        if straight && dot(&sub(&b, &a), &sub(&c, &b)) < 0.0 {
             return wrong(format!("the boundary turns back on itself at corner {b:?}"));
         }
     }
@@ -142,8 +143,8 @@ fn area(corners: &[[f64; 2]]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     let origin = corners[0];
     let cross = |(&a, &b): (&[f64; 2], &[f64; 2])| {
-        let [a, b] = [difference(a, origin), difference(b, origin)];
-        a[0] * b[1] - a[1] * b[0]
+        let [a, b] = [sub(&a, &origin), sub(&b, &origin)];
+        cross2(&a, &b)
     };
     (corners.iter().zip(next).map(cross).sum::<f64>() / 2.0).abs()
 }
@@ -266,8 +267,8 @@ fn push_side(mesh: &mut RawMesh, corners: &[[f64; 2]], edge: [u32; 2]) {
     let [x, y, _] = between(p, q, 0.5);
     let away = |k: usize| {
         let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
-        let along = difference(b, a);
-        let share = dot(difference([x, y], a), along) / dot(along, along);
+        let along = sub(&b, &a);
+        let share = dot(&sub(&[x, y], &a), &along) / dot(&along, &along);
         distance([x, y], between(a, b, share.clamp(0.0, 1.0)))
     };
     let side = (0..corners.len()).min_by(|&i, &j| away(i).total_cmp(&away(j)));
