@@ -16,5 +16,5 @@ mod vtk;
 pub use error::ResultsError;
 pub use folder::Folder;
 pub use recorder::{Observed, Recorder};
-pub use summary::{Status, Summary, peak_memory};
+pub use summary::{Ending, Status, Summary};
 pub use vtk::write_frame;

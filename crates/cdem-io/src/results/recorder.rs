@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use cdem::Simulation;
 use cdem::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
-use cdem::scene::Scene;
+use cdem::scene::{Geometry, Scene};
 
 use super::cadence::Clock;
 use super::error::ResultsError;
@@ -36,6 +37,40 @@ pub trait Observed {
     fn live_contacts(&self) -> Vec<ContactRow>;
 }
 
+impl Observed for Simulation {
+    fn time(&self) -> f64 {
+        self.time()
+    }
+
+    fn history(&mut self) -> HistoryRow {
+        self.history()
+    }
+
+    fn block_rows(&mut self) -> Vec<BlockRow> {
+        self.block_rows()
+    }
+
+    fn probe_rows(&mut self) -> Vec<ProbeRow> {
+        self.probe_rows()
+    }
+
+    fn frame(&mut self) -> Frame {
+        self.frame()
+    }
+
+    fn contact_frame(&self) -> ContactFrame {
+        self.contact_frame()
+    }
+
+    fn ended_contacts(&mut self) -> Vec<ContactRow> {
+        self.ended_contacts()
+    }
+
+    fn live_contacts(&self) -> Vec<ContactRow> {
+        self.live_contacts()
+    }
+}
+
 /// The writer of a results folder.
 ///
 /// Rows and frames come from the first coarse step at or after their nominal
@@ -58,19 +93,25 @@ struct Output<T> {
 
 impl Recorder {
     /// Makes the folder, removing the earlier run in it, with all files of
-    /// a run that has not begun. `scene_text` becomes `scene.toml`.
+    /// a run that has not begun. Meshes of the scene are relative to
+    /// `scene_folder`; in the `scene.toml` written they are relative to it.
     ///
     /// # Errors
     /// If the disk refuses.
-    pub fn create(folder: &Folder, scene: &Scene, scene_text: &str) -> Result<Self, ResultsError> {
+    pub fn create(
+        folder: &Folder,
+        scene: &Scene,
+        scene_folder: &Path,
+    ) -> Result<Self, ResultsError> {
         folder.prepare()?;
         let path = folder.path();
         let table = |name: &str, header: &str| Table::create(&path.join(name), header);
         let clock = |cadence| Clock::new(cadence, scene.time.end);
         // The history is first: it marks the folder as a run's.
         let history = table("history.csv", rows::HISTORY)?;
+        let text = crate::scene::write(&moved(scene, scene_folder, path));
         write_whole(&path.join("scene.toml"), |out| {
-            out.write_all(scene_text.as_bytes())
+            out.write_all(text.as_bytes())
         })?;
         Ok(Self {
             history: Output {
@@ -164,4 +205,20 @@ impl Recorder {
         }
         Ok(())
     }
+}
+
+/// The scene with the paths of its meshes relative to another folder, so that
+/// what is written there can be run again.
+fn moved(scene: &Scene, from: &Path, to: &Path) -> Scene {
+    let mut scene = scene.clone();
+    for block in &mut scene.block {
+        if let Geometry::Mesh { path, .. } = &mut block.geometry
+            && let Ok(mesh) = from.join(&path).canonicalize()
+            && let Ok(to) = to.canonicalize()
+            && let Some(relative) = pathdiff::diff_paths(mesh, to)
+        {
+            *path = relative;
+        }
+    }
+    scene
 }

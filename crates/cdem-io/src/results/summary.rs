@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use cdem::Simulation;
 use serde::Serialize;
 
 use super::error::ResultsError;
@@ -57,7 +58,47 @@ pub struct Summary {
     pub peak_memory_bytes: Option<u64>,
 }
 
+/// What only the driver of a run knows of its end.
+#[derive(Clone, Debug)]
+pub struct Ending {
+    /// How it ended.
+    pub status: Status,
+    /// Why.
+    pub reason: String,
+    /// Wall-clock time before the step loop, s.
+    pub setup_seconds: f64,
+    /// Wall-clock time of the step loop, s.
+    pub wall_seconds: f64,
+    /// Threads.
+    pub threads: usize,
+}
+
 impl Summary {
+    /// The summary of a run that has ended.
+    #[must_use]
+    pub fn new(run: &mut Simulation, ending: Ending) -> Self {
+        let overview = run.overview();
+        let element_updates = run.element_updates();
+        Self {
+            status: ending.status,
+            reason: ending.reason,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            steps: run.step_index(),
+            time: run.time(),
+            step: overview.step,
+            levels: overview.levels,
+            wall_seconds: ending.wall_seconds,
+            setup_seconds: ending.setup_seconds,
+            element_updates,
+            updates_per_second: element_updates as f64 / ending.wall_seconds.max(f64::MIN_POSITIVE),
+            threads: ending.threads,
+            contacts_begun: run.contacts_begun(),
+            max_penetration: run.max_penetration(),
+            energy_residual: run.history().energy_residual,
+            peak_memory_bytes: peak_memory(),
+        }
+    }
+
     /// Writes `summary.json`. Numbers that are not finite become null.
     pub(super) fn write(&self, path: &Path) -> Result<(), ResultsError> {
         write_whole(path, |out| {
@@ -69,8 +110,7 @@ impl Summary {
 
 /// The most memory this process has held, bytes, where the system tells
 /// (Linux: the high-water mark of `/proc/self/status`).
-#[must_use]
-pub fn peak_memory() -> Option<u64> {
+fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status
         .lines()

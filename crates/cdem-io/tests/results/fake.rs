@@ -216,7 +216,7 @@ impl Place {
 
     pub(crate) fn recorder(&self, scene: &Scene, force: bool) -> Recorder {
         let folder = Folder::claim(&self.results(), &self.scene(), force).expect("free");
-        Recorder::create(&folder, scene, "# as run\n").expect("created")
+        Recorder::create(&folder, scene, self.0.path()).expect("created")
     }
 
     /// A whole run of the fake.

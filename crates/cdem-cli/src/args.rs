@@ -1,0 +1,91 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Collisions between deformable blocks.
+///
+/// Explicit finite elements inside the blocks, spring-free contact between
+/// them. Start with `cdem new`, then `cdem run` the scene it writes.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cdem",
+    version,
+    arg_required_else_help = true,
+    max_term_width = 100
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Check a scene and run it
+    #[command(after_help = EXIT_STATUS)]
+    Run(RunArgs),
+    /// Check a scene and sum it up without running it
+    Check {
+        /// The scene
+        scene: PathBuf,
+    },
+    /// Go on with an interrupted run from its last checkpoint
+    Resume {
+        /// Folder of the results
+        #[arg(value_name = "DIR")]
+        results: PathBuf,
+    },
+    /// Write a commented scene to start from, or list those there are
+    New {
+        /// Name of the template; left out: list them
+        template: Option<String>,
+        /// Folder to write; left out: the name of the template
+        #[arg(value_name = "DIR")]
+        folder: Option<PathBuf>,
+    },
+    /// Write report.html, one self-contained page on a run
+    Report {
+        /// Folder of the results
+        #[arg(value_name = "DIR")]
+        results: PathBuf,
+    },
+    /// Print the JSON Schema of scenes, for editors
+    Schema,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct RunArgs {
+    /// The scene
+    pub(crate) scene: PathBuf,
+    /// Folder of the results; left out: SCENE without its ending, with "-results"
+    #[arg(short, long = "output", value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Threads; left out: one for each processor
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Replace an earlier run in the folder, never anything else
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Say at the end where the time went
+    #[arg(long)]
+    pub(crate) profile: bool,
+}
+
+const EXIT_STATUS: &str = "\
+Exit status:
+  0    done
+  2    the call or the scene is wrong; nothing was written
+  3    the run stopped itself; the results up to there are whole
+  130  interrupted (Ctrl-C); the results up to there are whole";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

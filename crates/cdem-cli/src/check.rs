@@ -1,0 +1,157 @@
+//! `cdem check`: all that a run checks, then a summary.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use cdem::{Overview, Simulation};
+use indicatif::{HumanBytes, HumanDuration};
+
+use crate::failure::{Failure, Outcome};
+use crate::quantity::{columns, count, quantity, significant};
+use crate::setup;
+use crate::terminal::{print, strong, warn};
+
+/// Most blocks that get a line.
+const BLOCKS: usize = 20;
+
+/// Time to spend on measuring how fast steps are.
+const TRIAL: Duration = Duration::from_millis(300);
+
+pub(crate) fn check(scene: &Path) -> Result<Outcome, Failure> {
+    let file = setup::read(scene)?;
+    let mut built = setup::build(&file)?;
+    let overview = built.simulation.overview();
+    print(format_args!("{}  {}", strong("scene"), scene.display()));
+    let title = &built.simulation.scene().title;
+    if !title.is_empty() {
+        print(format_args!("       {title}"));
+    }
+    print("");
+    for row in blocks(&overview) {
+        print(format_args!("  {row}"));
+    }
+    print("");
+    for row in figures(&overview, &mut built.simulation) {
+        print(format_args!("  {row}"));
+    }
+    for warning in &built.warnings {
+        warn(warning);
+    }
+    print("");
+    print("the scene is good to run");
+    Ok(Outcome::Done)
+}
+
+fn blocks(overview: &Overview) -> Vec<String> {
+    let header = [
+        "block",
+        "material",
+        "elements",
+        "nodes",
+        "mass",
+        "inertia error",
+        "mass matrix",
+    ];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for block in overview.blocks.iter().take(BLOCKS) {
+        let kind = format!("{:?}", block.mass_kind).to_lowercase();
+        rows.push(vec![
+            block.name.clone(),
+            block.material.clone(),
+            count(block.elements as u64),
+            count(block.nodes as u64),
+            mass(block.mass),
+            percent(block.inertia_error),
+            if block.fixed {
+                "fixed".to_owned()
+            } else {
+                kind
+            },
+        ]);
+    }
+    rows.push(vec![
+        format!("{} in all", count(overview.blocks.len() as u64)),
+        String::new(),
+        count(overview.elements as u64),
+        count(overview.nodes as u64),
+        mass(overview.blocks.iter().map(|block| block.mass).sum()),
+    ]);
+    let mut lines = columns(&rows);
+    if overview.blocks.len() > BLOCKS {
+        let more = overview.blocks.len() - BLOCKS;
+        lines.insert(lines.len() - 1, format!("… and {more} more"));
+    }
+    lines
+}
+
+fn mass(kilogram: f64) -> String {
+    format!("{} kg", significant(kilogram, 4))
+}
+
+/// A share in per cent; round-off counts as none.
+fn percent(share: f64) -> String {
+    let share = if share.abs() < 1e-9 { 0.0 } else { share };
+    format!("{} %", significant(100.0 * share, 2))
+}
+
+fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
+    let [smallest, largest] = overview.stable_step;
+    let mut lines = vec![
+        format!(
+            "stable step   {} to {}, by element",
+            quantity(smallest, "s"),
+            quantity(largest, "s")
+        ),
+        format!(
+            "coarse step   {}, {} of them",
+            quantity(overview.step, "s"),
+            count(overview.step_count)
+        ),
+    ];
+    let levels: Vec<String> = overview
+        .levels
+        .iter()
+        .enumerate()
+        .filter(|(_, elements)| **elements > 0)
+        .map(|(level, elements)| format!("{} on level {level}", count(*elements)))
+        .collect();
+    lines.push(format!("levels        {}", levels.join(", ")));
+    lines.push(format!(
+        "contacts      {} closed at the start",
+        overview.contacts
+    ));
+    lines.push(format!(
+        "memory        about {}",
+        HumanBytes(overview.memory_bytes)
+    ));
+    lines.push(format!(
+        "time          {}",
+        expected_time(overview, simulation)
+    ));
+    lines
+}
+
+/// The time a run may take, from its first steps.
+fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
+    let began = Instant::now();
+    while began.elapsed() < TRIAL && !simulation.finished() {
+        if simulation.step().is_err() {
+            return "unknown: the run stops itself within its first steps".to_owned();
+        }
+    }
+    let steps = simulation.step_index();
+    if steps == 0 {
+        return "none: the run is over before its first step".to_owned();
+    }
+    let run = began.elapsed().as_secs_f64() * overview.step_count as f64 / steps as f64;
+    let text = match Duration::try_from_secs_f64(run) {
+        Ok(run) if run < Duration::from_secs(1) => "less than a second".to_owned(),
+        Ok(run) => format!("about {}", HumanDuration(run)),
+        Err(_) => "more than can be counted".to_owned(),
+    };
+    format!(
+        "{text} without output, from {} steps at {} threads",
+        count(steps),
+        rayon::current_num_threads()
+    )
+}

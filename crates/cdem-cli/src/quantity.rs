@@ -1,0 +1,116 @@
+//! Numbers for people: SI prefixes, thousands, columns.
+
+/// A quantity with three or four digits and an SI prefix: "74.8 kJ".
+pub(crate) fn quantity(value: f64, unit: &str) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value} {unit}");
+    }
+    let power = (value.abs().log10() / 3.0 + 1e-12).floor().clamp(-5.0, 5.0);
+    let prefix = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"][(power + 5.0) as usize];
+    let number = significant(value / 1000_f64.powf(power), 4);
+    format!("{number} {prefix}{unit}")
+}
+
+/// A number with so many significant digits, without an exponent or zeros
+/// at the end, as long as it is of everyday size.
+pub(crate) fn significant(value: f64, digits: i32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let order = value.abs().log10().floor() as i32;
+    if !value.is_finite() || !(-4..6).contains(&order) {
+        return format!("{value:.*e}", (digits - 1).max(0) as usize);
+    }
+    let decimals = (digits - 1 - order).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// A count with thin groups of thousands: "1 234 567".
+pub(crate) fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Rows of text in columns: the first aligned left, the others right.
+pub(crate) fn columns(rows: &[Vec<String>]) -> Vec<String> {
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells
+            .map(|cell| console::measure_text_width(cell))
+            .max()
+            .unwrap_or(0)
+    };
+    rows.iter()
+        .map(|row| {
+            let mut line = String::new();
+            for (column, cell) in row.iter().enumerate() {
+                let alignment = match column {
+                    0 => console::Alignment::Left,
+                    _ => console::Alignment::Right,
+                };
+                line.push_str(if column > 0 { "   " } else { "" });
+                line.push_str(&console::pad_str(cell, width(column), alignment, None));
+            }
+            line.trim_end().to_owned()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_have_a_prefix_and_few_digits() {
+        for (value, text) in [
+            (0.0, "0 J"),
+            (1.0, "1 J"),
+            (999.96, "1000 J"),
+            (1000.0, "1 kJ"),
+            (-74_784.4, "-74.78 kJ"),
+            (5e-4, "500 µJ"),
+            (1.234_56e-3, "1.235 mJ"),
+            (3.2e20, "320000 PJ"),
+            (f64::NAN, "NaN J"),
+        ] {
+            assert_eq!(quantity(value, "J"), text);
+        }
+    }
+
+    #[test]
+    fn numbers_keep_their_significant_digits() {
+        for (value, text) in [
+            (2.0, "2"),
+            (0.014_999, "0.015"),
+            (1234.5678, "1235"),
+            (1e-9, "1.000e-9"),
+            (100.0, "100"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(significant(value, 4), text);
+        }
+    }
+
+    #[test]
+    fn thousands_are_set_apart() {
+        assert_eq!(count(7), "7");
+        assert_eq!(count(1_234_567), "1 234 567");
+    }
+
+    #[test]
+    fn columns_line_up() {
+        let rows = [["name", "µ"], ["i", "12"]].map(|row| row.map(str::to_owned).to_vec());
+        assert_eq!(columns(&rows), ["name    µ", "i      12"]);
+    }
+}

@@ -1,0 +1,178 @@
+//! `cdem run`: a scene from its file to its results.
+
+use std::time::{Duration, Instant};
+
+use cdem::Simulation;
+use cdem::sample::{BlockRow, HistoryRow};
+use cdem_io::results::{Ending, Folder, Recorder, ResultsError, Status, Summary};
+
+use crate::args::RunArgs;
+use crate::closing::{self, Closing};
+use crate::failure::{Failure, Message, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Position, Progress};
+use crate::setup;
+use crate::terminal::{complain, warn};
+
+pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
+    let began = Instant::now();
+    let folder = args
+        .output
+        .clone()
+        .unwrap_or_else(|| Folder::beside(&args.scene));
+    // The scene first: a wrong path to it would be reported as no folder.
+    let file = setup::read(&args.scene)?;
+    let folder = Folder::claim(&folder, &args.scene, args.force).map_err(wrong_folder)?;
+    use_threads(args.threads)?;
+    let built = setup::build(&file)?;
+    for warning in &built.warnings {
+        warn(warning);
+    }
+    let mut run = Run {
+        simulation: built.simulation,
+        times: Times::default(),
+    };
+    let start = run.observed();
+    let interrupt = Interrupt::listen()?;
+    let mut recorder = Recorder::create(&folder, run.simulation.scene(), file.directory())
+        .map_err(wrong_folder)?;
+    run.times.setup = began.elapsed();
+
+    let (status, reason, failure) = run.drive(&mut recorder, &interrupt);
+    let summary = Summary::new(
+        &mut run.simulation,
+        Ending {
+            status,
+            reason,
+            setup_seconds: run.times.setup.as_secs_f64(),
+            wall_seconds: run.times.wall.as_secs_f64(),
+            threads: rayon::current_num_threads(),
+        },
+    );
+    let written = recorder.finish(&mut run.simulation, &summary);
+    let failure = failure.or_else(|| written.as_ref().err().map(full_disk));
+    if let Some(failure) = failure {
+        complain(&failure);
+    }
+    if written.is_err() {
+        return Ok(Outcome::Stopped);
+    }
+    closing::print(&Closing {
+        dimension: run.simulation.scene().dimension,
+        summary: &summary,
+        start: &start,
+        end: &run.observed(),
+        folder: folder.path(),
+        profile: args.profile.then_some(&run.times),
+    });
+    Ok(match status {
+        Status::Done => Outcome::Done,
+        Status::Stopped => Outcome::Stopped,
+        Status::Interrupted => Outcome::Interrupted,
+    })
+}
+
+/// What the closing summary compares.
+pub(crate) struct Observation {
+    pub(crate) history: HistoryRow,
+    pub(crate) blocks: Vec<BlockRow>,
+}
+
+/// Where the wall-clock time went.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Times {
+    /// Reading, checking, building.
+    pub(crate) setup: Duration,
+    /// The step loop with its output.
+    pub(crate) wall: Duration,
+    /// Output within the step loop.
+    pub(crate) output: Duration,
+}
+
+struct Run {
+    simulation: Simulation,
+    times: Times,
+}
+
+impl Run {
+    /// The state now. Ends the average of the contact forces: for the start and
+    /// the end of a run only.
+    fn observed(&mut self) -> Observation {
+        Observation {
+            history: self.simulation.history(),
+            blocks: self.simulation.block_rows(),
+        }
+    }
+
+    /// Steps and records until the run is done, stops itself, or is stopped.
+    fn drive(
+        &mut self,
+        recorder: &mut Recorder,
+        interrupt: &Interrupt,
+    ) -> (Status, String, Option<Failure>) {
+        let began = Instant::now();
+        let mut progress = Progress::start(self.simulation.step_count());
+        let ended = loop {
+            let observed = Instant::now();
+            if let Err(error) = recorder.observe(&mut self.simulation) {
+                break (Status::Stopped, error.to_string(), Some(full_disk(&error)));
+            }
+            self.times.output += observed.elapsed();
+            if self.simulation.finished() {
+                break (Status::Done, self.reason_of_end(), None);
+            }
+            if interrupt.asked() {
+                let reason = format!("interrupted at t = {:e} s", self.simulation.time());
+                break (Status::Interrupted, reason, None);
+            }
+            if let Err(error) = self.simulation.step() {
+                let help = "the results up to there are whole, with a last frame to look at";
+                let failure = Failure::stopped(Message::new(&error, help));
+                break (Status::Stopped, error.to_string(), Some(failure));
+            }
+            progress.update(|| self.position());
+        };
+        progress.end();
+        self.times.wall = began.elapsed();
+        ended
+    }
+
+    fn reason_of_end(&self) -> String {
+        if self.simulation.step_index() < self.simulation.step_count() {
+            "time.stop_when: the kinetic energy has fallen below the threshold".to_owned()
+        } else {
+            "reached the end".to_owned()
+        }
+    }
+
+    fn position(&self) -> Position {
+        Position {
+            step: self.simulation.step_index(),
+            step_count: self.simulation.step_count(),
+            time: self.simulation.time(),
+            end: self.simulation.scene().time.end,
+            element_updates: self.simulation.element_updates(),
+        }
+    }
+}
+
+fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
+    let Some(threads) = threads else {
+        return Ok(());
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.into())
+        .build_global()
+        .map_err(|error| {
+            let message = format!("cannot start {threads} threads: {error}");
+            Failure::wrong(Message::new(message, "ask for fewer with --threads"))
+        })
+}
+
+fn wrong_folder(error: ResultsError) -> Failure {
+    Failure::wrong(Message::new(&error, error.help()))
+}
+
+fn full_disk(error: &ResultsError) -> Failure {
+    Failure::stopped(Message::new(error, error.help()))
+}

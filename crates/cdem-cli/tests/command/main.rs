@@ -1,0 +1,7 @@
+//! The command as a user meets it: what it prints, writes and returns.
+
+mod help;
+mod place;
+mod run;
+mod templates;
+mod wrong;

@@ -1,0 +1,214 @@
+//! `cdem run` and `cdem check` on good scenes.
+
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::place::{FALL, Place};
+
+fn summary(place: &Place) -> Value {
+    serde_json::from_str(&place.read("scene-results/summary.json")).expect("JSON")
+}
+
+/// Numbers of a column.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().expect("a header");
+    let place = header
+        .iter()
+        .position(|column| *column == name)
+        .expect(name);
+    lines
+        .map(|line| line[place].parse().expect("a number"))
+        .collect()
+}
+
+#[test]
+fn a_run_writes_its_results() {
+    let place = Place::with_scene(FALL);
+    let told = place.cdem("run scene.toml").done();
+    assert!(told.stdout().contains("ParaView"), "{}", told.stdout());
+    assert!(told.stderr().is_empty(), "{}", told.stderr());
+    assert_eq!(
+        place.names("scene-results"),
+        [
+            "blocks.csv",
+            "contacts",
+            "contacts.csv",
+            "contacts.pvd",
+            "frames",
+            "frames.pvd",
+            "history.csv",
+            "probes.csv",
+            "scene.toml",
+            "summary.json",
+        ]
+    );
+    assert_eq!(place.names("scene-results/frames").len(), 5);
+
+    let history = place.read("scene-results/history.csv");
+    assert_eq!(column(&history, "time").len(), 11);
+    let blocks = place.read("scene-results/blocks.csv");
+    assert_eq!(column(&blocks, "mass").len(), 2 * 11);
+    let contacts = place.read("scene-results/contacts.csv");
+    let begun = column(&contacts, "time_on");
+    assert!(!begun.is_empty(), "the stone falls on the ground");
+    assert!(begun.is_sorted());
+
+    let summary = summary(&place);
+    assert_eq!(summary["status"], "done");
+    // Touches that part within their step have no life, and no row.
+    assert!(summary["contacts_begun"].as_u64() >= Some(begun.len() as u64));
+    assert_eq!(summary["time"], 0.02);
+    assert!(summary["element_updates"].as_u64() > Some(0));
+}
+
+#[test]
+fn the_scene_as_run_gives_the_same_results() {
+    let place = Place::with_scene(FALL);
+    place.cdem("run scene.toml").done();
+    place.cdem("run scene-results/scene.toml -o again").done();
+    for file in [
+        "history.csv",
+        "blocks.csv",
+        "contacts.csv",
+        "probes.csv",
+        "scene.toml",
+    ] {
+        let [first, again] =
+            ["scene-results", "again"].map(|run| place.read(&format!("{run}/{file}")));
+        assert_eq!(first, again, "{file}");
+    }
+}
+
+#[test]
+fn the_scene_as_run_finds_its_meshes() {
+    let place = Place::new();
+    place.cdem("new two-prisms-2d").done();
+    place
+        .cdem("run two-prisms-2d/scene.toml -o results/deep/down")
+        .done();
+    place.cdem("check results/deep/down/scene.toml").done();
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_the_results() {
+    let place = Place::with_scene(FALL);
+    for threads in [1, 3] {
+        place
+            .cdem(&format!(
+                "run scene.toml -o on{threads} --threads {threads}"
+            ))
+            .done();
+    }
+    for file in ["history.csv", "blocks.csv", "contacts.csv", "probes.csv"] {
+        assert_eq!(
+            place.read(&format!("on1/{file}")),
+            place.read(&format!("on3/{file}")),
+            "{file}"
+        );
+    }
+    let frame = |run: &str| std::fs::read(place.path(&format!("{run}/frames/00004.vtu")));
+    assert_eq!(
+        frame("on1").expect("a frame"),
+        frame("on3").expect("a frame")
+    );
+    let summary: Value = serde_json::from_str(&place.read("on3/summary.json")).expect("JSON");
+    assert_eq!(summary["threads"], 3);
+}
+
+#[test]
+fn a_profile_is_told_on_request() {
+    let place = Place::with_scene(FALL);
+    let told = place.cdem("run scene.toml --profile").done().stdout();
+    for part in ["building", "stepping", "writing"] {
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+#[test]
+fn a_check_sums_up_and_writes_nothing() {
+    let place = Place::with_scene(FALL);
+    let told = place.cdem("check scene.toml").done().stdout();
+    for part in [
+        "A fall",
+        "stone",
+        "1350 kg",
+        "stable step",
+        "levels",
+        "memory",
+        "time",
+    ] {
+        assert!(told.contains(part), "{part} is not in\n{told}");
+    }
+    assert_eq!(place.names("."), ["scene.toml"]);
+}
+
+#[test]
+fn pipes_get_no_colours() {
+    let place = Place::with_scene(FALL);
+    let told = place.cdem("run scene.toml").done();
+    assert!(!told.stdout().contains('\u{1b}'), "{}", told.stdout());
+    let told = place.cdem("run scene.toml");
+    assert!(!told.stderr().contains('\u{1b}'), "{}", told.stderr());
+}
+
+#[test]
+fn a_run_that_stops_itself_leaves_whole_results_and_says_why() {
+    // Too strong for an elastic block: it turns inside out.
+    let scene = FALL.replace("[0.0, -1.0]", "[0.0, -5000.0]");
+    let place = Place::with_scene(&scene);
+    let ended = place.cdem("run scene.toml");
+    assert_eq!(ended.status(), 3, "{}", ended.told());
+    let summary = summary(&place);
+    assert_eq!(summary["status"], "stopped");
+    let reason = summary["reason"].as_str().expect("a reason");
+    assert!(ended.stderr().contains(reason), "{}", ended.told());
+    let history = place.read("scene-results/history.csv");
+    let last = column(&history, "time").pop();
+    assert_eq!(
+        last,
+        summary["time"].as_f64(),
+        "the last row is that of the end"
+    );
+    let frames = place.read("scene-results/frames.pvd");
+    assert_eq!(
+        frames.matches("<DataSet").count(),
+        place.names("scene-results/frames").len()
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_whole_results() {
+    for signal in ["INT", "TERM"] {
+        let place = Place::with_scene(&FALL.replace("20 ms", "1e4 s"));
+        let mut run = place
+            .command(["run", "scene.toml"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the command runs");
+        let begun = || place.path("scene-results/contacts.pvd").exists();
+        let started = Instant::now();
+        while !begun() {
+            assert!(
+                started.elapsed() < Duration::from_secs(60),
+                "the run does not begin"
+            );
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let kill = std::process::Command::new("kill")
+            .args(["-s", signal, &run.id().to_string()])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        assert_eq!(run.wait().expect("it ends").code(), Some(130));
+        let summary = summary(&place);
+        assert_eq!(summary["status"], "interrupted");
+        let history = place.read("scene-results/history.csv");
+        assert_eq!(column(&history, "time").pop(), summary["time"].as_f64());
+    }
+}
