@@ -58,7 +58,9 @@ fn final_velocity(template: &str, block: &str) -> f64 {
     place.cdem(&format!("new {template} here")).done();
     place.cdem("run here/scene.toml").done();
     let blocks = place.read("here/scene-results/blocks.csv");
-    let rows = blocks.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let rows = blocks
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
     let last = rows.filter(|row| row[1] == block).last().expect(block);
     last[6].parse().expect("a number")
 }
