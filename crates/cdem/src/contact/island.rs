@@ -99,9 +99,10 @@ impl<const D: usize> Island<D> {
             }
         }
         let mut opens = constraints.iter().map(|constraint| {
-            // Clamped at no tension, and parting by more than round-off.
+            // Clamped at what it bears, and parting by more than round-off.
             let parting = constraint.relative_velocity(0, motion.velocity) - constraint.target[0];
-            constraint.impulse[0] <= 0.0 && parting * drift > 1e-10 * setting.tolerance
+            constraint.impulse[0] <= -constraint.limit.tension
+                && parting * drift > 1e-10 * setting.tolerance
         });
         self.live.retain(|live| {
             let opens = opens.next().unwrap_or(false);
