@@ -6,6 +6,8 @@ pub(crate) mod island;
 pub(crate) mod law;
 pub(crate) mod live;
 mod outline;
+#[cfg(test)]
+mod outline_tests;
 mod penalty;
 mod solve;
 pub(crate) mod surface;

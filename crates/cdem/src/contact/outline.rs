@@ -102,6 +102,25 @@ impl Outline {
         Some(if beyond_end { after } else { before })
     }
 
+    /// How far beyond an end of `edge` a foot still lies on it, over its
+    /// length. In a re-entrant corner a point that touches both edges is beyond
+    /// the end of each by its depth in the other.
+    fn foot_slack(&self, edge: u32, beyond_end: bool, at: Positions<2>, depth: f64) -> f64 {
+        let Some(other) = self.next(edge, beyond_end) else {
+            return FOOT_ROUND_OFF;
+        };
+        let (one, two) = if beyond_end {
+            (edge, other)
+        } else {
+            (other, edge)
+        };
+        if cross2(&self.direction(one, at), &self.direction(two, at)) < -FLUSH {
+            depth / self.target_size(edge, at) + FOOT_ROUND_OFF
+        } else {
+            FOOT_ROUND_OFF
+        }
+    }
+
     /// At a convex corner of the target, a point that glides along one edge
     /// crosses the line of the other: `true` if the pair's touch within `zone`
     /// of an end is such a ghost, seen from the positions `then` after it.
@@ -269,19 +288,25 @@ impl Surface<2> for Outline {
         ];
         let length = norm(&along);
         let foot_at = |t: f64| {
-            let foot = self.project(pair, at.after(velocity, t)).foot[0];
-            (-FOOT_ROUND_OFF..=1.0 + FOOT_ROUND_OFF)
-                .contains(&foot)
-                .then_some(foot)
+            let then = at.after(velocity, t);
+            let foot = self.project(pair, then).foot[0];
+            let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
+            (-slack..=1.0 + slack).contains(&foot).then_some(foot)
         };
-        let (time, foot) = if area[0] <= 0.0 {
-            if area[0] < -depth * length || area[1] >= 0.0 {
-                return None;
-            }
+        if area[0] < -depth * length {
+            return None;
+        }
+        let (time, foot) = if area[0] <= 0.0 && area[1] < 0.0 {
             (0.0, foot_at(0.0)?)
         } else {
+            // Only where the gap falls: a point that is on its way out, and
+            // may come back, does not touch as it leaves.
+            let falls = |t: &f64| {
+                let rate = area[1] + 2.0 * area[2] * t;
+                rate < 0.0 || rate == 0.0 && area[2] < 0.0
+            };
             let touches = roots(area).into_iter().flatten();
-            let mut touches = touches.filter(|t| (0.0..=duration).contains(t));
+            let mut touches = touches.filter(|t| (0.0..=duration).contains(t) && falls(t));
             touches.find_map(|t| foot_at(t).map(|foot| (t, foot)))?
         };
         if self.belongs_to_other_edge(pair, foot, depth, at.after(velocity, duration)) {
@@ -374,8 +399,7 @@ impl Surface<2> for Outline {
 
 /// Real roots of c₀ + c₁t + c₂t², ascending, without cancellation.
 fn roots([c0, c1, c2]: [f64; 3]) -> [Option<f64>; 2] {
-    // A curvature that cannot change the answer to round-off is none.
-    if c2.abs() * c0.abs() <= f64::EPSILON * c1 * c1 {
+    if c2 == 0.0 {
         return [(c1 != 0.0).then(|| -c0 / c1), None];
     }
     let discriminant = c1 * c1 - 4.0 * c0 * c2;
@@ -383,6 +407,9 @@ fn roots([c0, c1, c2]: [f64; 3]) -> [Option<f64>; 2] {
         return [None, None];
     }
     let q = -0.5 * (c1 + discriminant.sqrt().copysign(c1));
+    if q == 0.0 {
+        return [Some(0.0), None]; // c₀ = c₁ = 0
+    }
     let (one, two) = (q / c2, c0 / q);
     [Some(one.min(two)), Some(one.max(two))]
 }
