@@ -1,0 +1,100 @@
+//! Verification: scenes with exact answers under `verification/` at the top of
+//! the repository, and what tests need to judge a run of them.
+
+mod balance;
+pub mod fit;
+mod overlap;
+
+use std::path::{Path, PathBuf};
+
+use cdem::mesh::assemble;
+use cdem::scene::{Geometry, Scene};
+use cdem::{AnyMesh, Simulation};
+
+pub use balance::Balance;
+pub use overlap::deepest_overlap;
+
+/// A verification scene: to be varied, then started.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What the file says; tests change what they vary.
+    pub scene: Scene,
+    directory: PathBuf,
+}
+
+/// Reads `verification/<name>/scene.toml`.
+///
+/// # Panics
+/// With the message a user would get, if the scene is wrong.
+#[must_use]
+pub fn load(name: &str) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../verification")
+        .join(name)
+        .join("scene.toml");
+    let file = match cdem_io::scene::read(&path) {
+        Ok(file) => file,
+        Err(error) => panic!("{}", error.render(false)),
+    };
+    Case {
+        scene: file.scene,
+        directory: path.parent().map(Path::to_path_buf).unwrap_or_default(),
+    }
+}
+
+impl Case {
+    /// The run of the scene at t = 0.
+    ///
+    /// # Panics
+    /// With the message a user would get, if scene and mesh do not fit.
+    #[must_use]
+    pub fn start(&self) -> Simulation {
+        let mut read = |path: &Path| cdem_io::gmsh::read(&self.directory.join(path));
+        let mesh = if self.scene.dimension == 2 {
+            assemble(&self.scene, &mut read).map(AnyMesh::Plane)
+        } else {
+            assemble(&self.scene, &mut read).map(AnyMesh::Solid)
+        };
+        let mesh = mesh.unwrap_or_else(|error| panic!("{error}"));
+        Simulation::new(&self.scene, mesh).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The block called `name`.
+    ///
+    /// # Panics
+    /// If the scene has none.
+    pub fn block(&mut self, name: &str) -> &mut cdem::scene::Block {
+        let mut blocks = self.scene.block.iter_mut();
+        let found = blocks.find(|block| block.name == name);
+        found.unwrap_or_else(|| panic!("no block \"{name}\""))
+    }
+
+    /// Divides a block that is a box anew.
+    ///
+    /// # Panics
+    /// If the block is no box.
+    pub fn divide(&mut self, block: &str, into: [usize; 2], shape: cdem::mesh::ElementKind) {
+        match &mut self.block(block).geometry {
+            Geometry::Box {
+                divisions, element, ..
+            } => {
+                *divisions = into.to_vec();
+                *element = shape;
+            }
+            other => panic!("\"{block}\" is no box: {other:?}"),
+        }
+    }
+}
+
+/// Steps to the end, calling `look` after each coarse step.
+///
+/// # Panics
+/// If the run stops itself.
+pub fn run(simulation: &mut Simulation, mut look: impl FnMut(&mut Simulation)) {
+    while !simulation.finished() {
+        if let Err(error) = simulation.step() {
+            panic!("{error}");
+        }
+        look(simulation);
+    }
+}

@@ -1,0 +1,116 @@
+//! Two small blocks that meet any way: corner to corner, corner to edge, into
+//! a notch.
+
+use cdem::mesh::ElementKind;
+use cdem::scene::{Geometry, Mass};
+use cdem_verify::{Balance, Case, deepest_overlap, load, run};
+
+use crate::random::Random;
+
+/// Runs and checks; returns the contacts begun.
+fn check(case: &Case, what: &str) -> u64 {
+    let mut simulation = case.start();
+    let mut balance = Balance::new(&mut simulation);
+    let mut overlap = 0.0_f64;
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+        overlap = overlap.max(deepest_overlap(&simulation.frame()));
+    });
+    let tolerance = simulation.scene().contact.tolerance.expect("filled in");
+    assert!(balance.momentum < 1e-12, "{what}: {balance:?}");
+    assert!(balance.angular_momentum < 1e-12, "{what}: {balance:?}");
+    // Unrefined one-element blocks: design, section 7.
+    assert!(balance.residual < 2e-2, "{what}: {balance:?}");
+    assert!(balance.growth < 2e-2, "{what}: {balance:?}");
+    assert!(
+        overlap <= tolerance,
+        "{what}: {overlap:e} deep, tolerance {tolerance:e}"
+    );
+    simulation.contacts_begun()
+}
+
+#[test]
+fn corners_that_meet_head_on_do_not_pass() {
+    let begun = check(&load("corner-hits"), "as the scene says");
+    assert!(begun > 0);
+    for offset in [1e-12, 1e-9, 1e-6, 1e-4, -1e-9, -1e-4, 0.01] {
+        let mut case = load("corner-hits");
+        case.block("square").translate[1] = offset;
+        assert!(check(&case, &format!("{offset:e} off the middle")) > 0);
+    }
+}
+
+#[test]
+fn blocks_thrown_at_each_other_any_way_do_not_pass() {
+    let mut random = Random(7);
+    let mut met = 0;
+    for number in 0..60 {
+        let mut case = load("corner-hits");
+        case.scene.time.end = 0.12;
+        let corners = random.polygon([0.0, 0.0], 0.7, 3);
+        let triangle = case.block("triangle");
+        triangle.geometry = Geometry::Polygon {
+            corners,
+            size: 10.0,
+            element: ElementKind::Tri3,
+        };
+        triangle.translate = vec![-0.8, random.between(-0.5, 0.5)];
+        triangle.angular_velocity = vec![random.between(-5.0, 5.0)];
+        triangle.mass = Mass::Consistent;
+        let square = case.block("square");
+        square.rotate.angle = random.between(0.0, 6.3);
+        let turn = square.rotate.angle;
+        // The square's centre comes to (0.8, y).
+        let centre = [turn.cos() - turn.sin(), turn.cos() + turn.sin()].map(|x| 0.5 * x);
+        square.translate = vec![0.8 - centre[0], random.between(-0.5, 0.5) - centre[1]];
+        met += u64::from(check(&case, &format!("throw {number}")) > 0);
+    }
+    println!("{met} of 60 met");
+    assert!(met > 45);
+}
+
+#[test]
+fn a_notch_catches_a_triangle() {
+    assert!(check(&load("notch"), "an L") > 0);
+    let mut case = load("notch");
+    let plus: Vec<[f64; 2]> = vec![
+        [-0.3, -1.0],
+        [0.3, -1.0],
+        [0.3, -0.3],
+        [1.0, -0.3],
+        [1.0, 0.3],
+        [0.3, 0.3],
+        [0.3, 1.0],
+        [-0.3, 1.0],
+        [-0.3, 0.3],
+        [-1.0, 0.3],
+        [-1.0, -0.3],
+        [-0.3, -0.3],
+    ];
+    case.block("angle").geometry = Geometry::Polygon {
+        corners: plus,
+        size: 0.35,
+        element: ElementKind::Tri3,
+    };
+    case.block("triangle").translate = vec![-0.4, -0.4];
+    assert!(check(&case, "a plus") > 0);
+}
+
+#[test]
+fn blocks_that_ignore_each_other_pass() {
+    let mut case = load("corner-hits");
+    case.scene.contact.pair.push(cdem::scene::ContactPair {
+        between: ["square".to_owned(), "triangle".to_owned()],
+        friction_angle: None,
+        cohesion: None,
+        tensile_strength: None,
+        normal_stiffness: None,
+        shear_stiffness: None,
+        enabled: false,
+    });
+    let mut simulation = case.start();
+    run(&mut simulation, |_| {});
+    assert_eq!(simulation.contacts_begun(), 0);
+    let velocity = simulation.block_rows()[0].velocity;
+    assert!((velocity[0] - 10.0).abs() < 1e-10, "{velocity:?}");
+}

@@ -1,0 +1,58 @@
+//! Joints: strength until they part, none after.
+
+use cdem::mesh::ElementKind;
+use cdem::scene::{LoadKind, Schedule};
+use cdem_verify::{Case, load, run};
+
+/// Largest pull that the joint bears, N, when, s, and the largest after that.
+fn pull(case: &Case, pull: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
+    let mut simulation = case.start();
+    let (mut most, mut when, mut after) = (0.0, 0.0, 0.0_f64);
+    simulation.block_rows();
+    run(&mut simulation, |simulation| {
+        let pulled = pull(simulation.block_rows()[1].force);
+        if pulled > most {
+            (most, when, after) = (pulled, simulation.time(), 0.0);
+        } else if pulled > after && pulled < 0.5 * most {
+            after = pulled;
+        }
+    });
+    println!(
+        "bears {most:.6e} N at {when:.5} s; after that {after:.1e} N; {} contacts begun",
+        simulation.contacts_begun()
+    );
+    [most, when, after]
+}
+
+#[test]
+fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
+    let case = load("joint");
+    let [most, when, after] = pull(&case, |force| -force[1]);
+    // Never more than it bears, and no less by more than the growth of the
+    // load in a step (1e3 N) and the vibration that the ramp raises, 2 MN/s
+    // over 2 pi / T of the longest mode, T = 8 m / c: 0.36 %.
+    assert!(most <= 1e6 * (1.0 + 1e-9) && most > 1e6 * 0.99, "{most}");
+    assert!((when / 0.5 - 1.0).abs() < 0.01, "{when}");
+    assert!(after < 1.0, "{after}"); // N: one part in a million
+}
+
+#[test]
+fn a_joint_slips_at_its_cohesion_and_has_none_after() {
+    let mut case = load("joint");
+    // One element each, so that the two points share the shear evenly, and a
+    // tensile strength that bears the moment.
+    for block in ["lower", "upper"] {
+        case.divide(block, [1, 1], ElementKind::Quad4);
+    }
+    case.scene.contact.strength.tensile_strength = 1e9;
+    case.scene.time.end = 0.45;
+    let ramp = vec![(0.0, vec![0.0, 0.0]), (0.5, vec![1e6, 0.0])];
+    case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
+    let [most, when, after] = pull(&case, |force| -force[0]);
+    assert!(
+        most <= 0.8e6 * (1.0 + 1e-9) && most > 0.8e6 * 0.99,
+        "{most}"
+    );
+    assert!((when / 0.4 - 1.0).abs() < 0.02, "{when}");
+    assert!(after < 1.0, "{after}");
+}

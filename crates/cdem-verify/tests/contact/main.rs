@@ -1,0 +1,12 @@
+//! Contact in the plane against exact answers; run with `--nocapture` for the
+//! figures.
+
+mod bars;
+mod corners;
+mod crowd;
+mod impacts;
+mod joints;
+mod paper;
+mod random;
+mod slope;
+mod stack;

@@ -1,0 +1,142 @@
+//! A block on a slope: sliding and sticking.
+
+use cdem::Simulation;
+use cdem::scene::{Block, ContactPair, Geometry, Schedule};
+use cdem_verify::{Case, fit, load, run};
+
+const GRAVITY: f64 = 9.81;
+
+fn slope(angle: f64, friction: f64) -> Case {
+    let mut case = load("slope");
+    case.scene.contact.strength.friction_angle = friction.to_radians();
+    case.scene.gravity = Schedule::Constant(pull(angle));
+    case
+}
+
+fn pull(angle: f64) -> Vec<f64> {
+    let (sin, cos) = angle.to_radians().sin_cos();
+    vec![GRAVITY * sin, -GRAVITY * cos]
+}
+
+/// Slopes of velocity and displacement of the last block along the slope over
+/// the second half of the run, m/s² and m/s.
+fn measure(case: &Case, mut look: impl FnMut(&mut Simulation)) -> [f64; 2] {
+    let mut simulation = case.start();
+    let (mut velocity, mut displacement) = (Vec::new(), Vec::new());
+    run(&mut simulation, |simulation| {
+        if simulation.step_index() % 20 == 0 && simulation.time() > 0.5 * case.scene.time.end {
+            let rows = simulation.block_rows();
+            let block = rows.last().expect("there is a block");
+            velocity.push((block.time, block.velocity[0]));
+            displacement.push((block.time, block.position[0]));
+            look(simulation);
+        }
+    });
+    println!("  penetration {:.1e}", simulation.max_penetration());
+    [fit::slope(&velocity), fit::slope(&displacement)]
+}
+
+fn sliding(angle: f64, friction: f64) -> f64 {
+    let (sin, cos) = angle.to_radians().sin_cos();
+    GRAVITY * (sin - cos * friction.to_radians().tan())
+}
+
+#[test]
+fn a_block_slides_as_coulomb_says() {
+    // Published cases; 20/0 needs no friction at all.
+    for (angle, friction) in [
+        (20.0, 0.0),
+        (30.0, 20.0),
+        (40.0, 20.0),
+        (40.0, 30.0),
+        (45.0, 10.0),
+    ] {
+        let [found, _] = measure(&slope(angle, friction), |_| {});
+        let exact = sliding(angle, friction);
+        println!("slope {angle}, friction {friction}: {found:.7}, exact {exact:.7}");
+        // What remains of the block's vibration within the fit: 4e-5 at most.
+        assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");
+    }
+}
+
+#[test]
+fn a_block_that_may_stay_does_not_creep() {
+    let mut case = slope(30.0, 40.0);
+    case.scene.gravity = Schedule::Table(vec![(0.0, vec![0.0, 0.0]), (0.1, pull(30.0))]);
+    case.scene.time.end = 0.6;
+    let [_, creep] = measure(&case, |_| {});
+    println!("creep {creep:.2e} m/s");
+    // Over 0.3 s; vibration of 1e-8 m at the ends of the fit is 1e-8 m/s.
+    assert!(creep.abs() < 1e-7, "{creep}");
+}
+
+/// The base in twenty separate blocks that lie flush.
+fn in_pieces(mut case: Case) -> Case {
+    let base = case.scene.block.remove(0);
+    let piece = |k: usize| {
+        let x = -3.0 + 0.6 * k as f64;
+        Block {
+            name: format!("base{k}"),
+            geometry: Geometry::Box {
+                min: vec![x, -1.0],
+                max: vec![x + 0.6, 0.0],
+                divisions: vec![1, 1],
+                element: cdem::mesh::ElementKind::Tri3,
+            },
+            ..base.clone()
+        }
+    };
+    case.scene.block.splice(0..0, (0..20).map(piece));
+    case
+}
+
+#[test]
+fn joints_in_the_base_do_not_catch_the_block() {
+    let mut case = in_pieces(slope(30.0, 20.0));
+    case.scene.time.end = 0.6; // slides 0.33 m, over an edge of the base
+    let mut tilted = 0.0_f64;
+    let [found, _] = measure(&case, |simulation| {
+        for normal in simulation.contact_frame().normals {
+            tilted = tilted.max(normal[0].abs());
+        }
+    });
+    let exact = sliding(30.0, 20.0);
+    println!("twenty blocks: {found:.7}, exact {exact:.7}, normals tilted by {tilted:.1e}");
+    assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");
+    // Normals follow the block's bottom as it deforms: strains of 1e-6.
+    assert!(tilted < 1e-5, "{tilted}");
+}
+
+fn pair(between: [&str; 2], friction: f64) -> ContactPair {
+    ContactPair {
+        between: between.map(str::to_owned),
+        friction_angle: Some(friction.to_radians()),
+        cohesion: None,
+        tensile_strength: None,
+        normal_stiffness: None,
+        shear_stiffness: None,
+        enabled: true,
+    }
+}
+
+#[test]
+fn block_pairs_rank_above_material_pairs_and_later_above_earlier() {
+    let material = pair(["rock", "rock"], 45.0);
+    let blocks = pair(["block", "base"], 20.0);
+    let sticky = pair(["base", "block"], 45.0);
+    let cases = [
+        (vec![material.clone()], 0.0),
+        (vec![blocks.clone(), material.clone()], sliding(30.0, 20.0)),
+        (vec![sticky.clone(), blocks.clone()], sliding(30.0, 20.0)),
+        (vec![blocks, sticky], 0.0),
+    ];
+    for (pairs, exact) in cases {
+        let mut case = slope(30.0, 10.0);
+        case.scene.contact.pair = pairs;
+        case.scene.time.end = 0.1;
+        let [found, _] = measure(&case, |_| {});
+        println!("{found:.5}, exact {exact:.5}");
+        // Gravity that comes at once leaves a vibration in so short a run.
+        assert!((found - exact).abs() < 0.02, "{found} {exact}");
+    }
+}
