@@ -410,6 +410,8 @@ impl<const D: usize> Driven<D> {
 
     fn check_energy(&mut self) -> Result<(), StepError> {
         let row = self.history();
+        let instant = self.instant();
+        let residual = row.energy_residual - self.run.ripple(&instant);
         let scale = [
             row.kinetic_energy,
             row.strain_energy,
@@ -418,8 +420,8 @@ impl<const D: usize> Driven<D> {
             row.gravity_work.abs(),
         ];
         let scale = scale.into_iter().fold(0.0, f64::max);
-        if row.energy_residual.abs() > RESIDUAL_LIMIT * scale {
-            let (time, residual) = (row.time, row.energy_residual);
+        if residual.abs() > RESIDUAL_LIMIT * scale {
+            let time = row.time;
             return Err(StepError::Energy {
                 time,
                 residual,

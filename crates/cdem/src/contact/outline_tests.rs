@@ -137,7 +137,8 @@ proptest! {
 fn a_vertex_on_the_edge_touches_when_it_moves_in_and_only_then() {
     let edge = [[1.0, -1.0], [1.0, 1.0]];
     let still = [0.0; 2];
-    for (height, foot) in [(0.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1e-10, 0.3)] {
+    // Not at the very ends: there the vertex glides along the other edge.
+    for (height, foot) in [(0.0, 0.0), (0.0, 0.99), (0.0, -0.99), (1e-10, 0.3)] {
         let vertex = [1.0 + height, foot];
         let touch = |x: f64| {
             Meeting::new(vertex, edge, [[x, 0.0], still, still])

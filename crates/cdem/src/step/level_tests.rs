@@ -238,8 +238,9 @@ fn hold(scene: &mut Scene, group: &str) {
 fn no_pair_of_joined_blocks_amplifies_anything() {
     use ElementKind::{Quad4, Tri3};
     // Amplitudes above the round-off of positions, 1e-16, by what the limit
-    // asks for, and below where pairs that nearly repeat each other (a vertex
-    // close to a vertex, as in the last two) no longer answer in proportion.
+    // asks for, and so small that the gaps of vectors in which the pairs do not
+    // fit together, slow to close where a vertex is close to a vertex (the last
+    // two), stay below what is corrected in positions.
     let pairs = [
         ([2, 1], [4, 2], Tri3, Tri3, 0.0, 1e-7, 1e-9),
         ([2, 1], [5, 3], Tri3, Quad4, 0.0, 1e-7, 1e-9),

@@ -1,0 +1,238 @@
+//! Free flight: what must stay, stays; what turns, turns as Euler says.
+
+use cdem::mesh::ElementKind;
+use cdem::sample::Frame;
+use cdem::scene::{Kinematics, Mass};
+use cdem_verify::{Case, load};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::shared::{cross, divide, from_file, length, minus};
+
+const BOTH: [Kinematics; 2] = [Kinematics::Total, Kinematics::Incremental];
+
+/// Second moments ∫ x xᵀ dV about the centroid, and volume, of elements with
+/// plane faces, as sums over tetrahedra.
+fn moments(frame: &Frame) -> (Matrix3<f64>, f64) {
+    let tetrahedra = |kind: ElementKind| -> &'static [[usize; 4]] {
+        match kind {
+            ElementKind::Tet4 => &[[0, 1, 2, 3]],
+            ElementKind::Wedge6 => &[[0, 1, 2, 3], [1, 2, 3, 5], [1, 3, 4, 5]],
+            ElementKind::Hex8 => &[
+                [0, 1, 2, 6],
+                [0, 2, 3, 6],
+                [0, 3, 7, 6],
+                [0, 7, 4, 6],
+                [0, 4, 5, 6],
+                [0, 5, 1, 6],
+            ],
+            other => panic!("{other:?} fills no space"),
+        }
+    };
+    let (mut second, mut first, mut volume) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+    let mut rest = frame.connectivity.as_slice();
+    for &kind in &frame.kinds {
+        let (nodes, after) = rest.split_at(kind.node_count());
+        rest = after;
+        for corners in tetrahedra(kind) {
+            let corners = corners.map(|c| Vector3::from(frame.points[nodes[c] as usize]));
+            let [a, b, c] = [1, 2, 3].map(|k| corners[k] - corners[0]);
+            let part = a.dot(&b.cross(&c)).abs() / 6.0;
+            let sum: Vector3<f64> = corners.iter().sum();
+            let squares: Matrix3<f64> = corners.iter().map(|x| x * x.transpose()).sum();
+            second += (squares + sum * sum.transpose()) * (part / 20.0);
+            first += sum * (part / 4.0);
+            volume += part;
+        }
+    }
+    (second - first * first.transpose() / volume, volume)
+}
+
+/// A rigid body: attitude, and angular momentum that stays.
+struct RigidBody {
+    inverse_inertia: Matrix3<f64>,
+    momentum: Vector3<f64>,
+    attitude: Matrix3<f64>,
+}
+
+impl RigidBody {
+    fn new(second: &Matrix3<f64>, spin: &[f64; 3]) -> Self {
+        let inertia = Matrix3::identity() * second.trace() - second;
+        Self {
+            inverse_inertia: inertia.try_inverse().expect("a body has inertia"),
+            momentum: inertia * Vector3::from(*spin),
+            attitude: Matrix3::identity(),
+        }
+    }
+
+    fn spin(&self, attitude: &Matrix3<f64>) -> Vector3<f64> {
+        attitude * self.inverse_inertia * attitude.transpose() * self.momentum
+    }
+
+    /// Moves on by `time` in the fourth-order steps of Runge and Kutta.
+    fn advance(&mut self, time: f64) {
+        const STEPS: usize = 20;
+        let h = time / STEPS as f64;
+        let rate = |r: &Matrix3<f64>| self.spin(r).cross_matrix() * r;
+        let mut r = self.attitude;
+        for _ in 0..STEPS {
+            let k1 = rate(&r);
+            let k2 = rate(&(r + k1 * (0.5 * h)));
+            let k3 = rate(&(r + k2 * (0.5 * h)));
+            let k4 = rate(&(r + k3 * h));
+            r += (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0);
+        }
+        self.attitude = r;
+    }
+}
+
+/// Worst errors over a flight.
+#[derive(Default)]
+struct Errors {
+    substeps: u64,
+    momentum: f64,
+    angular_momentum: f64,
+    path: f64,
+    spin: f64,
+}
+
+/// Flies `case` to its end and compares; `check` at most so many times.
+fn fly(case: &Case) -> Errors {
+    let mut simulation = case.start();
+    let space = case.scene.dimension == 3;
+    let start = simulation.history();
+    let at_start = simulation.block_rows().remove(0);
+    let spin_start = at_start.angular_velocity;
+    let mut body = space.then(|| {
+        let (second, _) = moments(&simulation.frame());
+        RigidBody::new(&second, &spin_start)
+    });
+    let turning =
+        |momentum: &[f64; 3], at: &[f64; 3], linear: &[f64; 3]| minus(momentum, &cross(at, linear));
+    let about = turning(&start.angular_momentum, &at_start.position, &start.momentum);
+    // Not more than Σm|v| and Σm|x − x_c||v|, which the limits are for.
+    let scales = [length(&start.momentum), length(&about)];
+    let stride = (simulation.step_count() / 400).max(1);
+    let (mut errors, mut last) = (Errors::default(), 0.0);
+    let levels = simulation.overview().levels.len() as u32 - 1;
+    while !simulation.finished() {
+        simulation.step().expect("free flight goes on");
+        if !simulation.step_index().is_multiple_of(stride) {
+            continue;
+        }
+        let time = simulation.time();
+        let row = simulation.history();
+        let block = simulation.block_rows().remove(0);
+        let now = turning(&row.angular_momentum, &block.position, &row.momentum);
+        let momentum = length(&minus(&row.momentum, &start.momentum)) / scales[0];
+        errors.momentum = errors.momentum.max(momentum);
+        errors.angular_momentum = errors
+            .angular_momentum
+            .max(length(&minus(&now, &about)) / scales[1]);
+        let straight = std::array::from_fn(|c| at_start.position[c] + at_start.velocity[c] * time);
+        let path = length(&minus(&block.position, &straight));
+        errors.path = errors.path.max(path / (length(&at_start.velocity) * time));
+        let exact = match &mut body {
+            Some(body) => {
+                body.advance(time - last);
+                body.spin(&body.attitude).into()
+            }
+            None => spin_start,
+        };
+        last = time;
+        let spin = length(&minus(&block.angular_velocity, &exact)) / length(&spin_start);
+        errors.spin = errors.spin.max(spin);
+    }
+    errors.substeps = simulation.step_index() << levels;
+    errors
+}
+
+fn judge(what: &str, errors: &Errors) {
+    println!(
+        "{what}: {} substeps, momentum {:.1e}, angular momentum {:.1e}, path {:.1e}, spin {:.1e}",
+        errors.substeps, errors.momentum, errors.angular_momentum, errors.path, errors.spin
+    );
+    // Round-off of sums: 1e-12 over 1e5 substeps, 1e-11 over 3e7 (design,
+    // section 7); both go as the root of their number.
+    let limit = 1e-12 * (errors.substeps as f64 / 1e5).max(1.0).sqrt();
+    assert!(errors.momentum < limit, "momentum");
+    assert!(errors.angular_momentum < limit, "angular momentum");
+    assert!(errors.path < limit, "path");
+    assert!(errors.spin < 0.01, "spin");
+}
+
+#[test]
+fn blocks_spin_in_the_plane() {
+    let shapes: [(&str, &[usize], ElementKind, Mass); 3] = [
+        ("quad4, one", &[1, 1], ElementKind::Quad4, Mass::Auto),
+        ("tri3, two", &[1, 1], ElementKind::Tri3, Mass::Auto),
+        (
+            "tri3, 6 × 3, fitted",
+            &[6, 3],
+            ElementKind::Tri3,
+            Mass::Fitted,
+        ),
+    ];
+    for kinematics in BOTH {
+        for (what, divisions, shape, mass) in shapes {
+            let mut case = load("free-flight-2d");
+            divide(&mut case, 0, divisions, shape);
+            if mass == Mass::Fitted {
+                case.scene.time.end = 5.0;
+            }
+            let block = &mut case.scene.block[0];
+            (block.kinematics, block.mass) = (kinematics, mass);
+            judge(&format!("{what}, {kinematics:?}"), &fly(&case));
+        }
+        let mut case = load("free-flight-2d");
+        from_file(&mut case, "triangle.msh");
+        case.scene.block[0].kinematics = kinematics;
+        judge(&format!("tri3, one, {kinematics:?}"), &fly(&case));
+    }
+}
+
+#[test]
+fn single_elements_tumble_as_euler_says() {
+    for kinematics in BOTH {
+        for file in ["", "tetrahedron.msh", "wedge.msh"] {
+            let mut case = load("free-flight-3d");
+            if !file.is_empty() {
+                from_file(&mut case, file);
+            }
+            case.scene.block[0].kinematics = kinematics;
+            judge(&format!("{file} {kinematics:?}"), &fly(&case));
+        }
+    }
+}
+
+/// Meshed blocks, with masses fitted to the exact inertia.
+fn meshed_blocks_tumble(turns: f64) {
+    let shapes: [(&[usize], ElementKind); 3] = [
+        (&[6, 4, 2], ElementKind::Hex8),
+        (&[6, 4, 2], ElementKind::Tet4),
+        (&[6, 4, 2], ElementKind::Wedge6),
+    ];
+    for kinematics in BOTH {
+        for (divisions, shape) in shapes {
+            let mut case = load("free-flight-3d");
+            divide(&mut case, 0, divisions, shape);
+            case.scene.time.end *= turns / 10.0;
+            case.scene.block[0].kinematics = kinematics;
+            judge(
+                &format!("{shape:?} {divisions:?} {kinematics:?}"),
+                &fly(&case),
+            );
+        }
+    }
+}
+
+#[test]
+#[ignore = "open: its scene asks for fitted masses that its mesh cannot carry"]
+fn meshed_blocks_tumble_as_euler_says() {
+    meshed_blocks_tumble(0.5);
+}
+
+#[test]
+#[ignore = "slow study: ten turns of meshed blocks"]
+fn meshed_blocks_tumble_for_ten_turns() {
+    meshed_blocks_tumble(10.0);
+}

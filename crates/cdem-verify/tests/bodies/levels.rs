@@ -1,0 +1,187 @@
+//! Levels of time: what they save, and that energy stays.
+
+use std::time::Instant;
+
+use cdem::Simulation;
+use cdem::mesh::ElementKind;
+use cdem::scene::{Geometry, Mass};
+use cdem_verify::{Case, fit, load};
+
+use crate::shared::{LameMode, Random, displacements, divide};
+
+fn energy(simulation: &mut Simulation) -> f64 {
+    let row = simulation.history();
+    row.kinetic_energy + row.strain_energy
+}
+
+#[test]
+fn slivers_alone_pay_for_their_small_steps() {
+    let flight = |step: Option<f64>| {
+        let mut case = load("slivers");
+        case.scene.time.step = step;
+        let mode = LameMode::new(&case);
+        let mut simulation = mode.start(&mut case);
+        let clock = Instant::now();
+        while !simulation.finished() {
+            simulation.step().expect("small vibrations go on");
+        }
+        let seconds = clock.elapsed().as_secs_f64();
+        let error = mode.error(&mut simulation);
+        (simulation, seconds, error)
+    };
+    let (mut levels, seconds, error) = flight(None);
+    let overview = levels.overview();
+    let smallest = 0.8 * overview.stable_step[0];
+    let (mut single, seconds_single, error_single) = flight(Some(smallest));
+    assert_eq!(single.overview().levels.len(), 1);
+    let updates = single.element_updates() as f64 / levels.element_updates() as f64;
+    println!(
+        "levels {:?}: {updates:.1} × fewer element updates, {:.1} × less time ({seconds:.2} s), \
+         errors {error:.2e} and {error_single:.2e} at the smallest step",
+        overview.levels,
+        seconds_single / seconds
+    );
+    let mut apart = [0.0; 2];
+    for ((_, u), (_, v)) in displacements(&mut levels)
+        .iter()
+        .zip(displacements(&mut single))
+    {
+        for c in 0..2 {
+            apart[0] += (u[c] - v[c]).powi(2);
+            apart[1] += v[c].powi(2);
+        }
+    }
+    let apart = (apart[0] / apart[1]).sqrt();
+    println!("the two answers differ by {apart:.2e}");
+    assert!(updates > 5.0);
+    // Both are second order; the coarse step of the levels is the Courant
+    // step of the good elements, whose own error is that of the exact answer.
+    assert!(apart < 5e-3 && error < 5e-3 && error_single < 5e-3);
+}
+
+/// Energies over the first one's, `count` of them over a run of `steps`.
+fn energies(simulation: &mut Simulation, steps: u64, count: u64) -> Vec<f64> {
+    let start = energy(simulation);
+    let mut all = Vec::new();
+    for number in 1..=steps {
+        simulation.step().expect("small vibrations go on");
+        if number % (steps / count) == 0 {
+            all.push(energy(simulation) / start);
+        }
+    }
+    all
+}
+
+/// Change of the energy over a run by its linear trend, and its extremes.
+fn trend(energies: &[f64]) -> (f64, [f64; 2]) {
+    let points: Vec<_> = energies
+        .iter()
+        .enumerate()
+        .map(|(i, &e)| (i as f64, e))
+        .collect();
+    let change = fit::slope(&points) * points.len() as f64;
+    let low = energies.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = energies.iter().copied().fold(0.0, f64::max);
+    (change, [low, high])
+}
+
+fn long_vibration(steps: u64) {
+    let mut case = load("graded-block");
+    case.scene.time.end = 1e3;
+    let mode = LameMode::new(&case);
+    let mut simulation = mode.start(&mut case);
+    let levels = simulation.overview().levels;
+    let energies = energies(&mut simulation, steps, 1000);
+    let (change, [low, high]) = trend(&energies);
+    println!(
+        "levels {levels:?}, {steps} steps at safety 0.9: energy {low:.4} … {high:.4}, trend {change:.1e}"
+    );
+    assert!(levels.len() >= 3);
+    // Synchronised energies swing by (ωΔt)²/8 of a mode's; the highest modes
+    // of so coarse a mesh take part in the vibration a little.
+    assert!(low > 0.98 && high < 1.02, "band");
+    assert!(change.abs() < 2e-3, "trend");
+}
+
+#[test]
+fn a_vibration_on_several_levels_keeps_its_energy() {
+    long_vibration(20_000);
+}
+
+#[test]
+#[ignore = "slow study: a million coarse steps"]
+fn a_vibration_on_several_levels_keeps_its_energy_for_a_million_steps() {
+    long_vibration(1_000_000);
+}
+
+/// A random pair of joined blocks of different element size.
+fn joined_pair(random: &mut Random) -> Case {
+    let mut case = load("joined-blocks");
+    let shapes = [ElementKind::Tri3, ElementKind::Quad4];
+    for block in 0..2 {
+        let across = random.whole(1, 3);
+        let along = across * random.whole(1, 3);
+        let shape = shapes[random.whole(0, 1)];
+        divide(&mut case, block, &[along, across], shape);
+        let Geometry::Box { min, max, .. } = &mut case.scene.block[block].geometry else {
+            panic!("the blocks are boxes");
+        };
+        let shift = if block == 0 {
+            0.0
+        } else {
+            0.4 * random.next() - 0.2
+        };
+        let height = 0.3 + 0.4 * random.next();
+        (min[1], max[1]) = (shift, shift + height);
+        case.scene.block[block].mass = [Mass::Auto, Mass::Lumped][random.whole(0, 1)];
+    }
+    case.scene.material[1].young_modulus *= 10.0_f64.powf(random.next());
+    case.scene.time.safety = 0.5 + 0.4 * random.next();
+    case.scene.time.end = 1e3;
+    case
+}
+
+fn joined_pairs(pairs: usize, steps: u64) {
+    let mut random = Random(1);
+    let (mut worst, mut deepest) = (f64::NEG_INFINITY, 0);
+    let mut failed = Vec::new();
+    for pair in 0..pairs {
+        let case = joined_pair(&mut random);
+        let mut simulation = case.start();
+        let levels = simulation.overview().levels;
+        deepest = deepest.max(levels.len());
+        // The first steps take in the touch at t = 0 and what it loses.
+        for _ in 0..8 {
+            simulation.step().expect("the pair goes on");
+        }
+        let energies = energies(&mut simulation, steps, 200);
+        let (change, [low, high]) = trend(&energies);
+        let parted = simulation.ended_contacts().len();
+        if change > 0.05 || high > 1.2 || parted > 0 {
+            println!(
+                "pair {pair}: levels {levels:?}, energy {low:.3} … {high:.3}, trend {change:.1e}, {parted} parted"
+            );
+            failed.push(pair);
+        }
+        worst = worst.max(change);
+    }
+    println!(
+        "{pairs} joined pairs, {steps} steps, up to {deepest} levels: largest trend of the energy {worst:.1e}"
+    );
+    // A mean above 1.05 of the start would be growth. Single values swing more:
+    // vibrations at safety 0.9 carry (ωΔt)²/8 of their energy back and forth.
+    assert!(failed.is_empty(), "{failed:?}");
+    assert!(deepest >= 3, "the pairs must need levels");
+}
+
+#[test]
+#[ignore = "open: joints of shifted pairs part, and the ledger does not close"]
+fn levels_joined_by_contact_are_stable() {
+    joined_pairs(20, 2_000);
+}
+
+#[test]
+#[ignore = "slow study: 300 pairs for 1e5 steps"]
+fn levels_joined_by_contact_are_stable_for_long() {
+    joined_pairs(300, 100_000);
+}

@@ -1,0 +1,142 @@
+//! What several of these tests need.
+
+use cdem::Simulation;
+use cdem::mesh::ElementKind;
+use cdem::sample::{FieldValues, Frame};
+use cdem::scene::{Field, Geometry};
+use cdem_verify::Case;
+
+/// The moduli of `rock` in the scenes: wave speeds, m/s.
+pub(crate) fn shear_wave_speed(case: &Case) -> f64 {
+    let rock = &case.scene.material[0];
+    (rock.young_modulus / (2.0 * (1.0 + rock.poisson_ratio) * rock.density)).sqrt()
+}
+
+/// Speed of P waves in plane strain, m/s.
+pub(crate) fn p_wave_speed(case: &Case) -> f64 {
+    let nu = case.scene.material[0].poisson_ratio;
+    shear_wave_speed(case) * ((2.0 - 2.0 * nu) / (1.0 - 2.0 * nu)).sqrt()
+}
+
+/// Divides the block of the scene, a box, anew.
+pub(crate) fn divide(case: &mut Case, block: usize, into: &[usize], shape: ElementKind) {
+    match &mut case.scene.block[block].geometry {
+        Geometry::Box {
+            divisions, element, ..
+        } => {
+            *divisions = into.to_vec();
+            *element = shape;
+        }
+        other => panic!("no box: {other:?}"),
+    }
+}
+
+/// Takes the block's mesh from a file beside the scene instead.
+pub(crate) fn from_file(case: &mut Case, path: &str) {
+    case.scene.block[0].geometry = Geometry::Mesh {
+        path: path.into(),
+        group: None,
+    };
+}
+
+pub(crate) fn length(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub(crate) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] - b[c])
+}
+
+/// Positions at rest and displacements of all nodes; the scene must ask for
+/// the field.
+pub(crate) fn displacements(simulation: &mut Simulation) -> Vec<([f64; 3], [f64; 3])> {
+    let frame = simulation.frame();
+    let field = vectors(&frame, "displacement");
+    let points = frame.points.iter().zip(field);
+    points.map(|(now, u)| (minus(now, &u), u)).collect()
+}
+
+fn vectors(frame: &Frame, name: &str) -> Vec<[f64; 3]> {
+    let field = frame.point_fields.iter().find(|field| field.name == name);
+    let field = field.expect("the scene asks for the field");
+    let FieldValues::Real(values) = &field.values else {
+        panic!("{name} is real");
+    };
+    let width = field.components.len();
+    let vector = |of: &[f64]| std::array::from_fn(|c| if c < width { of[c] } else { 0.0 });
+    values.chunks_exact(width).map(vector).collect()
+}
+
+/// Lamé's mode of pure shear in a unit square (see the scene's head).
+#[derive(Clone, Copy)]
+pub(crate) struct LameMode {
+    /// Angular frequency, rad/s.
+    pub(crate) omega: f64,
+    /// Amplitude, m: strains of 3e-6, so that the geometry is linear to 1e-5.
+    pub(crate) amplitude: f64,
+}
+
+impl LameMode {
+    pub(crate) fn new(case: &Case) -> Self {
+        let wave_number = std::f64::consts::PI;
+        Self {
+            omega: wave_number * 2.0_f64.sqrt() * shear_wave_speed(case),
+            amplitude: 1e-6,
+        }
+    }
+
+    /// Makes a run of the scene that begins with the mode at rest position.
+    pub(crate) fn start(self, case: &mut Case) -> Simulation {
+        case.scene.output.fields = vec![Field::Displacement, Field::Velocity];
+        let mut simulation = case.start();
+        simulation.set_initial_velocities(&|at| {
+            Self::shape(&at).map(|u| self.amplitude * self.omega * u)
+        });
+        simulation
+    }
+
+    fn shape(at: &[f64; 3]) -> [f64; 3] {
+        let [x, y] = [at[0], at[1]].map(|x| std::f64::consts::PI * x);
+        [x.cos() * y.sin(), -x.sin() * y.cos(), 0.0]
+    }
+
+    /// Root-mean-square error of the displacements now over that of the mode
+    /// at its largest.
+    pub(crate) fn error(self, simulation: &mut Simulation) -> f64 {
+        let factor = self.amplitude * (self.omega * simulation.time()).sin();
+        let mut sums = [0.0; 2];
+        for (at, u) in displacements(simulation) {
+            let shape = Self::shape(&at);
+            for c in 0..3 {
+                sums[0] += (u[c] - factor * shape[c]).powi(2);
+                sums[1] += (self.amplitude * shape[c]).powi(2);
+            }
+        }
+        (sums[0] / sums[1]).sqrt()
+    }
+}
+
+/// Numbers in 0 … 1, the same in every run of a test (xorshift).
+pub(crate) struct Random(pub u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A whole number in `low..=high`.
+    pub(crate) fn whole(&mut self, low: usize, high: usize) -> usize {
+        low + (self.next() * (high - low + 1) as f64) as usize
+    }
+}
