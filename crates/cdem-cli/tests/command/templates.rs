@@ -61,7 +61,8 @@ fn final_velocity(template: &str, block: &str) -> f64 {
     let rows = blocks
         .lines()
         .map(|line| line.split(',').collect::<Vec<_>>());
-    let last = rows.filter(|row| row[1] == block).last().expect(block);
+    let mut rows = rows.filter(|row| row[1] == block);
+    let last = rows.next_back().expect(block);
     last[6].parse().expect("a number")
 }
 

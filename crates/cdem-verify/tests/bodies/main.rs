@@ -1,6 +1,8 @@
 //! Bodies and time: free flight, waves, order of convergence, levels,
 //! prescribed motion and loads, each against a closed form.
 
+#![allow(clippy::print_stdout)] // the figures are the report
+
 mod flight;
 mod levels;
 mod loads;

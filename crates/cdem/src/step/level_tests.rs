@@ -1,6 +1,8 @@
 //! Levels of time under stress: their changes may not pump energy, and the
 //! step itself, as a linear map, may not amplify anything (design, section 3).
 
+#![allow(clippy::print_stdout)] // the figures are the report
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::Run;
