@@ -121,9 +121,9 @@ mod tests {
         for (asked, meant) in [
             ("youngs_modulus", "young_modulus"),
             ("Density", "density"),
-            ("densty", "density"), // spelling: wrong on purpose
+            ("densit", "density"),
             ("poisson", "poisson_ratio"),
-            ("nmae", "name"), // spelling: wrong on purpose
+            ("names", "name"),
         ] {
             assert_eq!(nearest(asked, keys), Some(meant));
         }

@@ -27,6 +27,12 @@ impl Check {
                 .not_empty(&at.key("group"), group)
                 .map(BoundaryTarget::Group),
             OneOf::Second(block) => {
+                if self.names.is_fixed(block) {
+                    let problem = Problem::new(at.key("block"), "a fixed block does not move");
+                    let help = "leave out `fixed` of the block, or this [[boundary]]";
+                    self.problems.push(problem.help(help));
+                    return None;
+                }
                 let block = self.reference(&at.key("block"), Sort::Block, block);
                 block.map(BoundaryTarget::Block)
             }

@@ -10,6 +10,7 @@ use super::Check;
 /// The names that others may refer to.
 pub(super) struct Names {
     blocks: Vec<(String, Split)>,
+    fixed: Vec<String>,
     materials: Vec<String>,
 }
 
@@ -32,13 +33,21 @@ impl Sort {
 impl Names {
     pub(super) fn new(input: &input::Scene) -> Self {
         let blocks = input.block.iter();
+        let fixed = input.block.iter().filter(|block| block.fixed);
         let materials = input.material.iter();
         Self {
             blocks: blocks
                 .filter_map(|b| Some((b.name.clone()?, b.split)))
                 .collect(),
+            fixed: fixed.filter_map(|b| b.name.clone()).collect(),
             materials: materials.filter_map(|m| m.name.clone()).collect(),
         }
+    }
+
+    /// Whether a block, or the block that it is a part of, is immovable.
+    pub(super) fn is_fixed(&self, block: &str) -> bool {
+        let mut fixed = self.fixed.iter();
+        fixed.any(|whole| whole == block || is_part(whole, block))
     }
 
     /// All names of a sort.

@@ -269,14 +269,14 @@ mod tests {
     #[test]
     fn all_that_is_wrong_is_told_at_once() {
         let scene = json!({
-            "titel": "x", // spelling: wrong on purpose
+            "colour": "x",
             "dimension": "two",
             "material": [{ "density": "5 mm" }, { "density": true }],
             "boundary": [{ "velocity": { "y": [[0, 1], [1, "a"]] } }],
         });
         let found = problems(scene);
         for part in [
-            "titel: unknown key", // spelling: wrong on purpose
+            "colour: unknown key",
             "dimension: expected a whole number",
             "material[0].density: expected a density, but \"5 mm\" is a length",
             "material[1].density: expected a density: a number in kg/m³",
