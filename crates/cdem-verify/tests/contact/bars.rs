@@ -94,28 +94,26 @@ fn matching_bars_give_the_force_of_wave_theory() {
         let figures = measure(&bars([4, 4], element));
         println!("{element:?} 4/4: {figures:.5?}");
         check(&figures);
-        // Two rows of half an element: (5) gives h/(4L), h = L/40.
-        assert!((figures.loss * 160.0 - 1.0).abs() < 0.01, "{figures:?}");
+        // Two rows of half an element: (5) gives h/(4L), h = L/40. At the ends
+        // of a side one triangle meets two, of a third of such a node each:
+        // 2·(1·2)/(1 + 2) + 3·(3·3)/(3 + 3) for 4·(3·3)/(3 + 3).
+        let share = match element {
+            ElementKind::Tri3 => 35.0 / 36.0,
+            _ => 1.0,
+        };
+        let exact = share / 160.0;
+        assert!((figures.loss / exact - 1.0).abs() < 0.01, "{figures:?}");
     }
 }
 
 #[test]
-fn quadrilaterals_need_no_matching_nodes() {
-    for rows in [[4, 5], [4, 7], [4, 8]] {
-        let figures = measure(&bars(rows, ElementKind::Quad4));
-        println!("quad4 {rows:?}: {figures:.5?}");
-        check(&figures);
-    }
-}
-
-#[test]
-fn triangles_that_do_not_match_keep_the_mean_force() {
-    for rows in [[4, 5], [4, 8]] {
-        let figures = measure(&bars(rows, ElementKind::Tri3));
-        println!("tri3 {rows:?}: {figures:.5?}");
-        assert!((figures.duration - 1.0).abs() < 0.03, "{figures:?}");
-        assert!((figures.mean - 1.0).abs() < 0.005, "{figures:?}");
-        check_sums(&figures);
+fn nodes_need_not_match() {
+    for element in [ElementKind::Quad4, ElementKind::Tri3] {
+        for rows in [[4, 5], [4, 7], [4, 8]] {
+            let figures = measure(&bars(rows, element));
+            println!("{element:?} {rows:?}: {figures:.5?}");
+            check(&figures);
+        }
     }
 }
 

@@ -5,8 +5,11 @@ use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
 
 /// A box between two corners, of `divisions` cells along each axis.
 ///
-/// Triangles, tetrahedra and wedges cut neighbouring cells as mirror images
-/// (union jack), so that the mesh conforms and prefers no direction.
+/// Triangles cut all cells alike, so that all nodes of a side but its ends
+/// have equal masses: where masses alternate, the force of a flat impact
+/// ripples with them. Tetrahedra and wedges cut neighbouring cells as mirror
+/// images (union jack), so that the mesh prefers no direction: cut alike,
+/// their lumped masses have products of inertia that a box has not.
 ///
 /// # Errors
 /// If the box has no extent, no divisions, or far too many.
@@ -148,31 +151,27 @@ fn unravel<const D: usize>(mut number: usize, extents: [usize; D]) -> [usize; D]
     })
 }
 
-/// The elements of one cell, as corners (see [`Lattice::corner`]); cells of
-/// odd parity along an axis are mirrored on it.
+/// The elements of one cell, as corners (see [`Lattice::corner`]); in 3-D,
+/// cells of odd parity along an axis are mirrored on it.
 ///
 /// Simplices are Kuhn's: one for each order of the axes, from the corner 0 to
 /// the opposite one.
 fn cut(element: ElementKind, parity: usize) -> Vec<Vec<usize>> {
     let mirrored = parity.count_ones() % 2 == 1;
-    let triangles = || {
-        let ways = [[0, 1, 3], [0, 3, 2]];
-        ways.map(|[a, b, c]| {
-            if mirrored_plane(parity) {
-                [a, c, b]
-            } else {
-                [a, b, c]
-            }
-        })
-        .map(|corners| corners.map(|bits| bits ^ (parity & 3)))
-    };
+    let triangles = [[0, 1, 3], [0, 3, 2]];
     match element {
         ElementKind::Quad4 => vec![vec![0, 1, 3, 2]],
         ElementKind::Hex8 => vec![vec![0, 1, 3, 2, 4, 5, 7, 6]],
-        ElementKind::Tri3 => triangles().map(Vec::from).to_vec(),
+        ElementKind::Tri3 => triangles.map(Vec::from).to_vec(),
         ElementKind::Wedge6 => {
-            let raised = |t: [usize; 3]| [t, t.map(|bits| bits + 4)].concat();
-            triangles().map(raised).to_vec()
+            let in_plane = parity & 3;
+            let wedge = |[a, b, c]: [usize; 3]| {
+                let turned = in_plane.count_ones() == 1;
+                let base = if turned { [a, c, b] } else { [a, b, c] };
+                let base = base.map(|bits| bits ^ in_plane);
+                [base, base.map(|bits| bits + 4)].concat()
+            };
+            triangles.map(wedge).to_vec()
         }
         ElementKind::Tet4 => {
             let even = [[1, 3], [2, 6], [4, 5]];
@@ -192,9 +191,4 @@ fn cut(element: ElementKind, parity: usize) -> Vec<Vec<usize>> {
             .collect()
         }
     }
-}
-
-/// Whether a cell's cut in the x–y plane is a mirror image.
-fn mirrored_plane(parity: usize) -> bool {
-    (parity & 3).count_ones() % 2 == 1
 }

@@ -187,3 +187,21 @@ fn shapes_that_cannot_be_say_why() {
     });
     insta::assert_snapshot!(messages.join("\n"));
 }
+
+#[test]
+fn triangles_of_a_box_load_the_nodes_of_a_side_alike() {
+    let geometry = cuboid(&[3.0, 2.0], &[6, 5], ElementKind::Tri3);
+    let mesh = shapes::<2>(vec![block("b", geometry)]).expect("a box");
+    for side in ["xmin", "xmax", "ymin", "ymax"] {
+        let nodes = &mesh.group(&format!("b.{side}")).expect("a side").nodes;
+        let around = |node: &u32| {
+            let elements = mesh.elements.iter();
+            elements.filter(|e| e.nodes().contains(node)).count()
+        };
+        let mut counts: Vec<usize> = nodes.iter().map(around).collect();
+        counts.sort_unstable();
+        let inner = counts.split_off(2);
+        assert!(counts.iter().all(|&n| n < 3), "{side}: {counts:?}");
+        assert!(inner.iter().all(|&n| n == 3), "{side}: {inner:?}");
+    }
+}
