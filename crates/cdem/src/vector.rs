@@ -1,6 +1,7 @@
 //! Vectors of `D` components as plain arrays.
 
 /// Scalar product.
+#[inline]
 pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     let mut sum = 0.0;
     for c in 0..D {
@@ -10,21 +11,25 @@ pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 }
 
 /// a + b.
+#[inline]
 pub(crate) fn add<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| a[c] + b[c])
 }
 
 /// a − b.
+#[inline]
 pub(crate) fn sub<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
 /// s·a.
+#[inline]
 pub(crate) fn scale<const D: usize>(s: f64, a: &[f64; D]) -> [f64; D] {
     std::array::from_fn(|c| s * a[c])
 }
 
 /// a ← a + s·b.
+#[inline]
 pub(crate) fn add_scaled<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D]) {
     for c in 0..D {
         a[c] += s * b[c];
@@ -32,21 +37,25 @@ pub(crate) fn add_scaled<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D])
 }
 
 /// Euclidean length.
+#[inline]
 pub(crate) fn norm<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
 /// Three components, the missing ones 0.
+#[inline]
 pub(crate) fn pad<const D: usize>(a: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|c| if c < D { a[c] } else { 0.0 })
 }
 
 /// The first `D` of three components.
+#[inline]
 pub(crate) fn truncate<const D: usize>(a: &[f64; 3]) -> [f64; D] {
     std::array::from_fn(|c| a[c])
 }
 
 /// Vector product in space; of plane vectors, along z.
+#[inline]
 pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
@@ -56,6 +65,7 @@ pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 }
 
 /// z component of the vector product in the plane.
+#[inline]
 pub(crate) fn cross2(a: &[f64; 2], b: &[f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }

@@ -51,9 +51,9 @@ impl Moduli {
     #[inline]
     pub(super) fn stress<const D: usize>(&self, strain: &Tensor<D>) -> Tensor<D> {
         let pressure = self.lambda * tensor::trace(strain);
-        let mut stress = strain.map(|row| row.map(|x| 2.0 * self.mu * x));
-        for (i, row) in stress.iter_mut().enumerate() {
-            row[i] += pressure;
+        let mut stress = tensor::scaled(2.0 * self.mu, strain);
+        for i in 0..D {
+            stress[i][i] += pressure;
         }
         stress
     }
@@ -248,7 +248,7 @@ pub(super) fn subtract_divergence<const D: usize, const N: usize>(
     gradients: &Nodal<D, N>,
     volume: f64,
 ) {
-    let scaled = first_piola.map(|row| row.map(|x| volume * x));
+    let scaled = tensor::scaled(volume, first_piola);
     for a in 1..N {
         for i in 0..D {
             for j in 0..D {
@@ -262,6 +262,10 @@ pub(super) fn subtract_divergence<const D: usize, const N: usize>(
 #[inline]
 pub(super) fn balance<const D: usize, const N: usize>(force: &mut Nodal<D, N>) {
     for i in 0..D {
-        force[0][i] = -(1..N).map(|a| force[a][i]).sum::<f64>();
+        let mut sum = force[1][i];
+        for a in 2..N {
+            sum += force[a][i];
+        }
+        force[0][i] = -sum;
     }
 }

@@ -77,18 +77,21 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         u: &Nodal<D, N>,
     ) -> (Nodal<D, N>, Increment<D, Q>) {
         let record = self.record::<D, N, Q>(i);
-        let middle = std::array::from_fn(|a| {
-            std::array::from_fn(|k| 0.5 * (record.displacement[a][k] + u[a][k]))
-        });
-        let step =
-            std::array::from_fn(|a| std::array::from_fn(|k| u[a][k] - record.displacement[a][k]));
+        let (mut middle, mut step) = ([[0.0; D]; N], [[0.0; D]; N]);
+        for a in 0..N {
+            for k in 0..D {
+                let last = record.displacement[a][k];
+                middle[a][k] = 0.5 * (last + u[a][k]);
+                step[a][k] = u[a][k] - last;
+            }
+        }
         let mut force = [[0.0; D]; N];
         let mut stress = [[[0.0; D]; D]; Q];
         for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
             let increment = current_gradient(gradients, &middle, &step);
-            let old = std::array::from_fn(|k| record.stress[q * D + k]);
+            let old = tensor::filled(|i, j| record.stress[q * D + i][j]);
             let half = element.moduli.stress(&tensor::symmetric(&increment));
-            let half = half.map(|row| row.map(|x| 0.5 * x));
+            let half = tensor::scaled(0.5, &half);
             stress[q] = tensor::sum(&rotated(&tensor::sum(&old, &half), &increment), &half);
             let first_piola = first_piola(&stress[q], gradients, u);
             geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
@@ -141,7 +144,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         let mut integral = StressIntegral::default();
         for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
             let jacobian = tensor::determinant(&deformation_gradient(gradients, u));
-            let kirchhoff = increment.stress[q].map(|row| row.map(|x| jacobian * x));
+            let kirchhoff = tensor::scaled(jacobian, &increment.stress[q]);
             let across = element.moduli.out_of_plane * tensor::trace(&kirchhoff);
             integral.add(volume, jacobian, &kirchhoff, across);
         }
@@ -181,7 +184,7 @@ fn first_piola<const D: usize, const N: usize>(
     u: &Nodal<D, N>,
 ) -> Tensor<D> {
     let (inverse, jacobian) = tensor::inverse(&deformation_gradient(gradients, u));
-    let scaled = stress.map(|row| row.map(|x| jacobian * x));
+    let scaled = tensor::scaled(jacobian, stress);
     tensor::product_transposed(&scaled, &inverse)
 }
 
@@ -190,7 +193,7 @@ fn rotated<const D: usize>(stress: &Tensor<D>, increment: &Tensor<D>) -> Tensor<
     let half = |sign: f64| -> Tensor<D> {
         let spin = |i: usize, j: usize| 0.25 * (increment[i][j] - increment[j][i]);
         let unit = tensor::identity::<D>();
-        std::array::from_fn(|i| std::array::from_fn(|j| unit[i][j] + sign * spin(i, j)))
+        tensor::filled(|i, j| unit[i][j] + sign * spin(i, j))
     };
     let (inverse, _) = tensor::inverse(&half(-1.0));
     let rotation = tensor::product(&inverse, &half(1.0));

@@ -124,10 +124,13 @@ where
     fn relative(&self, i: usize, field: &[[f64; D]]) -> Nodal<D, N> {
         let nodes = self.geometry.nodes(i);
         let first = field[nodes[0] as usize];
-        nodes.map(|node| {
-            let value = field[node as usize];
-            std::array::from_fn(|k| value[k] - first[k])
-        })
+        let mut relative = [[0.0; D]; N];
+        for a in 0..N {
+            for k in 0..D {
+                relative[a][k] = field[nodes[a] as usize][k] - first[k];
+            }
+        }
+        relative
     }
 
     #[inline]

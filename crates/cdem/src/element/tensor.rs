@@ -3,54 +3,81 @@
 /// A second-order tensor, rows first.
 pub(crate) type Tensor<const D: usize> = [[f64; D]; D];
 
+/// The tensor of these entries, by plain loops: the arrays' own `map` and
+/// `from_fn` stay calls where the optimiser does not see the whole crate.
+#[inline]
+pub(super) fn filled<const D: usize>(entry: impl Fn(usize, usize) -> f64) -> Tensor<D> {
+    let mut tensor = [[0.0; D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            tensor[i][j] = entry(i, j);
+        }
+    }
+    tensor
+}
+
+/// Σ term(k) over the components.
+#[inline]
+fn contracted<const D: usize>(term: impl Fn(usize) -> f64) -> f64 {
+    let mut sum = term(0);
+    for k in 1..D {
+        sum += term(k);
+    }
+    sum
+}
+
+/// s·a.
+#[inline]
+pub(super) fn scaled<const D: usize>(s: f64, a: &Tensor<D>) -> Tensor<D> {
+    filled(|i, j| s * a[i][j])
+}
+
 /// The unit tensor.
 #[inline]
 pub(crate) fn identity<const D: usize>() -> Tensor<D> {
-    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
+    filled(|i, j| if i == j { 1.0 } else { 0.0 })
 }
 
 /// a + b.
 #[inline]
 pub(crate) fn sum<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
+    filled(|i, j| a[i][j] + b[i][j])
 }
 
 /// a·b.
 #[inline]
 pub(crate) fn product<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[k][j]).sum()))
+    filled(|i, j| contracted::<D>(|k| a[i][k] * b[k][j]))
 }
 
 /// aᵀ·b.
 #[inline]
 pub(crate) fn transposed_product<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[k][i] * b[k][j]).sum()))
+    filled(|i, j| contracted::<D>(|k| a[k][i] * b[k][j]))
 }
 
 /// a·bᵀ.
 #[inline]
 pub(crate) fn product_transposed<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[j][k]).sum()))
+    filled(|i, j| contracted::<D>(|k| a[i][k] * b[j][k]))
 }
 
 /// ½(a + aᵀ).
 #[inline]
 pub(crate) fn symmetric<const D: usize>(a: &Tensor<D>) -> Tensor<D> {
-    std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (a[i][j] + a[j][i])))
+    filled(|i, j| 0.5 * (a[i][j] + a[j][i]))
 }
 
 /// tr a.
 #[inline]
 pub(crate) fn trace<const D: usize>(a: &Tensor<D>) -> f64 {
-    (0..D).map(|i| a[i][i]).sum()
+    contracted::<D>(|i| a[i][i])
 }
 
 /// a : b.
 #[inline]
 pub(crate) fn contraction<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> f64 {
-    (0..D)
-        .map(|i| (0..D).map(|j| a[i][j] * b[i][j]).sum::<f64>())
-        .sum()
+    contracted::<D>(|i| contracted::<D>(|j| a[i][j] * b[i][j]))
 }
 
 /// det a.
@@ -59,7 +86,7 @@ pub(crate) fn determinant<const D: usize>(a: &Tensor<D>) -> f64 {
     if D == 2 {
         a[0][0] * a[1][1] - a[0][1] * a[1][0]
     } else {
-        (0..3).map(|j| a[0][j] * cofactor3(a, 0, j)).sum()
+        contracted::<3>(|j| a[0][j] * cofactor3(a, 0, j))
     }
 }
 
@@ -68,16 +95,14 @@ pub(crate) fn determinant<const D: usize>(a: &Tensor<D>) -> f64 {
 pub(crate) fn inverse<const D: usize>(a: &Tensor<D>) -> (Tensor<D>, f64) {
     let determinant = determinant(a);
     let scale = 1.0 / determinant;
-    let inverse = std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let cofactor = if D == 2 {
-                let sign = if i == j { 1.0 } else { -1.0 };
-                sign * a[1 - j][1 - i]
-            } else {
-                cofactor3(a, j, i)
-            };
-            cofactor * scale
-        })
+    let inverse = filled(|i, j| {
+        let cofactor = if D == 2 {
+            let sign = if i == j { 1.0 } else { -1.0 };
+            sign * a[1 - j][1 - i]
+        } else {
+            cofactor3(a, j, i)
+        };
+        cofactor * scale
     });
     (inverse, determinant)
 }

@@ -80,7 +80,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 #[inline]
 fn green_lagrange<const D: usize>(h: &Tensor<D>) -> Tensor<D> {
     let quadratic = tensor::transposed_product(h, h);
-    std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (h[i][j] + h[j][i] + quadratic[i][j])))
+    tensor::filled(|i, j| 0.5 * (h[i][j] + h[j][i] + quadratic[i][j]))
 }
 
 /// P = F·S = S + H·S.
