@@ -8,28 +8,21 @@ use crate::sample::{
     BlockRow, ContactFrame, ContactRow, FieldValues, Frame, FrameField, HistoryRow, ProbeRow,
 };
 use crate::scene::Field;
-use crate::step::Run;
-use crate::step::ledger::Ledger;
+use crate::step::{Run, Synchronised};
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
 
-/// A synchronised instant: velocities in the middle of the kick that is due,
-/// and the sums of the ledger up to there.
+/// A synchronised instant, and the number of its step.
 pub(crate) struct Instant<const D: usize> {
     pub(crate) number: u64,
-    velocity: Vec<[f64; D]>,
-    ledger: Ledger,
-    friction: f64,
+    state: Synchronised<D>,
 }
 
 impl<const D: usize> Run<D> {
     /// The synchronised state now.
     pub(crate) fn instant(&mut self) -> Arc<Instant<D>> {
-        let (velocity, ledger, friction) = self.synchronise();
         Arc::new(Instant {
             number: self.state.number,
-            velocity,
-            ledger,
-            friction,
+            state: self.synchronise(),
         })
     }
 
@@ -40,13 +33,13 @@ impl<const D: usize> Run<D> {
         let mut row = HistoryRow {
             step: self.state.number,
             time: self.time(),
-            kinetic_energy: self.kinetic_energy(instant),
+            kinetic_energy: instant.state.kinetic_energy,
             strain_energy: self.model.strain_energy(&self.state.displacement),
-            external_work: instant.ledger.external_work,
-            gravity_work: instant.ledger.gravity_work,
-            damping_loss: instant.ledger.damping_loss,
-            correction_loss: instant.ledger.correction_loss,
-            impulse: instant.ledger.impulse,
+            external_work: instant.state.ledger.external_work,
+            gravity_work: instant.state.ledger.gravity_work,
+            damping_loss: instant.state.ledger.damping_loss,
+            correction_loss: instant.state.ledger.correction_loss,
+            impulse: instant.state.ledger.impulse,
             elements: self.plan.histogram().iter().sum(),
             ..HistoryRow::default()
         };
@@ -55,7 +48,7 @@ impl<const D: usize> Run<D> {
                 continue;
             }
             for node in self.model.nodes(number) {
-                let momentum = pad(&self.model.inertia.momentum(node, &instant.velocity));
+                let momentum = pad(&self.model.inertia.momentum(node, &instant.state.velocity));
                 add_scaled(&mut row.momentum, 1.0, &momentum);
                 let turning = cross(&pad(&at.at(node as u32)), &momentum);
                 add_scaled(&mut row.angular_momentum, 1.0, &turning);
@@ -64,7 +57,7 @@ impl<const D: usize> Run<D> {
         if let Some(contacts) = &self.contacts {
             row.strain_energy += contacts.spring_energy(at);
             row.impact_loss = contacts.books().impact_loss;
-            row.friction_loss = contacts.books().friction_loss + instant.friction;
+            row.friction_loss = contacts.books().friction_loss + instant.state.friction;
             row.contacts = contacts.live().count() as u64;
         }
         row.energy_residual = row.kinetic_energy
@@ -79,46 +72,9 @@ impl<const D: usize> Run<D> {
         row
     }
 
-    fn kinetic_energy(&self, instant: &Instant<D>) -> f64 {
-        let moving = self
-            .model
-            .blocks
-            .iter()
-            .enumerate()
-            .filter(|(_, block)| !block.fixed);
-        moving
-            .map(|(b, _)| {
-                self.model
-                    .inertia
-                    .kinetic_energy(self.model.nodes(b), &instant.velocity)
-            })
-            .sum()
-    }
-
-    /// Kinetic energy of half of the kick that is due, J: by so much the
-    /// synchronised energy of waves near the grid's limit ripples, of order
-    /// (ωΔt)². Without it the energy is that which central differences keep
-    /// exactly, ½v⁻·M·v⁺ + U.
-    pub(crate) fn ripple(&self, instant: &Instant<D>) -> f64 {
-        let half: Vec<[f64; D]> = instant
-            .velocity
-            .iter()
-            .zip(&self.state.velocity)
-            .map(|(now, before)| sub(now, before))
-            .collect();
-        let moving = self.model.blocks.iter().enumerate();
-        let moving = moving.filter(|(_, block)| !block.fixed);
-        moving
-            .map(|(b, _)| {
-                let nodes = self.model.nodes(b);
-                self.model.inertia.kinetic_energy(nodes, &half)
-            })
-            .sum()
-    }
-
     /// Kinetic plus strain energy, J.
     pub(crate) fn energy(&self, instant: &Instant<D>) -> f64 {
-        self.kinetic_energy(instant) + self.model.strain_energy(&self.state.displacement)
+        instant.state.kinetic_energy + self.model.strain_energy(&self.state.displacement)
     }
 
     /// Rows of the blocks for which `wanted` holds; contact forces are means
@@ -159,7 +115,7 @@ impl<const D: usize> Run<D> {
         }
         for node in self.model.nodes(block) {
             mass += self.model.inertia.mass()[node];
-            let p = pad(&self.model.inertia.momentum(node, &instant.velocity));
+            let p = pad(&self.model.inertia.momentum(node, &instant.state.velocity));
             add_scaled(&mut momentum, 1.0, &p);
             let arm = pad(&arms[node]);
             add_scaled(&mut turning, 1.0, &cross(&arm, &p));
@@ -200,7 +156,7 @@ impl<const D: usize> Run<D> {
             probe: name.clone(),
             position: pad(&at.at(*node)),
             displacement: pad(&self.state.displacement[*node as usize]),
-            velocity: pad(&instant.velocity[*node as usize]),
+            velocity: pad(&instant.state.velocity[*node as usize]),
         };
         probes.iter().map(row).collect()
     }
@@ -219,7 +175,7 @@ impl<const D: usize> Run<D> {
             point_fields.push(vector("displacement", &self.state.displacement));
         }
         if fields.contains(&Field::Velocity) {
-            point_fields.push(vector("velocity", &instant.velocity));
+            point_fields.push(vector("velocity", &instant.state.velocity));
         }
         if fields.contains(&Field::ContactForce) {
             let step = self.model.step;

@@ -4,6 +4,7 @@
 use crate::contact::live::{Live, Record};
 use crate::contact::solve::{Constraint, Limit, shear_norm, solve};
 use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::{Interior, Jump};
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::vector::{add_scaled, pad};
@@ -24,6 +25,12 @@ pub(crate) struct Setting<'a, const D: usize> {
     pub(crate) inertia: &'a Inertia<D>,
     /// d_tol, m.
     pub(crate) tolerance: f64,
+}
+
+/// The bodies of an island, and whether a node moves with any island.
+pub(crate) struct Bodies<'a, const D: usize> {
+    pub(crate) interior: &'a mut dyn Interior<D>,
+    pub(crate) taken: &'a [bool],
 }
 
 /// Energies of contact, J, and other sums.
@@ -141,11 +148,7 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) -> Vec<Constraint<D>> {
         let inertia = setting.inertia;
-        let start: Vec<[f64; D]> = self
-            .nodes
-            .iter()
-            .map(|&node| motion.velocity[node as usize])
-            .collect();
+        let start = self.velocities(motion);
         loop {
             let at = motion.positions();
             let constraint = |live: &Live<D>| {
@@ -178,6 +181,7 @@ impl<const D: usize> Island<D> {
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (time, duration): (f64, f64),
+        bodies: &mut Bodies<D>,
         receive: Receive<D>,
         books: &mut Books,
     ) {
@@ -194,9 +198,33 @@ impl<const D: usize> Island<D> {
                 self.touch(setting, motion.positions(), pair, time + elapsed);
                 books.touches += 1;
             }
-            books.impact_loss += self.collide(setting, motion, duration, receive);
+            let before = self.velocities(motion);
+            books.impact_loss += self.collide(setting, motion, duration, &|_| {}, receive);
+            let jump = Jump {
+                nodes: &self.nodes,
+                before: &before,
+                taken: bodies.taken,
+                remaining: duration - elapsed,
+            };
+            let impulses = bodies.interior.split(motion, &jump);
+            let kick = |motion: &mut Motion<D>| {
+                for (node, impulse) in &impulses {
+                    setting
+                        .inertia
+                        .push(*node as usize, impulse, motion.velocity);
+                }
+            };
+            books.friction_loss += self.collide(setting, motion, duration, &kick, receive);
+            let remaining = duration - elapsed;
+            books.impact_loss -= bodies.interior.settle(motion, remaining);
         }
         motion.drift(&self.nodes, duration - elapsed);
+    }
+
+    /// Velocities of the nodes, m/s.
+    fn velocities(&self, motion: &Motion<D>) -> Vec<[f64; D]> {
+        let of = |&node: &u32| motion.velocity[node as usize];
+        self.nodes.iter().map(of).collect()
     }
 
     /// The open pairs that touch first within `remaining`, with their times.
@@ -274,12 +302,14 @@ impl<const D: usize> Island<D> {
     }
 
     /// The impact of the pairs that have just touched, (4): perfectly
-    /// inelastic for the points, within the shear limit. Returns the loss (5), J.
+    /// inelastic for the points, within the shear limit; and `kick` on the way,
+    /// against which the pairs hold. Returns the loss (5), J.
     pub(crate) fn collide(
         &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         duration: f64,
+        kick: &dyn Fn(&mut Motion<D>),
         receive: Receive<D>,
     ) -> f64 {
         let at = motion.positions();
@@ -300,6 +330,7 @@ impl<const D: usize> Island<D> {
             .iter()
             .map(|c| relative(c, motion.velocity))
             .collect();
+        kick(motion);
         solve(&mut constraints, setting.inertia, motion.velocity);
         let mut loss = 0.0;
         for ((live, constraint), old) in self.live.iter_mut().zip(&constraints).zip(before) {

@@ -12,7 +12,7 @@ mod penalty;
 mod solve;
 pub(crate) mod surface;
 
-use island::{Books, Island, Receive, Setting};
+use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
 use live::{Live, Record};
 use surface::{Pair, Positions, Surface};
@@ -40,6 +40,32 @@ const PENETRATION: f64 = 1e-4;
 /// change of levels costs energy, so they change seldom (design, section 3).
 const STAY: u64 = 32;
 
+/// A touch in the middle of a drift, as the bodies see it.
+pub(crate) struct Jump<'a, const D: usize> {
+    /// Nodes of the island, sorted, and their velocities before the touch, m/s.
+    pub(crate) nodes: &'a [u32],
+    pub(crate) before: &'a [[f64; D]],
+    /// Whether a node moves with an island, this or another.
+    pub(crate) taken: &'a [bool],
+    /// What is left of the drift, s.
+    pub(crate) remaining: f64,
+}
+
+/// What lies behind the surfaces.
+pub(crate) trait Interior<const D: usize> {
+    /// A touch has changed the velocities of an island. Returns the impulses
+    /// of elements on its nodes that the touch brings forward, N·s, for
+    /// the island to apply.
+    fn split(&mut self, motion: &mut Motion<D>, jump: &Jump<D>) -> Vec<(u32, [f64; D])>;
+
+    /// The same touch with its impulses applied. Returns how much less it has
+    /// lost than velocities in the middle of the drift say, J.
+    fn settle(&mut self, motion: &mut Motion<D>, remaining: f64) -> f64;
+}
+
+/// Visits the nodes that share an element and their level with a node.
+pub(crate) type Beside<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
+
 /// Kick interval and drift of a node that is due, s.
 pub(crate) type Timing<'a> = &'a dyn Fn(u32) -> Option<(f64, f64)>;
 
@@ -58,6 +84,8 @@ pub(crate) struct Contacts<const D: usize> {
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
     islands: Vec<Island<D>>,
+    /// Whether the islands are those of the pairs near and joined.
+    grouped: bool,
     /// Whether a node moves with an island.
     in_island: Vec<bool>,
     ended: Vec<Record>,
@@ -120,6 +148,7 @@ impl<const D: usize> Contacts<D> {
             near: Vec::new(),
             joins: Vec::new(),
             islands: Vec::new(),
+            grouped: false,
             in_island: vec![false; mesh.nodes.len()],
             ended: Vec::new(),
             books: Books::default(),
@@ -153,13 +182,12 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Before a coarse step: searches when the last search no longer covers
-    /// what may move, and puts pairs that are or may come in contact into
-    /// islands. `speed` is that of the fastest node, m/s. Returns whether
-    /// other nodes than before count as one in the levels.
-    pub(crate) fn prepare(
+    /// what may move, and finds the pairs that may come in contact. `speed` is
+    /// that of the fastest node, m/s. Returns whether other nodes than before
+    /// count as one in the levels.
+    pub(crate) fn find(
         &mut self,
         at: Positions<D>,
-        inertia: &Inertia<D>,
         (speed, step, number): (f64, f64, u64),
     ) -> bool {
         let reach = REACH * speed * step + 0.1 * self.terms.tolerance;
@@ -177,11 +205,23 @@ impl<const D: usize> Contacts<D> {
             .collect();
         let known = |live: &Live<D>| near.binary_search(&live.pair).is_ok();
         if near != self.near || !self.live().all(known) {
-            let live = self.take_live();
-            self.build_islands(&near, live, inertia);
             self.near = near;
+            self.grouped = false;
         }
-        self.join(number)
+        let changed = self.join(number);
+        self.grouped &= !changed;
+        changed
+    }
+
+    /// Puts pairs that are or may come in contact into islands, if they or the
+    /// levels have changed. `beside` visits the nodes that share an element
+    /// and their level with a node.
+    pub(crate) fn group(&mut self, inertia: &Inertia<D>, beside: Beside) {
+        if !self.grouped {
+            let live = self.take_live();
+            self.build_islands(live, inertia, beside);
+            self.grouped = true;
+        }
     }
 
     fn search(&mut self, at: Positions<D>, margin: f64) {
@@ -254,7 +294,10 @@ impl<const D: usize> Contacts<D> {
         self.nodes_of(pair).filter(moves)
     }
 
-    fn build_islands(&mut self, near: &[Pair], live: Vec<Live<D>>, inertia: &Inertia<D>) {
+    /// Pairs whose nodes a mass matrix couples, or an element: what touches in
+    /// the middle of a drift acts on the elements around it.
+    fn build_islands(&mut self, live: Vec<Live<D>>, inertia: &Inertia<D>, beside: Beside) {
+        let near = &self.near;
         for island in &self.islands {
             for &node in &island.nodes {
                 self.in_island[node as usize] = false;
@@ -277,6 +320,13 @@ impl<const D: usize> Contacts<D> {
         }
         nodes.sort_unstable();
         nodes.dedup();
+        for &node in &nodes {
+            beside(node, &mut |other| {
+                if nodes.binary_search(&other).is_ok() {
+                    sets.join(node, other);
+                }
+            });
+        }
         let mut roots: Vec<u32> = nodes.iter().map(|&node| sets.root(node)).collect();
         roots.sort_unstable();
         roots.dedup();
@@ -318,7 +368,7 @@ impl<const D: usize> Contacts<D> {
         }
         let setting = self.terms.setting(inertia);
         for island in &mut self.islands {
-            self.books.impact_loss += island.collide(&setting, motion, step, receive);
+            self.books.impact_loss += island.collide(&setting, motion, step, &|_| {}, receive);
         }
     }
 
@@ -398,9 +448,11 @@ impl<const D: usize> Contacts<D> {
         inertia: &Inertia<D>,
         time: f64,
         duration: &dyn Fn(u32) -> Option<f64>,
+        interior: &mut dyn Interior<D>,
         receive: Receive<D>,
     ) {
         let setting = self.terms.setting(inertia);
+        let taken = &self.in_island;
         for island in &mut self.islands {
             let Some(duration) = island.nodes.first().and_then(|&node| duration(node)) else {
                 continue;
@@ -408,7 +460,16 @@ impl<const D: usize> Contacts<D> {
             if self.model == ContactModel::Penalty {
                 motion.drift(&island.nodes, duration);
             } else {
-                island.drift(&setting, motion, (time, duration), receive, &mut self.books);
+                let mut bodies = Bodies { interior, taken };
+                let timing = (time, duration);
+                island.drift(
+                    &setting,
+                    motion,
+                    timing,
+                    &mut bodies,
+                    receive,
+                    &mut self.books,
+                );
             }
         }
     }

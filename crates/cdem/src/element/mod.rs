@@ -110,6 +110,10 @@ pub trait ElementSet<const D: usize>: Send + Sync {
     /// on it up to its last kick and from there straight to `displacement`.
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64;
 
+    /// Energy ½∫Ė:C:Ė of the strain rate of element `i`, Ė = sym(Fᵀ Ḟ), W/s:
+    /// in one second at these velocities so much strain energy, to second order.
+    fn rate_energy(&self, i: usize, displacement: &[[f64; D]], velocity: &[[f64; D]]) -> f64;
+
     /// Cauchy stress of element `i`, averaged over its current volume:
     /// xx yy zz xy yz zx, Pa; zz of plane strain is there in 2-D too.
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6];

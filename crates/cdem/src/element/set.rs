@@ -3,6 +3,7 @@
 use super::frequency;
 use super::geometry::{self, Geometry, Nodal, View};
 use super::tensor::{self, Tensor};
+use super::total;
 use super::{Deformation, ElementSet};
 use crate::mesh::ElementKind;
 use crate::scene::Kinematics;
@@ -235,6 +236,18 @@ where
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64 {
         let u = self.relative(i, displacement);
         self.formulation.strain_energy(i, self.geometry.view(i), &u)
+    }
+
+    fn rate_energy(&self, i: usize, displacement: &[[f64; D]], velocity: &[[f64; D]]) -> f64 {
+        let (u, velocity) = (self.relative(i, displacement), self.relative(i, velocity));
+        let element = self.geometry.view(i);
+        let mut energy = 0.0;
+        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+            let h = geometry::gradient(gradients, &u);
+            let rate = total::green_lagrange_rate(&h, &geometry::gradient(gradients, &velocity));
+            energy += 0.5 * volume * tensor::contraction(&element.moduli.stress(&rate), &rate);
+        }
+        energy
     }
 
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6] {

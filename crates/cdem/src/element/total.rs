@@ -41,8 +41,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
             let h = geometry::gradient(gradients, u);
             let rate = geometry::gradient(gradients, velocity);
-            let pulled = tensor::sum(&rate, &tensor::transposed_product(&h, &rate));
-            let second_piola = element.moduli.stress(&tensor::symmetric(&pulled));
+            let second_piola = element.moduli.stress(&green_lagrange_rate(&h, &rate));
             let first_piola = push_forward(&h, &second_piola);
             let scale = element.moduli.damping * volume;
             geometry::subtract_divergence(&mut force, &first_piola, gradients, scale);
@@ -81,6 +80,12 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 fn green_lagrange<const D: usize>(h: &Tensor<D>) -> Tensor<D> {
     let quadratic = tensor::transposed_product(h, h);
     tensor::filled(|i, j| 0.5 * (h[i][j] + h[j][i] + quadratic[i][j]))
+}
+
+/// Ė = sym(Fᵀ Ḟ), `rate` being Ḟ.
+#[inline]
+pub(super) fn green_lagrange_rate<const D: usize>(h: &Tensor<D>, rate: &Tensor<D>) -> Tensor<D> {
+    tensor::symmetric(&tensor::sum(rate, &tensor::transposed_product(h, rate)))
 }
 
 /// P = F·S = S + H·S.

@@ -1,8 +1,6 @@
 //! From impulses to velocities: M⁻¹, lumped or dense by block, with the
 //! prescribed components of nodes held.
 
-use crate::vector::dot;
-
 /// A block whose mass matrix is dense.
 #[derive(Clone, Debug)]
 struct Dense<const D: usize> {
@@ -198,16 +196,5 @@ impl<const D: usize> Inertia<D> {
                 momentum
             }
         }
-    }
-
-    /// Kinetic energy of the nodes of a range, J.
-    pub(crate) fn kinetic_energy(
-        &self,
-        nodes: std::ops::Range<usize>,
-        velocity: &[[f64; D]],
-    ) -> f64 {
-        nodes
-            .map(|node| 0.5 * dot(&velocity[node], &self.momentum(node, velocity)))
-            .sum()
     }
 }

@@ -62,6 +62,15 @@ pub(crate) enum Purpose {
     Report,
 }
 
+/// At which velocity the impulses of a kick do their work.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Velocity {
+    /// The mean of those before and after: the whole kick.
+    Mean,
+    /// That before: what of it belongs to the interval before.
+    Before,
+}
+
 impl<const D: usize> Model<D> {
     /// Kicks what is due: internal forces, loads, gravity, damping, prescribed
     /// velocities; contact comes after.
@@ -222,61 +231,53 @@ impl<const D: usize> Model<D> {
         std::array::from_fn(|c| gravity[c])
     }
 
-    /// Books the work of a kick once contact is solved. `velocity` is that
-    /// after all impulses, or after half of them: then `share`, the whole over
-    /// the part, is 2.
+    /// Books the work of a kick once contact is solved, `after` being the
+    /// velocities after all impulses.
     pub(crate) fn book_kick(
         &self,
-        velocity: &[[f64; D]],
+        (after, at): (&[[f64; D]], Velocity),
         impulses: &Impulses<D>,
         substep: &Substep,
-        share: f64,
         ledger: &mut Ledger,
     ) {
+        let end = |node: usize| match at {
+            Velocity::Mean => &after[node],
+            Velocity::Before => &impulses.before[node],
+        };
         let gravity = self.gravity_at(substep.time);
         let heavy = gravity.iter().any(|&g| g != 0.0);
         for &node in substep.nodes() {
             let n = node as usize;
-            let (before, after) = (&impulses.before[n], &velocity[n]);
+            let (before, end) = (&impulses.before[n], end(n));
             if heavy {
                 let weight = self.inertia.mass()[n] * impulses.interval[n];
-                ledger.book(
-                    Account::Gravity,
-                    &gravity.map(|g| weight * g),
-                    before,
-                    after,
-                );
+                ledger.book(Account::Gravity, &gravity.map(|g| weight * g), before, end);
             }
             if !self.loads.is_empty() {
-                ledger.book(Account::External, &impulses.load[n], before, after);
+                ledger.book(Account::External, &impulses.load[n], before, end);
             }
             let damping = self.blocks[self.block_of[n] as usize].damping;
             if damping.mass > 0.0 || damping.local > 0.0 {
-                ledger.book(Account::Damping, &impulses.damping[n], before, after);
+                ledger.book(Account::Damping, &impulses.damping[n], before, end);
             }
             if damping.stiffness > 0.0 {
-                ledger.book(Account::Viscosity, &impulses.viscous[n], before, after);
+                ledger.book(Account::Viscosity, &impulses.viscous[n], before, end);
             }
         }
         // What held nodes have needed beside these impulses and contact.
         for &node in substep.held() {
             let n = node as usize;
-            let [old, new] = [&impulses.before, velocity].map(|v| self.inertia.momentum(n, v));
+            let [old, new] = [&*impulses.before, after].map(|v| self.inertia.momentum(n, v));
             let holds = self.inertia.held(n);
             let reaction = std::array::from_fn(|c| {
                 let given = impulses.total[n][c] + impulses.contact[n][c];
                 if holds[c] {
-                    share * (new[c] - old[c]) - given
+                    new[c] - old[c] - given
                 } else {
                     0.0
                 }
             });
-            ledger.book(
-                Account::External,
-                &reaction,
-                &impulses.before[n],
-                &velocity[n],
-            );
+            ledger.book(Account::External, &reaction, &impulses.before[n], end(n));
         }
     }
 }

@@ -207,8 +207,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
                 &mut state.velocity
             };
             field[place / 2][place % 2] = sign * amplitude;
-            run.find_contacts();
-            run.assign_levels();
+            run.prepare();
             run.step();
             for (row, &place) in free.iter().enumerate() {
                 let values = [&run.state.displacement, &run.state.velocity];

@@ -9,10 +9,12 @@ pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
 pub(crate) mod levels;
+mod split;
 
-use kick::{Impulses, Purpose};
+use kick::{Impulses, Purpose, Velocity};
 use ledger::{Account, Ledger};
 use levels::{Joined, Levels, Schedule};
+use split::{Around, Split};
 
 use crate::contact::Contacts;
 use crate::model::motion::Motion;
@@ -35,6 +37,8 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) corrections: Corrections,
     pub(crate) plan: Plan,
     impulses: Impulses<D>,
+    /// Where blocks may touch: elements around nodes.
+    around: Around,
     /// Which boundary conditions act.
     acting: Vec<bool>,
 }
@@ -108,7 +112,12 @@ impl<const D: usize> Run<D> {
     /// A run at t = 0.
     pub(crate) fn new(model: Model<D>, state: State<D>, contacts: Option<Contacts<D>>) -> Self {
         let nodes = model.mesh.nodes.len();
+        let around = match &contacts {
+            Some(_) => Around::new(&model.mesh.elements, nodes),
+            None => Around::default(),
+        };
         let mut run = Self {
+            around,
             impulses: Impulses::new(nodes),
             block_impulse: vec![[0.0; 3]; model.blocks.len()],
             node_impulse: vec![[0.0; D]; nodes],
@@ -126,8 +135,7 @@ impl<const D: usize> Run<D> {
             state,
             contacts,
         };
-        run.find_contacts();
-        run.assign_levels();
+        run.prepare();
         run
     }
 
@@ -146,8 +154,7 @@ impl<const D: usize> Run<D> {
                 velocity[c] = wanted[c];
             }
         }
-        self.find_contacts();
-        self.assign_levels();
+        self.prepare();
     }
 
     /// One coarse step.
@@ -175,9 +182,7 @@ impl<const D: usize> Run<D> {
         // steps sees the state as the next step will.
         self.switch_boundaries();
         self.part_contacts();
-        if self.find_contacts() {
-            self.assign_levels();
-        }
+        self.prepare();
     }
 
     /// Boundary conditions that begin or end now change what is held.
@@ -196,8 +201,26 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Section 4: search, and islands of pairs that touch or may touch.
-    /// Returns whether the levels must follow.
+    /// Sections 3 and 4: what may touch, the levels that go with it, and
+    /// islands of pairs.
+    fn prepare(&mut self) {
+        if self.find_contacts() || self.plan.elements.is_empty() {
+            self.assign_levels();
+        }
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
+        let (levels, around) = (&self.plan.levels.node, &self.around);
+        let elements = &self.model.mesh.elements;
+        contacts.group(&self.model.inertia, &|node, visit| {
+            let nodes = around.of(node).iter();
+            let nodes = nodes.flat_map(|&e| elements[e as usize].nodes());
+            let same = |other: &&u32| levels[**other as usize] == levels[node as usize];
+            nodes.filter(same).for_each(|&other| visit(other));
+        });
+    }
+
+    /// Section 4: search. Returns whether the levels must follow.
     fn find_contacts(&mut self) -> bool {
         let nodes = 0..self.model.mesh.nodes.len();
         let Some(contacts) = &mut self.contacts else {
@@ -205,8 +228,7 @@ impl<const D: usize> Run<D> {
         };
         let speed = self.model.motion(&mut self.state).fastest(nodes);
         let at = self.model.positions(&self.state);
-        let (step, number) = (self.model.step, self.state.number);
-        contacts.prepare(at, &self.model.inertia, (speed, step, number))
+        contacts.find(at, (speed, self.model.step, self.state.number))
     }
 
     /// Section 5: penetration that several simultaneous hits have left goes
@@ -276,8 +298,8 @@ impl<const D: usize> Run<D> {
         self.state.velocity = velocity;
         self.hold_contacts(substep);
         let ledger = &mut self.ledger;
-        self.model
-            .book_kick(&self.state.velocity, &self.impulses, substep, 1.0, ledger);
+        let after = (&*self.state.velocity, Velocity::Mean);
+        self.model.book_kick(after, &self.impulses, substep, ledger);
         self.impulses.clear(substep.nodes());
         for &node in substep.held() {
             self.impulses.contact[node as usize] = [0.0; D];
@@ -316,14 +338,15 @@ impl<const D: usize> Run<D> {
 
     /// Drift: the nodes of contacts touch by touch, the others freely.
     fn drift(&mut self, substep: &Substep) {
-        let mut motion = self.model.motion(&mut self.state);
-        let inertia = &self.model.inertia;
-        let momenta: Vec<[f64; D]> = substep
-            .held()
-            .iter()
-            .map(|&n| inertia.momentum(n as usize, motion.velocity))
-            .collect();
+        let momenta = self.held_momenta(substep);
         let mut received = Vec::new();
+        let (model, state) = (&mut self.model, &mut self.state);
+        let mut motion = Motion {
+            rest: &model.mesh.nodes,
+            displacement: &mut state.displacement,
+            carry: &mut state.carry,
+            velocity: &mut state.velocity,
+        };
         let contacts = &mut self.contacts;
         for &node in substep.nodes() {
             if contacts
@@ -333,32 +356,71 @@ impl<const D: usize> Run<D> {
                 motion.drift(&[node], substep.duration(node));
             }
         }
-        if let Some(contacts) = contacts {
-            contacts.drift(
-                &mut motion,
-                inertia,
-                substep.time,
-                &|node| substep.is_due(node).then(|| substep.duration(node)),
-                &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
-            );
-        }
+        let Some(contacts) = contacts else { return };
+        let mut split = Split {
+            sets: &mut model.sets,
+            place: &model.place,
+            elements: &model.mesh.elements,
+            around: &self.around,
+            inertia: &model.inertia,
+            levels: &substep.plan.levels,
+            interval: &mut state.element_interval,
+            on_held: Vec::new(),
+            parts: Vec::new(),
+            due: Vec::new(),
+            ring: Vec::new(),
+            force: &mut self.impulses.total,
+            viscous: &mut self.impulses.viscous,
+        };
+        contacts.drift(
+            &mut motion,
+            &model.inertia,
+            substep.time,
+            &|node| substep.is_due(node).then(|| substep.duration(node)),
+            &mut split,
+            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
+        );
         if received.is_empty() {
             return;
         }
+        let mut given = split.on_held;
+        given.extend(&received);
+        self.book_reactions(substep, &momenta, &given);
+        self.receive(&received);
+    }
+
+    /// Momenta of held nodes, N·s.
+    fn held_momenta(&self, substep: &Substep) -> Vec<[f64; D]> {
+        let momentum = |&n: &u32| {
+            self.model
+                .inertia
+                .momentum(n as usize, &self.state.velocity)
+        };
+        substep.held().iter().map(momentum).collect()
+    }
+
+    /// Books what held nodes have borne in a drift: the change of momentum
+    /// that the impulses `given` to them do not explain.
+    fn book_reactions(
+        &mut self,
+        substep: &Substep,
+        momenta: &[[f64; D]],
+        given: &[(u32, [f64; D])],
+    ) {
+        let inertia = &self.model.inertia;
         for (&node, old) in substep.held().iter().zip(momenta) {
-            let change = sub(&inertia.momentum(node as usize, &self.state.velocity), &old);
-            let contact: [f64; D] = received
+            let change = sub(&inertia.momentum(node as usize, &self.state.velocity), old);
+            let known: [f64; D] = given
                 .iter()
                 .filter(|(on, _)| *on == node)
                 .fold([0.0; D], |sum, (_, impulse)| add(&sum, impulse));
             let held = inertia.held(node as usize);
             let reaction =
-                std::array::from_fn(|c| if held[c] { change[c] - contact[c] } else { 0.0 });
+                std::array::from_fn(|c| if held[c] { change[c] - known[c] } else { 0.0 });
             let velocity = &self.state.velocity[node as usize];
             self.ledger
                 .book(Account::External, &reaction, velocity, velocity);
         }
-        self.receive(&received);
     }
 
     /// Counts contact impulses on nodes, blocks, and what fixed blocks bear.
@@ -474,10 +536,24 @@ impl<const D: usize> Model<D> {
     }
 }
 
+/// The state at an instant, in the middle of the kick that is due then.
+pub(crate) struct Synchronised<const D: usize> {
+    /// Velocities, contact included, m/s.
+    pub(crate) velocity: Vec<[f64; D]>,
+    /// ½v⁻·M·v⁺ of the velocities before and after that kick, J: with U the
+    /// energy that central differences keep. That of `velocity` is higher by
+    /// the energy of half of the kick, and ripples by (ωΔt)² where waves are
+    /// near the grid's limit.
+    pub(crate) kinetic_energy: f64,
+    /// What the ledger holds then.
+    pub(crate) ledger: Ledger,
+    /// Friction of the kick up to then, J.
+    pub(crate) friction: f64,
+}
+
 impl<const D: usize> Run<D> {
-    /// Velocities, contact included, in the middle of the kick that is due
-    /// now, and what the ledger then holds: the synchronised state.
-    pub(crate) fn synchronise(&mut self) -> (Vec<[f64; D]>, Ledger, f64) {
+    /// The synchronised state now.
+    pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
         let plan = std::mem::take(&mut self.plan);
         let time = self.time();
         let substep = plan.all(self.model.step, time);
@@ -518,14 +594,15 @@ impl<const D: usize> Run<D> {
                 add_scaled(&mut half.impulse, -1.0, &padded);
             }
         }
+        let after = (&*velocity, Velocity::Before);
+        self.model
+            .book_kick(after, &self.impulses, &substep, &mut half);
+        let kinetic_energy = self.kinetic_energy(&velocity);
         for &node in substep.nodes() {
             let n = node as usize;
             velocity[n] =
                 std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
         }
-        // Booked with the mean velocity: half of the kick ends there.
-        self.model
-            .book_kick(&velocity, &self.impulses, &substep, 2.0, &mut half);
         self.impulses.clear(substep.nodes());
         for (node, _) in &held_contact {
             self.impulses.contact[*node as usize] = [0.0; D];
@@ -533,6 +610,24 @@ impl<const D: usize> Run<D> {
         let mut ledger = self.ledger;
         ledger.add(0.5, &half);
         self.plan = plan;
-        (velocity, ledger, 0.5 * friction)
+        Synchronised {
+            velocity,
+            kinetic_energy,
+            ledger,
+            friction: 0.5 * friction,
+        }
+    }
+
+    /// ½v⁻·M·v⁺ of all blocks that move, J.
+    fn kinetic_energy(&self, after: &[[f64; D]]) -> f64 {
+        let nodes = 0..self.model.mesh.nodes.len();
+        let nodes = nodes.filter(|&node| !self.model.is_fixed(node as u32));
+        let energy = |node: usize| {
+            0.5 * dot(
+                &self.state.velocity[node],
+                &self.model.inertia.momentum(node, after),
+            )
+        };
+        nodes.map(energy).sum()
     }
 }
