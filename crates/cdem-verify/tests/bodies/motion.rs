@@ -6,7 +6,6 @@ use cdem_verify::{load, run};
 use crate::shared::{displacements, length};
 
 #[test]
-#[ignore = "open: residual of the ledger 4e-3 above the limit of 1e-3"]
 fn a_driven_side_ends_where_its_table_says() {
     let case = load("driven-block");
     let mut simulation = case.start();

@@ -1,18 +1,15 @@
 //! From scene and mesh to a model.
 
+use super::pace::Pace;
 use super::prescribed::Prescribed;
 use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad};
 use crate::contact::Contacts;
-use crate::element::{self, BlockProperties, ElementSet, stable_step};
+use crate::element::{self, BlockProperties, ElementSet};
 use crate::mass::{self, Masses};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, MeshError};
 use crate::scene::{BoundaryTarget, Scene};
-use crate::step::levels::{MAX_LEVEL, level_of};
 use crate::vector::{add, cross, pad, sub, truncate};
-
-/// Steps that a run may have at most: beyond, their number is no exact float.
-const MAX_STEPS: f64 = 9e15;
 
 /// Makes the contact of a dimension: where there is none yet, an error if two
 /// blocks could meet.
@@ -87,9 +84,10 @@ impl<const D: usize> Model<D> {
         if blocks.iter().all(|block| block.fixed) {
             return Err(ModelError::NothingMoves);
         }
-        let limits = stable_steps(&mesh, &sets, &masses, &blocks, &place);
-        let (step, step_count) = choose_step(scene, &limits, &blocks, &mesh)?;
-        let base_level = base_levels(&mesh, &limits, scene.time.safety, step, &blocks)?;
+        let pace = Pace::new(&mesh, &sets, &masses, &blocks, scene.time.safety);
+        let (step, step_count) = pace.choose_step(scene)?;
+        let limits = pace.extremes();
+        let base_level = pace.levels(&mesh, step)?;
         let tolerance = *scene
             .contact
             .tolerance
@@ -106,7 +104,7 @@ impl<const D: usize> Model<D> {
             loads: Vec::new(),
             prescribed: Vec::new(),
             warnings: warnings(&mesh, &blocks),
-            limits: extremes(&limits, &blocks, &mesh),
+            limits,
             mesh,
             sets,
             place,
@@ -306,126 +304,6 @@ fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
         .map(|block| (block.first_node as usize, block.matrix.clone()))
         .collect();
     Inertia::new(masses.nodal.clone(), dense)
-}
-
-/// Stable step of each element, s: its own, or that of its block where the
-/// mass matrix is dense; infinite in fixed blocks.
-fn stable_steps<const D: usize>(
-    mesh: &Mesh<D>,
-    sets: &[Box<dyn ElementSet<D>>],
-    masses: &Masses,
-    blocks: &[BlockData],
-    place: &[(u32, u32)],
-) -> Vec<f64> {
-    let mut steps = vec![f64::INFINITY; mesh.elements.len()];
-    for (number, (block, data)) in mesh.blocks.iter().zip(blocks).enumerate() {
-        if data.fixed {
-            continue;
-        }
-        let elements = block.elements.start as usize..block.elements.end as usize;
-        let beta = data.damping.stiffness;
-        let dense = masses
-            .consistent
-            .iter()
-            .find(|dense| dense.block as usize == number);
-        if let Some(dense) = dense {
-            let omega = dense.frequency(mesh, sets);
-            steps[elements].fill(stable_step(omega, beta));
-        } else {
-            for e in elements {
-                let (set, i) = place[e];
-                let omega = sets[set as usize].frequency(i as usize, &masses.factor);
-                steps[e] = stable_step(omega, beta);
-            }
-        }
-    }
-    steps
-}
-
-fn choose_step<const D: usize>(
-    scene: &mut Scene,
-    limits: &[f64],
-    blocks: &[BlockData],
-    mesh: &Mesh<D>,
-) -> Result<(f64, u64), ModelError> {
-    let moving = |e: &(usize, &f64)| {
-        let block = mesh
-            .blocks
-            .partition_point(|block| block.elements.end as usize <= e.0);
-        !blocks[block].fixed
-    };
-    let largest = limits
-        .iter()
-        .enumerate()
-        .filter(moving)
-        .map(|e| *e.1)
-        .fold(0.0, f64::max);
-    let end = scene.time.end;
-    let wanted = scene
-        .time
-        .step
-        .unwrap_or(scene.time.safety * largest)
-        .min(end);
-    // A step that divides the end up to round-off is taken as it is.
-    let count = (end / wanted * (1.0 - 1e-12)).ceil().max(1.0);
-    if count > MAX_STEPS {
-        return Err(ModelError::TooManySteps {
-            count,
-            step: wanted,
-            end,
-        });
-    }
-    let step = end / count;
-    scene.time.step = Some(step);
-    Ok((step, count as u64))
-}
-
-fn base_levels<const D: usize>(
-    mesh: &Mesh<D>,
-    limits: &[f64],
-    safety: f64,
-    step: f64,
-    blocks: &[BlockData],
-) -> Result<Vec<u8>, ModelError> {
-    let mut levels = vec![0; limits.len()];
-    for (block, _) in mesh
-        .blocks
-        .iter()
-        .zip(blocks)
-        .filter(|(_, data)| !data.fixed)
-    {
-        for e in block.elements.clone() {
-            let limit = limits[e as usize];
-            levels[e as usize] = level_of(step, safety * limit).ok_or_else(|| {
-                let node = mesh.elements[e as usize].nodes()[0];
-                ModelError::TooFine {
-                    block: block.name.clone(),
-                    element: e - block.elements.start,
-                    at: pad(&mesh.nodes[node as usize]),
-                    limit,
-                    needed: (step / (safety * limit)).log2().ceil() as u32,
-                    step,
-                }
-            })?;
-        }
-    }
-    debug_assert!(levels.iter().all(|&level| level <= MAX_LEVEL));
-    Ok(levels)
-}
-
-fn extremes<const D: usize>(limits: &[f64], blocks: &[BlockData], mesh: &Mesh<D>) -> [f64; 2] {
-    let mut extremes = [0.0_f64, f64::INFINITY];
-    for (block, _) in mesh
-        .blocks
-        .iter()
-        .zip(blocks)
-        .filter(|(_, data)| !data.fixed)
-    {
-        for limit in &limits[block.elements.start as usize..block.elements.end as usize] {
-            extremes = [extremes[0].max(*limit), extremes[1].min(*limit)];
-        }
-    }
-    extremes
 }
 
 fn warnings<const D: usize>(mesh: &Mesh<D>, blocks: &[BlockData]) -> Vec<String> {

@@ -5,7 +5,8 @@ mod error;
 pub(crate) mod inertia;
 mod load;
 pub(crate) mod motion;
-mod prescribed;
+mod pace;
+pub(crate) mod prescribed;
 
 pub use error::ModelError;
 use inertia::Inertia;

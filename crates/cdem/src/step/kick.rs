@@ -2,6 +2,7 @@
 
 use super::Substep;
 use super::ledger::{Account, Ledger};
+use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
 use crate::vector::add_scaled;
 
@@ -100,7 +101,7 @@ impl<const D: usize> Model<D> {
         self.body_forces(velocity, impulses, substep);
         self.inertia.kick(nodes, &impulses.total, velocity);
         self.damp_mass(velocity, impulses, nodes);
-        self.prescribe(state, velocity, substep);
+        self.prescribe(state, velocity, substep, purpose);
     }
 
     fn internal_forces(
@@ -205,21 +206,32 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    fn prescribe(&self, state: &State<D>, velocity: &mut [[f64; D]], substep: &Substep) {
+    /// Gives held components what the drift needs to end where it must; for a
+    /// report, the value of now as the mean of before and after.
+    fn prescribe(
+        &self,
+        state: &State<D>,
+        velocity: &mut [[f64; D]],
+        substep: &Substep,
+        purpose: Purpose,
+    ) {
         let at = self.positions(state);
-        for motion in self
-            .prescribed
-            .iter()
-            .filter(|motion| motion.acts(substep.step_start))
-        {
+        let acting = |motion: &&Prescribed| motion.acts(substep.step_start);
+        for motion in self.prescribed.iter().filter(acting) {
             for &node in motion.nodes.iter().filter(|&&node| substep.is_due(node)) {
                 let n = node as usize;
                 let mut wanted = velocity[n];
-                motion.set(
-                    (substep.time, substep.duration(node)),
-                    &at.at(node),
-                    &mut wanted,
-                );
+                if purpose == Purpose::Advance {
+                    let drift = (substep.time, substep.duration(node));
+                    motion.set(drift, &at.at(node), &mut wanted);
+                } else {
+                    motion.start(substep.time, &at.at(node), &mut wanted);
+                    for (c, held) in motion.holds::<D>().into_iter().enumerate() {
+                        if held {
+                            wanted[c] = 2.0 * wanted[c] - state.velocity[n][c];
+                        }
+                    }
+                }
                 self.inertia.set(n, &wanted, velocity);
             }
         }

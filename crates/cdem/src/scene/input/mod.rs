@@ -76,11 +76,14 @@ pub(crate) struct Time {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) end: Option<Quantity<Duration>>,
     /// The coarsest step, s; finer levels are taken where elements need them.
-    /// Left out: `safety` times the largest element limit, shortened so that
-    /// `end` is a whole number of steps.
+    /// Left out: that between a half and the whole of `safety` times the largest
+    /// element limit for which the elements need the fewest updates, shortened
+    /// so that `end` is a whole number of steps.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) step: Option<Quantity<Duration>>,
-    /// Share of the stable step that is used, in (0, 1].
+    /// Share of the stable step that is used, in (0, 1]; at most one half in
+    /// blocks with consistent mass, whose vibrations are all near the limit, and
+    /// in elements whose level a contact may change.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub(crate) safety: Quantity<Ratio>,
     /// When to stop before the end. Left out: never.
