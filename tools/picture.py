@@ -1,6 +1,6 @@
 """Draw a run: snapshots side by side, and the energies over time.
 
-    .venv/bin/python tools/picture.py RESULTS                      # RESULTS/picture.png
+    .venv/bin/python tools/picture.py RESULTS                      # RESULTS.png, beside it
     .venv/bin/python tools/picture.py RESULTS --field stress:xx --at 0.1 0.2 -o hit.png
     .venv/bin/python tools/picture.py RESULTS --energies energies.png
 
@@ -156,10 +156,16 @@ def draw_energies(results, file):
     pyplot.close(figure)
 
 
+def beside(results):
+    """The picture's place by default: not in the folder, which belongs to `cdem run`."""
+    results = results.resolve()
+    return results.with_name(f"{results.name}.png")
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("results", type=Path, help="folder of a 2-D run")
-    parser.add_argument("-o", "--output", type=Path, help="picture to write (RESULTS/picture.png)")
+    parser.add_argument("-o", "--output", type=Path, help="picture to write (RESULTS.png, beside the folder)")
     parser.add_argument("--field", default="velocity", help="field, or field:component (velocity)")
     parser.add_argument("--snapshots", type=int, default=4, help="how many, evenly spread (4)")
     parser.add_argument("--at", type=float, nargs="+", help="these times instead, s")
@@ -168,7 +174,7 @@ def main(arguments=None):
     try:
         chosen = choose(series(wanted.results), wanted.snapshots, wanted.at)
         frames = [read(time, file, wanted.field) for time, file in chosen]
-        draw_snapshots(frames, wanted.field, wanted.output or wanted.results / "picture.png")
+        draw_snapshots(frames, wanted.field, wanted.output or beside(wanted.results))
         if wanted.energies:
             draw_energies(wanted.results, wanted.energies)
     except Mistake as mistake:

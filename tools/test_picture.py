@@ -41,7 +41,8 @@ class Picture(unittest.TestCase):
     def setUp(self):
         holder = tempfile.TemporaryDirectory()
         self.addCleanup(holder.cleanup)
-        self.folder = Path(holder.name)
+        self.folder = Path(holder.name) / "scene-results"
+        self.folder.mkdir()
         write_run(self.folder)
 
     def run_main(self, *arguments):
@@ -66,11 +67,14 @@ class Picture(unittest.TestCase):
         self.assertEqual([i for _, i in picture.choose(frames, 3, [0.22, 0.98])], [2, 10])
 
     def test_pictures_are_drawn(self):
-        status, _ = self.run_main("--field", "stress:xx", "--energies", str(self.folder / "energies.png"))
+        beside = self.folder.parent
+        before = sorted(self.folder.iterdir())
+        status, _ = self.run_main("--field", "stress:xx", "--energies", str(beside / "energies.png"))
         self.assertEqual(status, 0)
-        for name in ("picture.png", "energies.png"):
-            pixels = image.imread(self.folder / name)
+        for name in ("scene-results.png", "energies.png"):
+            pixels = image.imread(beside / name)
             self.assertGreater(len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)), 10, name)
+        self.assertEqual(sorted(self.folder.iterdir()), before, "the folder is the run's")
 
     def test_an_unknown_field_is_answered_with_the_known_ones(self):
         status, said = self.run_main("--field", "speed")

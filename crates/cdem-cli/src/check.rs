@@ -7,7 +7,7 @@ use cdem::{Overview, Simulation};
 use indicatif::{HumanBytes, HumanDuration};
 
 use crate::failure::{Failure, Outcome};
-use crate::quantity::{columns, count, quantity, significant};
+use crate::quantity::{columns, count, counted, quantity, significant};
 use crate::setup;
 use crate::terminal::{print, strong, warn};
 
@@ -150,8 +150,8 @@ fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
         Err(_) => "more than can be counted".to_owned(),
     };
     format!(
-        "{text} without output, from {} steps at {} threads",
-        count(steps),
-        rayon::current_num_threads()
+        "{text} without output, from {} at {}",
+        counted(steps, "step"),
+        counted(rayon::current_num_threads() as u64, "thread")
     )
 }

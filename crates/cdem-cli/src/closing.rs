@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
+use cdem::sample::HistoryRow;
 use cdem_io::results::{Status, Summary};
 use console::Style;
 
-use crate::quantity::{columns, count, quantity, significant};
+use crate::quantity::{columns, count, counted, quantity, significant};
 use crate::run::{Observation, Times};
 use crate::terminal::{print as line, strong};
 
@@ -15,6 +16,8 @@ const BLOCKS: usize = 8;
 
 pub(crate) struct Closing<'a> {
     pub(crate) dimension: usize,
+    /// Of all blocks that may move, kg.
+    pub(crate) mass: f64,
     pub(crate) summary: &'a Summary,
     pub(crate) start: &'a Observation,
     pub(crate) end: &'a Observation,
@@ -29,7 +32,7 @@ pub(crate) fn print(closing: &Closing<'_>) {
         effort(closing.summary),
         contacts(closing.summary, closing.end),
         energy(closing.start, closing.end),
-        momentum(closing.start, closing.end),
+        momentum(&closing.start.history, &closing.end.history, closing.mass),
     ];
     for section in sections.into_iter().flatten() {
         line(section);
@@ -64,9 +67,9 @@ fn headline(summary: &Summary) -> String {
         Status::Interrupted => style.yellow().apply_to("interrupted"),
     };
     let when = format!(
-        "{word} at t = {} after {} steps",
+        "{word} at t = {} after {}",
         quantity(summary.time, "s"),
-        count(summary.steps),
+        counted(summary.steps, "step"),
     );
     match summary.status {
         // The error has said why, or the user knows.
@@ -77,10 +80,9 @@ fn headline(summary: &Summary) -> String {
 
 fn effort(summary: &Summary) -> Vec<String> {
     vec![format!(
-        "effort    {} on {} thread{}, {} element updates, {}",
+        "effort    {} on {}, {} element updates, {}",
         seconds(summary.wall_seconds),
-        summary.threads,
-        if summary.threads == 1 { "" } else { "s" },
+        counted(summary.threads as u64, "thread"),
         count(summary.element_updates),
         quantity(summary.updates_per_second, "updates/s"),
     )]
@@ -101,10 +103,8 @@ fn contacts(summary: &Summary, end: &Observation) -> Vec<String> {
 /// Where the energy that was there or came in has gone, in per cent of it.
 fn energy(start: &Observation, end: &Observation) -> Vec<String> {
     let (start, end) = (&start.history, &end.history);
-    let initial = start.kinetic_energy + start.strain_energy;
+    let total = total_energy(start, end);
     let work = end.external_work + end.gravity_work;
-    // Work that blocks do against loads and gravity counts as spent.
-    let total = initial + work.max(0.0);
     if total.is_nan() || total <= 0.0 {
         return vec![];
     }
@@ -134,29 +134,33 @@ fn energy(start: &Observation, end: &Observation) -> Vec<String> {
     lines
 }
 
+/// Energy that was there or came in, J. Work that blocks do against loads and
+/// gravity counts as spent.
+fn total_energy(start: &HistoryRow, end: &HistoryRow) -> f64 {
+    let work = end.external_work + end.gravity_work;
+    start.kinetic_energy + start.strain_energy + work.max(0.0)
+}
+
 fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-/// Change of momentum that no external impulse explains, against Σ m|v|.
-fn momentum(start: &Observation, end: &Observation) -> Vec<String> {
-    let (from, to) = (&start.history, &end.history);
-    let change: [f64; 3] =
-        std::array::from_fn(|i| to.momentum[i] - from.momentum[i] - to.impulse[i]);
-    let scale = [start, end]
-        .map(|seen| {
-            seen.blocks
-                .iter()
-                .map(|row| row.mass * norm(&row.velocity))
-                .sum::<f64>()
-        })
-        .into_iter()
-        .fold(0.0, f64::max);
-    if scale == 0.0 {
+/// Change of momentum that no external impulse explains, against the larger of
+/// that impulse and the momentum √(2mE) that all the energy would give to the
+/// mass that moves: blocks that spin or swing have no momentum of their own.
+fn momentum(start: &HistoryRow, end: &HistoryRow, mass: f64) -> Vec<String> {
+    let impulse: [f64; 3] = std::array::from_fn(|i| end.impulse[i] - start.impulse[i]);
+    let unexplained: [f64; 3] =
+        std::array::from_fn(|i| end.momentum[i] - start.momentum[i] - impulse[i]);
+    let possible = (2.0 * mass * total_energy(start, end)).sqrt();
+    let scale = norm(&impulse).max(possible);
+    if scale.is_nan() || scale <= 0.0 {
         return vec![];
     }
-    let error = significant(norm(&change) / scale, 2);
-    vec![format!("momentum  unexplained change {error} of Σ m|v|")]
+    let error = significant(norm(&unexplained) / scale, 2);
+    vec![format!(
+        "momentum  unexplained change {error} of the impulse, or of √(2 m E) where that is more"
+    )]
 }
 
 fn norm(vector: &[f64; 3]) -> f64 {
@@ -190,11 +194,11 @@ fn velocities(closing: &Closing<'_>) -> Vec<String> {
 
 /// Components with four decimals; what rounds to zero has no sign.
 fn components(vector: &[f64]) -> String {
-    let rounded = vector.iter().map(|x| (x * 1e4).round() / 1e4 + 0.0);
-    rounded
-        .map(|x| format!("{x:9.4}"))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let text = |x: &f64| match (x * 1e4).round() / 1e4 + 0.0 {
+        rounded if rounded.abs() < 1e9 => format!("{rounded:9.4}"),
+        _ => format!("{x:9.4e}"),
+    };
+    vector.iter().map(text).collect::<Vec<_>>().join(" ")
 }
 
 fn profile(times: &Times) -> Vec<String> {
@@ -216,5 +220,39 @@ fn seconds(seconds: f64) -> String {
             (s / 3600.0).floor(),
             (s % 3600.0) / 60.0
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(kinetic_energy: f64, momentum: f64, impulse: f64) -> HistoryRow {
+        HistoryRow {
+            kinetic_energy,
+            momentum: [momentum, 0.0, 0.0],
+            impulse: [impulse, 0.0, 0.0],
+            ..HistoryRow::default()
+        }
+    }
+
+    #[test]
+    fn momentum_of_a_block_that_spins_is_held_against_its_energy() {
+        // 2 kg with 100 J could have 20 N s; round-off of 2e-15 N s is nothing.
+        let told = momentum(&row(100.0, 0.0, 0.0), &row(100.0, 2e-15, 0.0), 2.0);
+        assert!(told[0].contains("change 1.0e-16 of"), "{told:?}");
+    }
+
+    #[test]
+    fn the_impulse_of_the_first_row_was_there_before() {
+        let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 4.0), 2.0);
+        assert!(told[0].contains("change 0 of"), "{told:?}");
+        let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 3.0), 2.0);
+        assert!(told[0].contains("change 0.5 of"), "{told:?}");
+    }
+
+    #[test]
+    fn nothing_is_said_of_what_does_not_move() {
+        assert!(momentum(&row(0.0, 0.0, 0.0), &row(0.0, 0.0, 0.0), 2.0).is_empty());
     }
 }

@@ -42,6 +42,12 @@ pub(crate) fn count(value: u64) -> String {
     text
 }
 
+/// A count of things: "1 step", "2 000 steps".
+pub(crate) fn counted(value: u64, thing: &str) -> String {
+    let plural = if value == 1 { "" } else { "s" };
+    format!("{} {thing}{plural}", count(value))
+}
+
 /// Rows of text in columns: the first aligned left, the others right.
 pub(crate) fn columns(rows: &[Vec<String>]) -> Vec<String> {
     let width = |column: usize| {
@@ -105,6 +111,10 @@ mod tests {
     #[test]
     fn thousands_are_set_apart() {
         assert_eq!(count(7), "7");
+        assert_eq!(
+            (counted(1, "step"), counted(2, "step")),
+            ("1 step".into(), "2 steps".into())
+        );
         assert_eq!(count(1_234_567), "1 234 567");
     }
 

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use cdem::Simulation;
 use cdem::sample::{BlockRow, HistoryRow};
+use cdem::{Simulation, StepError};
 use cdem_io::results::{Ending, Folder, Recorder, ResultsError, Status, Summary};
 
 use crate::args::RunArgs;
@@ -47,8 +47,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
             setup_seconds: run.times.setup.as_secs_f64(),
             wall_seconds: run.times.wall.as_secs_f64(),
             threads: rayon::current_num_threads(),
+            warnings: built.warnings,
         },
     );
+    for warning in run.simulation.warnings() {
+        warn(&warning);
+    }
     let written = recorder.finish(&mut run.simulation, &summary);
     let failure = failure.or_else(|| written.as_ref().err().map(full_disk));
     if let Some(failure) = failure {
@@ -59,6 +63,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     }
     closing::print(&Closing {
         dimension: run.simulation.scene().dimension,
+        mass: moving_mass(&run.simulation),
         summary: &summary,
         start: &start,
         end: &run.observed(),
@@ -70,6 +75,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
         Status::Stopped => Outcome::Stopped,
         Status::Interrupted => Outcome::Interrupted,
     })
+}
+
+/// Mass of all blocks that may move, kg.
+fn moving_mass(simulation: &Simulation) -> f64 {
+    let blocks = simulation.overview().blocks.into_iter();
+    blocks
+        .filter(|block| !block.fixed)
+        .map(|block| block.mass)
+        .sum()
 }
 
 /// What the closing summary compares.
@@ -125,8 +139,8 @@ impl Run {
                 let reason = format!("interrupted at t = {:e} s", self.simulation.time());
                 break (Status::Interrupted, reason, None);
             }
-            if let Err(error) = self.simulation.step() {
-                let help = "the results up to there are whole, with a last frame to look at";
+            if let Err(error) = self.step(recorder) {
+                let help = "the results up to there are whole; the last frame shows what happened";
                 let failure = Failure::stopped(Message::new(&error, help));
                 break (Status::Stopped, error.to_string(), Some(failure));
             }
@@ -135,6 +149,16 @@ impl Run {
         progress.end();
         self.times.wall = began.elapsed();
         ended
+    }
+
+    /// One coarse step, with a look at the elements where something is to be
+    /// written of them.
+    fn step(&mut self, recorder: &Recorder) -> Result<(), StepError> {
+        self.simulation.step()?;
+        if recorder.is_due(self.simulation.time()) {
+            self.simulation.check_elements()?;
+        }
+        Ok(())
     }
 
     fn reason_of_end(&self) -> String {

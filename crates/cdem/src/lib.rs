@@ -6,6 +6,7 @@
 
 mod contact;
 pub mod element;
+mod health;
 pub mod mass;
 pub mod material;
 pub mod mesh;
@@ -17,6 +18,7 @@ mod simulation;
 mod step;
 mod vector;
 
+pub use health::StepError;
 pub use model::ModelError;
-pub use simulation::{AnyMesh, BlockOverview, Overview, Simulation, StepError};
+pub use simulation::{AnyMesh, BlockOverview, Overview, Simulation};
 pub use step::Corrections;

@@ -218,21 +218,16 @@ impl<const D: usize> Run<D> {
             values: FieldValues::Whole(values),
         };
         let material = |&block: &usize| self.model.blocks[block].material as i32;
+        let levels = self.plan.levels.element.iter();
         let mut out = vec![
             whole(
                 "block",
                 block_of.iter().map(|&block| block as i32).collect(),
             ),
             whole("material", block_of.iter().map(material).collect()),
+            whole("level", levels.map(|&level| i32::from(level)).collect()),
             whole("refinement", vec![0; mesh.elements.len()]),
         ];
-        if fields.contains(&Field::Level) {
-            let levels = self.plan.levels.element.iter();
-            out.push(whole(
-                "level",
-                levels.map(|&level| i32::from(level)).collect(),
-            ));
-        }
         let wanted = [Field::Stress, Field::VonMises, Field::PrincipalStress];
         if wanted.iter().any(|field| fields.contains(field)) {
             out.extend(self.stress_fields(fields));

@@ -29,6 +29,21 @@ pub struct HistoryRow {
     pub elements: u64,
 }
 
+impl HistoryRow {
+    /// Whether energies, residual and momenta are numbers. If they are, all
+    /// that a run reports of the instant is, for they are sums over it.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let energies = [
+            self.kinetic_energy,
+            self.strain_energy,
+            self.energy_residual,
+        ];
+        let momenta = self.momentum.iter().chain(&self.angular_momentum);
+        energies.iter().chain(momenta).all(|x| x.is_finite())
+    }
+}
+
 /// A row of `blocks.csv`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BlockRow {

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use thiserror::Error;
-
+use crate::health::{Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::model::build::{plane_contacts, solid_contacts};
@@ -22,49 +21,8 @@ pub enum AnyMesh {
     Solid(Mesh<3>),
 }
 
-/// Why a run stopped itself.
-#[derive(Clone, Debug, Error)]
-#[non_exhaustive]
-pub enum StepError {
-    /// A velocity or displacement is not a number.
-    #[error(
-        "t = {time:e} s: block \"{block}\" moves at no finite speed (node {node}); the run has \
-         become unstable: lower `time.safety`, and with the penalty model its stiffnesses"
-    )]
-    #[allow(missing_docs)] // the message names them
-    NotFinite { time: f64, block: String, node: u32 },
-    /// An element has turned inside out.
-    #[error(
-        "t = {time:e} s: block \"{block}\", element {element} has turned inside out \
-         (det F = {jacobian:.3}); the loads or the impact are too strong for an elastic block, or \
-         the run is unstable: check units and velocities, lower `time.safety`"
-    )]
-    #[allow(missing_docs)] // the message names them
-    Inverted {
-        time: f64,
-        block: String,
-        element: u32,
-        jacobian: f64,
-    },
-    /// Energy has come from nowhere, or gone there.
-    #[error(
-        "t = {time:e} s: {residual:e} J of {scale:e} J are unaccounted for in the energy ledger; \
-         lower `time.safety`, refine the blocks, or report the scene as a defect"
-    )]
-    #[allow(missing_docs)] // the message names them
-    Energy {
-        time: f64,
-        residual: f64,
-        scale: f64,
-    },
-}
-
-/// Coarse steps between two looks at the health of a run.
+/// Coarse steps between two looks at elements and ledger.
 const CHECK_INTERVAL: u64 = 64;
-
-/// Share of the energy exchanged that the ledger's residual may reach: five
-/// times the limit of the design for unrefined one-element blocks.
-const RESIDUAL_LIMIT: f64 = 0.1;
 
 /// What `check` and the closing summary tell of a model.
 #[derive(Clone, Debug, Default)]
@@ -132,6 +90,7 @@ struct Driven<const D: usize> {
     last_block_rows: f64,
     probes: Vec<(String, u32)>,
     instant: Option<Arc<Instant<D>>>,
+    health: Health,
     /// Blocks that rows are wanted of.
     listed: Vec<bool>,
 }
@@ -188,7 +147,7 @@ impl Simulation {
     /// wave. For a run that has not made its first step; what the ledger
     /// counts begins here.
     pub fn set_initial_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
-        each!(mut self, driven => driven.set_initial_velocities(field));
+        each!(mut self, driven => driven.set_initial_velocities(&self.scene, field));
     }
 
     /// One coarse step.
@@ -197,8 +156,29 @@ impl Simulation {
     /// When the run has become unphysical; the state stays as it is, to be
     /// looked at.
     pub fn step(&mut self) -> Result<(), StepError> {
-        let watch_energy = self.scene.contact.model != ContactModel::Penalty;
+        let watch_energy = self.watches_energy();
         each!(mut self, driven => driven.step(watch_energy))
+    }
+
+    /// Looks whether an element has turned inside out, which [`Self::step`]
+    /// does now and then only: for whoever is about to report the state.
+    ///
+    /// # Errors
+    /// When there is one.
+    pub fn check_elements(&mut self) -> Result<(), StepError> {
+        each!(mut self, driven => driven.health.check_elements(&driven.run))
+    }
+
+    /// What the user should know of the run so far; what is known before its
+    /// first step stands in [`Overview::warnings`].
+    pub fn warnings(&mut self) -> Vec<String> {
+        let watch_energy = self.watches_energy();
+        each!(mut self, driven => driven.warnings(watch_energy))
+    }
+
+    /// Penalty springs are a yardstick: what they do to energy is shown.
+    fn watches_energy(&self) -> bool {
+        self.scene.contact.model != ContactModel::Penalty
     }
 
     /// Whether the end is reached, or what `stop_when` asks for.
@@ -348,6 +328,7 @@ impl<const D: usize> Driven<D> {
             }
         };
         let mut driven = Self {
+            health: Health::new(&run, scene),
             run,
             start_energy: 0.0,
             last_block_rows: 0.0,
@@ -360,8 +341,9 @@ impl<const D: usize> Driven<D> {
         driven
     }
 
-    fn set_initial_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
+    fn set_initial_velocities(&mut self, scene: &Scene, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         self.run.set_velocities(field);
+        self.health = Health::new(&self.run, scene);
         self.instant = None;
         let instant = self.instant();
         self.start_energy = self.run.energy(&instant);
@@ -396,38 +378,23 @@ impl<const D: usize> Driven<D> {
     fn step(&mut self, watch_energy: bool) -> Result<(), StepError> {
         self.instant = None;
         self.run.step();
+        self.health.check_motion(&self.run)?;
         let number = self.run.state.number;
         if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
             return Ok(());
         }
-        self.run.check_state()?;
-        if watch_energy {
-            self.check_energy()
-        } else {
-            Ok(())
-        }
+        self.health.check_elements(&self.run)?;
+        let row = self.history();
+        Health::check_energy(&row, self.start_energy, watch_energy)
     }
 
-    fn check_energy(&mut self) -> Result<(), StepError> {
-        let row = self.history();
-        let residual = row.energy_residual;
-        let scale = [
-            row.kinetic_energy,
-            row.strain_energy,
-            self.start_energy,
-            row.external_work.abs(),
-            row.gravity_work.abs(),
-        ];
-        let scale = scale.into_iter().fold(0.0, f64::max);
-        if residual.abs() > RESIDUAL_LIMIT * scale {
-            let time = row.time;
-            return Err(StepError::Energy {
-                time,
-                residual,
-                scale,
-            });
+    fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
+        let mut warnings = self.health.warnings.clone();
+        if !watch_energy {
+            let row = self.history();
+            warnings.extend(Health::ledger_warning(&row, self.start_energy));
         }
-        Ok(())
+        warnings
     }
 
     fn overview(&self, scene: &Scene) -> Overview {
@@ -480,44 +447,3 @@ const BYTES_PER_ELEMENT: usize = 64;
 
 /// Arrays of a node, bytes a dimension: positions, motion, impulses.
 const BYTES_PER_NODE: usize = 120;
-
-impl<const D: usize> Run<D> {
-    /// Looks for numbers that are none and for elements inside out.
-    fn check_state(&self) -> Result<(), StepError> {
-        let time = self.time();
-        let name = |block: usize| self.model.mesh.blocks[block].name.clone();
-        for (node, velocity) in self.state.velocity.iter().enumerate() {
-            let all = velocity.iter().chain(&self.state.displacement[node]);
-            if all.into_iter().any(|x| !x.is_finite()) {
-                let block = name(self.model.block_of[node] as usize);
-                return Err(StepError::NotFinite {
-                    time,
-                    block,
-                    node: node as u32,
-                });
-            }
-        }
-        for (block, data) in self.model.blocks.iter().enumerate() {
-            if data.fixed {
-                continue;
-            }
-            for element in self.model.elements(block) {
-                let (set, i) = self.model.place[element];
-                let set = &self.model.sets[set as usize];
-                let jacobian = set
-                    .deformation(i as usize, &self.state.displacement)
-                    .min_jacobian;
-                if jacobian <= 0.0 {
-                    let element = (element - self.model.elements(block).start) as u32;
-                    return Err(StepError::Inverted {
-                        time,
-                        block: name(block),
-                        element,
-                        jacobian,
-                    });
-                }
-            }
-        }
-        Ok(())
-    }
-}

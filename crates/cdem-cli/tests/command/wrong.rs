@@ -50,6 +50,11 @@ fn blocks_that_overlap_are_named() {
 }
 
 #[test]
+fn a_block_faster_than_light_is_shown_where_it_is() {
+    insta::assert_snapshot!(refused(&FALL.replace("[0.0, -1.0]", "[0.0, -1e300]")));
+}
+
+#[test]
 fn a_scene_that_is_not_there_is_named() {
     let place = Place::new();
     insta::assert_snapshot!(place.cdem("run nowhere.toml").told());

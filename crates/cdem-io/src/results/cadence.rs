@@ -35,16 +35,25 @@ impl Clock {
 
     /// Whether an output is due at the step that ends at `time`; asked once a step.
     pub(super) fn due(&mut self, time: f64) -> bool {
-        let Some(interval) = self.interval else {
-            return false;
-        };
-        let number = (time / interval + ROUND_OFF).floor();
-        let due = self.passed.is_none_or(|passed| number > passed);
-        if due {
-            self.passed = Some(number);
+        let number = self.next(time);
+        if number.is_some() {
+            self.passed = number;
             self.written = Some(time);
         }
-        due
+        number.is_some()
+    }
+
+    /// Whether an output would be due.
+    pub(super) fn is_due(&self, time: f64) -> bool {
+        self.next(time).is_some()
+    }
+
+    /// Number of the nominal time that a step to `time` is the first to reach.
+    fn next(&self, time: f64) -> Option<f64> {
+        let number = (time / self.interval? + ROUND_OFF).floor();
+        self.passed
+            .is_none_or(|passed| number > passed)
+            .then_some(number)
     }
 
     /// Whether the run that ends at `time` still needs its last output.
@@ -61,7 +70,12 @@ mod tests {
     fn due_steps(cadence: Cadence, end: f64, steps: u32) -> Vec<u32> {
         let mut clock = Clock::new(cadence, end);
         (0..=steps)
-            .filter(|&step| clock.due(f64::from(step) * (end / f64::from(steps))))
+            .filter(|&step| {
+                let time = f64::from(step) * (end / f64::from(steps));
+                let foreseen = clock.is_due(time);
+                assert_eq!(clock.due(time), foreseen);
+                foreseen
+            })
             .collect()
     }
 

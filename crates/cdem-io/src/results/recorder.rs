@@ -141,6 +141,14 @@ impl Recorder {
         &self.folder
     }
 
+    /// Whether anything is due at `time`.
+    #[must_use]
+    pub fn is_due(&self, time: f64) -> bool {
+        self.history.clock.is_due(time)
+            || self.blocks.clock.is_due(time)
+            || self.frames.clock.is_due(time)
+    }
+
     /// Writes what is due; to be called at the start and after each coarse step.
     ///
     /// # Errors
@@ -156,7 +164,8 @@ impl Recorder {
     }
 
     /// Writes what is still missing at the end: last rows and frames, contacts
-    /// that last, `contacts.csv` in order of time, `summary.json`.
+    /// that last, `contacts.csv` in order of time, `summary.json`. A run that
+    /// has ended in no numbers keeps the last rows and frame that hold numbers.
     ///
     /// # Errors
     /// If the disk refuses.
@@ -171,7 +180,9 @@ impl Recorder {
             self.blocks.clock.due_at_end(time),
             self.frames.clock.due_at_end(time),
         ];
-        self.write(run, due)?;
+        if run.history().is_finite() {
+            self.write(run, due)?;
+        }
         self.contacts
             .append(run.live_contacts().iter().map(Row::from))?;
         self.contacts.sort_by_number(rows::CONTACTS_TIME_ON)?;

@@ -54,6 +54,8 @@ pub struct Summary {
     pub max_penetration: f64,
     /// Residual of the energy ledger at the end, J.
     pub energy_residual: f64,
+    /// What the user should know of this run.
+    pub warnings: Vec<String>,
     /// Most memory the process held, bytes; null where the system does not say.
     pub peak_memory_bytes: Option<u64>,
 }
@@ -71,6 +73,8 @@ pub struct Ending {
     pub wall_seconds: f64,
     /// Threads.
     pub threads: usize,
+    /// What was to be said before the first step.
+    pub warnings: Vec<String>,
 }
 
 impl Summary {
@@ -79,6 +83,8 @@ impl Summary {
     pub fn new(run: &mut Simulation, ending: Ending) -> Self {
         let overview = run.overview();
         let element_updates = run.element_updates();
+        let mut warnings = ending.warnings;
+        warnings.extend(run.warnings());
         Self {
             status: ending.status,
             reason: ending.reason,
@@ -95,6 +101,7 @@ impl Summary {
             contacts_begun: run.contacts_begun(),
             max_penetration: run.max_penetration(),
             energy_residual: run.history().energy_residual,
+            warnings,
             peak_memory_bytes: peak_memory(),
         }
     }

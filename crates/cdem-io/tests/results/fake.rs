@@ -249,6 +249,7 @@ pub(crate) fn summary() -> Summary {
         contacts_begun: 3,
         max_penetration: f64::NAN,
         energy_residual: 0.0,
+        warnings: Vec::new(),
         peak_memory_bytes: None,
     }
 }

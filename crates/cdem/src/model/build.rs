@@ -11,6 +11,9 @@ use crate::mesh::{Mesh, MeshError};
 use crate::scene::{BoundaryTarget, Scene};
 use crate::vector::{add, cross, pad, sub, truncate};
 
+/// Of light in vacuum, m/s.
+const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+
 /// Makes the contact of a dimension: where there is none yet, an error if two
 /// blocks could meet.
 pub(crate) type MakeContacts<const D: usize> =
@@ -117,6 +120,7 @@ impl<const D: usize> Model<D> {
         model.loads = model.surface_loads(scene, thickness)?;
         model.prescribed = model.prescribed_motions(scene)?;
         let state = model.initial_state(scene);
+        model.refuse_speed(&state)?;
         model.hold(0.0);
         if let Some(contacts) = &mut contacts {
             contacts.close_initial(model.positions(&state), &model.inertia);
@@ -222,6 +226,22 @@ impl<const D: usize> Model<D> {
             }
         }
         state
+    }
+
+    fn refuse_speed(&self, state: &State<D>) -> Result<(), ModelError> {
+        for (number, block) in self.mesh.blocks.iter().enumerate() {
+            // Unlike the root of a sum of squares, this does not overflow.
+            let speed = |node: usize| state.velocity[node].iter().copied().fold(0.0, f64::hypot);
+            let speed = self.nodes(number).map(speed).fold(0.0, f64::max);
+            if speed > SPEED_OF_LIGHT {
+                return Err(ModelError::TooFast {
+                    key: format!("block[{}].velocity", block.source),
+                    block: block.name.clone(),
+                    speed,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Centre of mass of a block, `at` giving the nodes' positions.

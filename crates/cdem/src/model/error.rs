@@ -101,6 +101,19 @@ pub enum ModelError {
         /// End of the run, s.
         end: f64,
     },
+    /// A start that no body can have; its energy may not be a number.
+    #[error(
+        "block \"{block}\" starts at {speed:e} m/s, faster than light; check the units of \
+         `velocity` and `angular_velocity`, and of what is prescribed at t = 0"
+    )]
+    TooFast {
+        /// Key of the scene, e.g. `block[2].velocity`.
+        key: String,
+        /// Name of the block.
+        block: String,
+        /// Its fastest node, m/s.
+        speed: f64,
+    },
     /// Nothing to run.
     #[error("the scene has no block that may move")]
     NothingMoves,
@@ -120,6 +133,7 @@ impl ModelError {
             Self::Group { key, .. }
             | Self::NoFacets { key, .. }
             | Self::FixedBoundary { key, .. }
+            | Self::TooFast { key, .. }
             | Self::Mass { key, .. } => Some(key),
             Self::TooFine { .. } | Self::TooManySteps { .. } => Some("time.step"),
             Self::ContactInSpace => Some("contact"),

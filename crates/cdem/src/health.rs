@@ -1,0 +1,282 @@
+//! Whether a run is still physical. What costs next to nothing is looked at
+//! after every coarse step, so that nothing but numbers is ever reported; the
+//! elements and the ledger now and then, for they cost as much as a step.
+
+use thiserror::Error;
+
+use crate::element::Deformation;
+use crate::material::Elastic;
+use crate::sample::HistoryRow;
+use crate::scene::{Kinematics, Scene};
+use crate::step::Run;
+use crate::vector::{add_scaled, dot, scale, sub};
+
+/// Why a run stopped itself.
+#[derive(Clone, Debug, Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// A velocity or displacement is not a number.
+    #[error(
+        "t = {time:e} s: block \"{block}\" moves at no finite speed (node {node}); the run has \
+         become unstable: lower `time.safety`, and with the penalty model its stiffnesses"
+    )]
+    #[allow(missing_docs)] // the message names them
+    NotFinite { time: f64, block: String, node: u32 },
+    /// A node leaves its block faster than any wave could carry it.
+    #[error(
+        "t = {time:e} s: block \"{block}\", node {node} runs away from its block at {speed:e} m/s, \
+         ten times as fast as waves and blocks; the loads are too strong for an elastic block, or \
+         the run is unstable: check units and loads, lower `time.safety`"
+    )]
+    #[allow(missing_docs)] // the message names them
+    Runaway {
+        time: f64,
+        block: String,
+        node: u32,
+        speed: f64,
+    },
+    /// An element has turned inside out.
+    #[error(
+        "t = {time:e} s: block \"{block}\", element {element} has turned inside out \
+         (det F = {}); the loads or the impact are too strong for an elastic block, or \
+         the run is unstable: check units and velocities, lower `time.safety`",
+        if jacobian.abs() < 1e4 { format!("{jacobian:.3}") } else { format!("{jacobian:.3e}") }
+    )]
+    #[allow(missing_docs)] // the message names them
+    Inverted {
+        time: f64,
+        block: String,
+        element: u32,
+        jacobian: f64,
+    },
+    /// Energy has come from nowhere, or gone there.
+    #[error(
+        "t = {time:e} s: {residual:e} J of {scale:e} J are unaccounted for in the energy ledger; \
+         lower `time.safety`, refine the blocks, or report the scene as a defect"
+    )]
+    #[allow(missing_docs)] // the message names them
+    Energy {
+        time: f64,
+        residual: f64,
+        scale: f64,
+    },
+}
+
+/// Share of the energy exchanged that the ledger's residual may reach: five
+/// times the limit of the design for unrefined one-element blocks.
+const RESIDUAL_LIMIT: f64 = 0.1;
+
+/// Principal stretches for which the total kinematics are meant (design,
+/// section 2).
+const STRETCHES: [f64; 2] = [0.8, 1.1];
+
+/// A node may leave its block at so many times the speed of waves and of the
+/// fastest block at the start. Nothing that is stable comes near.
+const RUNAWAY: f64 = 10.0;
+
+/// What the looks at a run have found, and need.
+#[derive(Debug)]
+pub(crate) struct Health {
+    /// Speed of a node relative to its block that nothing stable reaches, m/s.
+    limit: f64,
+    /// Step of the last look at the elements.
+    looked: Option<u64>,
+    /// Blocks that have been warned of.
+    stretched: Vec<bool>,
+    /// What the user should know, in order of time.
+    pub(crate) warnings: Vec<String>,
+}
+
+impl Health {
+    /// Of a run at its start.
+    pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene) -> Self {
+        let waves = scene
+            .material
+            .iter()
+            .map(|m| Elastic::new(m).p_wave_speed());
+        let start = run.state.velocity.iter().map(|v| dot(v, v).sqrt());
+        Self {
+            limit: RUNAWAY * (waves.fold(0.0, f64::max) + start.fold(0.0, f64::max)),
+            looked: None,
+            stretched: vec![false; run.model.blocks.len()],
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The look at velocities and displacements of every step.
+    pub(crate) fn check_motion<const D: usize>(&self, run: &Run<D>) -> Result<(), StepError> {
+        // One sum finds what is not finite, wherever it is.
+        let (mut sum, mut fastest) = (0.0, 0.0_f64);
+        for (velocity, displacement) in run.state.velocity.iter().zip(&run.state.displacement) {
+            let square = dot(velocity, velocity);
+            sum += square + dot(displacement, displacement);
+            fastest = fastest.max(square);
+        }
+        let finite = f64::is_finite(sum);
+        if finite && fastest <= self.limit * self.limit {
+            return Ok(());
+        }
+        let symptom = if finite {
+            run.runaway(self.limit)
+        } else {
+            Some(run.not_finite())
+        };
+        // An element inside out is the cause, where there is one.
+        symptom.map_or(Ok(()), |symptom| {
+            run.each_deformation(|_, _, _| ())?;
+            Err(symptom)
+        })
+    }
+
+    /// The look at the elements, once a step at most: none may be inside out.
+    pub(crate) fn check_elements<const D: usize>(&mut self, run: &Run<D>) -> Result<(), StepError> {
+        let number = run.state.number;
+        if self.looked == Some(number) {
+            return Ok(());
+        }
+        let (stretched, warnings) = (&mut self.stretched, &mut self.warnings);
+        run.each_deformation(|block, element, found| {
+            let [least, most] = STRETCHES;
+            let worst = if found.min_stretch < least {
+                found.min_stretch
+            } else {
+                found.max_stretch
+            };
+            if stretched[block] || (least..=most).contains(&worst) {
+                return;
+            }
+            let (set, _) = run.model.place[run.model.elements(block).start + element];
+            if run.model.sets[set as usize].kinematics() == Kinematics::Total {
+                stretched[block] = true;
+                warnings.push(format!(
+                    "block \"{}\": principal stretch {worst:.3} in element {element} at t = {:.4e} \
+                     s; the material law of kinematics = \"total\" is meant for {least} to {most}: \
+                     judge this block's stresses with care, or try \"incremental\"",
+                    run.model.mesh.blocks[block].name,
+                    run.time()
+                ));
+            }
+        })?;
+        self.looked = Some(number);
+        Ok(())
+    }
+
+    /// The look at the ledger: it must balance where it is `enforced`, and
+    /// hold numbers anywhere.
+    pub(crate) fn check_energy(
+        row: &HistoryRow,
+        start_energy: f64,
+        enforced: bool,
+    ) -> Result<(), StepError> {
+        let (residual, scale) = (row.energy_residual, energy_scale(row, start_energy));
+        // Comparisons with what is not a number are false.
+        if residual.is_finite() && (!enforced || residual.abs() <= RESIDUAL_LIMIT * scale) {
+            return Ok(());
+        }
+        let time = row.time;
+        Err(StepError::Energy {
+            time,
+            residual,
+            scale,
+        })
+    }
+
+    /// What to say of a ledger that is not enforced.
+    pub(crate) fn ledger_warning(row: &HistoryRow, start_energy: f64) -> Option<String> {
+        let (residual, scale) = (row.energy_residual, energy_scale(row, start_energy));
+        (residual.abs() > RESIDUAL_LIMIT * scale).then(|| {
+            format!(
+                "{residual:.3e} J of {scale:.3e} J, {:.0} %, are unaccounted for in the energy \
+                 ledger: with these contact springs the run is not stable; lower `time.safety`, or \
+                 the stiffnesses",
+                100.0 * residual.abs() / scale
+            )
+        })
+    }
+}
+
+/// The energy that a residual is held against, J.
+fn energy_scale(row: &HistoryRow, start_energy: f64) -> f64 {
+    let energies = [
+        row.kinetic_energy,
+        row.strain_energy,
+        start_energy,
+        row.external_work.abs(),
+        row.gravity_work.abs(),
+    ];
+    energies.into_iter().fold(0.0, f64::max)
+}
+
+impl<const D: usize> Run<D> {
+    fn block_name(&self, block: usize) -> String {
+        self.model.mesh.blocks[block].name.clone()
+    }
+
+    /// Visits (block, number in it, deformation) of all elements that may
+    /// deform, up to one that is inside out.
+    fn each_deformation(
+        &self,
+        mut visit: impl FnMut(usize, usize, &Deformation),
+    ) -> Result<(), StepError> {
+        let moving = self.model.blocks.iter().enumerate();
+        for (block, _) in moving.filter(|(_, data)| !data.fixed) {
+            for (number, element) in self.model.elements(block).enumerate() {
+                let (set, i) = self.model.place[element];
+                let set = &self.model.sets[set as usize];
+                let found = set.deformation(i as usize, &self.state.displacement);
+                let jacobian = found.min_jacobian;
+                if jacobian.is_finite() && jacobian <= 0.0 {
+                    return Err(StepError::Inverted {
+                        time: self.time(),
+                        block: self.block_name(block),
+                        element: number as u32,
+                        jacobian,
+                    });
+                }
+                visit(block, number, &found);
+            }
+        }
+        Ok(())
+    }
+
+    /// The first node that moves by no number, or farthest from any.
+    fn not_finite(&self) -> StepError {
+        let motions = self.state.velocity.iter().zip(&self.state.displacement);
+        let size = |(v, u): (&[f64; D], &[f64; D])| {
+            let size = dot(v, v) + dot(u, u);
+            if size.is_nan() { f64::INFINITY } else { size }
+        };
+        let worst = motions.map(size).enumerate();
+        let worst = worst.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+        StepError::NotFinite {
+            time: self.time(),
+            block: self.block_name(self.model.block_of[worst.0] as usize),
+            node: worst.0 as u32,
+        }
+    }
+
+    /// The first node that is faster than `limit` relative to its block.
+    fn runaway(&self, limit: f64) -> Option<StepError> {
+        for block in 0..self.model.blocks.len() {
+            let nodes = self.model.nodes(block);
+            let mut sum = [0.0; D];
+            for velocity in &self.state.velocity[nodes.clone()] {
+                add_scaled(&mut sum, 1.0, velocity);
+            }
+            let mean = scale(1.0 / nodes.len() as f64, &sum);
+            for node in nodes {
+                let own = sub(&self.state.velocity[node], &mean);
+                let speed = dot(&own, &own).sqrt();
+                if speed > limit {
+                    return Some(StepError::Runaway {
+                        time: self.time(),
+                        block: self.block_name(block),
+                        node: node as u32,
+                        speed,
+                    });
+                }
+            }
+        }
+        None
+    }
+}
