@@ -5,7 +5,10 @@ use cdem::scene::{LoadKind, Schedule};
 use cdem_verify::{Case, load, run};
 
 /// Largest pull that the joint bears, N, when, s, and the largest after that.
+/// Its points part one after the other, as waves bring the load to the next:
+/// "after" begins a round trip through both blocks later.
 fn pull(case: &Case, pull: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
+    let round_trip = 4.0 / (1e9_f64 / 2000.0).sqrt();
     let mut simulation = case.start();
     let (mut most, mut when, mut after) = (0.0, 0.0, 0.0_f64);
     simulation.block_rows();
@@ -13,8 +16,8 @@ fn pull(case: &Case, pull: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
         let pulled = pull(simulation.block_rows()[1].force);
         if pulled > most {
             (most, when, after) = (pulled, simulation.time(), 0.0);
-        } else if pulled > after && pulled < 0.5 * most {
-            after = pulled;
+        } else if simulation.time() > when + round_trip {
+            after = after.max(pulled);
         }
     });
     println!(
@@ -25,7 +28,6 @@ fn pull(case: &Case, pull: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
 }
 
 #[test]
-#[ignore = "open: the ledger does not close where a joint parts"]
 fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
     let case = load("joint");
     let [most, when, after] = pull(&case, |force| -force[1]);
@@ -38,7 +40,6 @@ fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
 }
 
 #[test]
-#[ignore = "open: a shear joint parts point by point, below its strength"]
 fn a_joint_slips_at_its_cohesion_and_has_none_after() {
     let mut case = load("joint");
     // One element each, so that the two points share the shear evenly, and a
@@ -47,7 +48,8 @@ fn a_joint_slips_at_its_cohesion_and_has_none_after() {
         case.divide(block, [1, 1], ElementKind::Quad4);
     }
     case.scene.contact.strength.tensile_strength = 1e9;
-    case.scene.time.end = 0.45;
+    case.scene.contact.strength.friction_angle = 0.0;
+    case.scene.time.end = 0.42;
     let ramp = vec![(0.0, vec![0.0, 0.0]), (0.5, vec![1e6, 0.0])];
     case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
     let [most, when, after] = pull(&case, |force| -force[0]);

@@ -2,6 +2,7 @@
 //! models `unified-node` and `penalty`.
 
 mod broad_phase;
+mod direct;
 pub(crate) mod island;
 pub(crate) mod law;
 pub(crate) mod live;

@@ -94,12 +94,14 @@ impl<const D: usize> Live<D> {
                 .map(|(k, &node)| dot(&operator.rows[r][k], &velocity[node as usize]))
                 .sum::<f64>()
         };
+        let stiffness = self.law.shear_stiffness;
+        let last = self.shear_spring;
         let mut force = [0.0; D];
         force[0] = normal;
         for r in 1..D {
             // The velocity before the kick is that of the drift just made.
             self.shear_spring[r] += row_velocity(r, before) * interval;
-            force[r] = -self.law.shear_stiffness * self.shear_spring[r];
+            force[r] = -stiffness * self.shear_spring[r];
         }
         let bound = (normal * self.law.friction + self.law.cohesion * bond).max(0.0);
         let shear = shear_norm(&force);
@@ -107,12 +109,14 @@ impl<const D: usize> Live<D> {
             self.joint = false;
             let bound = (normal * self.law.friction).max(0.0);
             let kept = (bound / shear).min(1.0);
-            let stiffness = self.law.shear_stiffness;
-            // The spring gives back what it can no longer hold.
-            books.friction_loss += 0.5 * shear * shear / stiffness * (1.0 - kept * kept);
             for r in 1..D {
-                self.record.slip += (1.0 - kept) * self.shear_spring[r].abs();
-                self.shear_spring[r] *= kept;
+                let [old, trial] = [last[r], self.shear_spring[r]];
+                let new = kept * trial;
+                // Work of the mean force, less what the spring then holds more.
+                let work = 0.5 * stiffness * (old + new) * (trial - old);
+                books.friction_loss += work - 0.5 * stiffness * (new * new - old * old);
+                self.record.slip += (1.0 - kept) * trial.abs();
+                self.shear_spring[r] = new;
                 force[r] *= kept;
             }
         }

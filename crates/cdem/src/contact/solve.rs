@@ -1,6 +1,7 @@
 //! Contacts that share nodes, solved together: projected Gauss–Seidel over an
 //! island, on velocities (design, section 5).
 
+use crate::contact::direct;
 use crate::contact::surface::Operator;
 use crate::model::inertia::Inertia;
 use crate::vector::{add_scaled, dot, norm};
@@ -17,6 +18,12 @@ pub(crate) struct Limit {
 }
 
 impl Limit {
+    /// Whether an impulse lies within the bounds, but for round-off.
+    pub(super) fn allows<const D: usize>(&self, impulse: &[f64; D]) -> bool {
+        let shear = shear_norm(impulse);
+        impulse[0] >= -self.tension && shear <= self.shear(impulse[0]) * (1.0 + 1e-12)
+    }
+
     /// The shear limit (7) at a normal impulse, N·s.
     fn shear(&self, normal: f64) -> f64 {
         (normal * self.friction + self.cohesion).max(0.0)
@@ -81,6 +88,37 @@ impl<const D: usize> Constraint<D> {
             add_scaled(&mut on, impulse[r], &self.operator.rows[r][k]);
         }
         on
+    }
+
+    /// Relative velocity that an impulse `on` the frame of `other` gives row
+    /// `r` of this contact, m/s.
+    pub(super) fn response(
+        &self,
+        r: usize,
+        other: &Self,
+        on: &[f64; D],
+        inertia: &Inertia<D>,
+    ) -> f64 {
+        let mut sum = 0.0;
+        for (l, &j) in other.operator.nodes().iter().enumerate() {
+            let impulse = other.impulse_on(l, on);
+            for (k, &i) in self.operator.nodes().iter().enumerate() {
+                let row = &self.operator.rows[r][k];
+                sum += inertia.response(i as usize, row, j as usize, &impulse);
+            }
+        }
+        sum
+    }
+
+    /// Adds to the impulse, and what that does to the velocities.
+    pub(super) fn add(
+        &mut self,
+        change: &[f64; D],
+        inertia: &Inertia<D>,
+        velocity: &mut [[f64; D]],
+    ) {
+        add_scaled(&mut self.impulse, 1.0, change);
+        self.apply(change, inertia, velocity);
     }
 
     fn apply(&self, change: &[f64; D], inertia: &Inertia<D>, velocity: &mut [[f64; D]]) {
@@ -148,6 +186,9 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Most sweeps of a solve.
 const MAX_SWEEPS: u32 = 2000;
 
+/// Sweeps before the first leap; four times as many before each next.
+const SWEEPS_TO_LEAP: u32 = 16;
+
 /// Finds the impulses of an island and adds them to the velocities. Returns
 /// the residual: the largest change of a relative velocity in the last sweep
 /// over the largest that the impulses make.
@@ -155,6 +196,7 @@ const MAX_SWEEPS: u32 = 2000;
 /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients (Silcowitz,
 /// Niebe, Erleben 2010): two vertices that all but coincide, each on an edge of
 /// the other, are nearly dependent constraints, on which sweeps alone crawl.
+/// What takes long is leapt over where contacts are few.
 pub(crate) fn solve<const D: usize>(
     constraints: &mut [Constraint<D>],
     inertia: &Inertia<D>,
@@ -171,7 +213,8 @@ pub(crate) fn solve<const D: usize>(
         .fold(0.0, f64::max);
     let mut search = Search::new(constraints.len());
     let mut residual = 0.0;
-    for _ in 0..MAX_SWEEPS {
+    let mut next_leap = SWEEPS_TO_LEAP;
+    for sweep in 1..=MAX_SWEEPS {
         let mut change = 0.0_f64;
         let mut scale = f64::MIN_POSITIVE;
         search.remember(constraints);
@@ -183,7 +226,14 @@ pub(crate) fn solve<const D: usize>(
         if change <= RESIDUAL * scale + ROUND_OFF * fastest {
             break;
         }
-        search.advance(constraints, inertia, velocity);
+        if sweep == next_leap {
+            next_leap *= 4;
+            if direct::leap(constraints, inertia, velocity) {
+                search = Search::new(constraints.len());
+            }
+        } else {
+            search.advance(constraints, inertia, velocity);
+        }
     }
     residual
 }
