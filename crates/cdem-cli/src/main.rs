@@ -20,6 +20,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use args::{Cli, Command};
+use failure::{Failure, Message, Outcome};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -32,9 +33,22 @@ fn main() -> ExitCode {
         Command::Report { results } => Err(report::report(&results)),
         Command::Schema => schema::schema(),
     };
-    let outcome = ended.unwrap_or_else(|failure| {
-        terminal::complain(&failure);
-        failure.outcome
-    });
-    outcome.into()
+    ended
+        .and_then(printed)
+        .unwrap_or_else(|failure| {
+            terminal::complain(&failure);
+            failure.outcome
+        })
+        .into()
+}
+
+/// What is asked for is not done where it could not be printed.
+fn printed(outcome: Outcome) -> Result<Outcome, Failure> {
+    match terminal::lost() {
+        Some(reason) if outcome == Outcome::Done => Err(Failure::stopped(Message::new(
+            format!("cannot write to standard output: {reason}"),
+            "make room on the disk, or print somewhere else",
+        ))),
+        _ => Ok(outcome),
+    }
 }

@@ -1,7 +1,8 @@
 //! The two streams, and whether they may have colours.
 
 use std::fmt::{Arguments, Display};
-use std::io::{IsTerminal as _, Write as _};
+use std::io::{ErrorKind, IsTerminal as _, Write as _};
+use std::sync::OnceLock;
 
 use cdem_io::scene::SceneError;
 use console::Style;
@@ -15,9 +16,22 @@ pub(crate) fn prepare() {
     console::set_colors_enabled_stderr(wanted && std::io::stderr().is_terminal());
 }
 
+/// Why something asked for could not be printed.
+static LOST: OnceLock<String> = OnceLock::new();
+
 /// A line on stdout: what was asked for. A reader that has gone is no error.
 pub(crate) fn print(line: impl Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let mut out = std::io::stdout();
+    if let Err(error) = writeln!(out, "{line}").and_then(|()| out.flush())
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        LOST.get_or_init(|| error.to_string());
+    }
+}
+
+/// Why not all that was asked for could be printed, if so.
+pub(crate) fn lost() -> Option<&'static str> {
+    LOST.get().map(String::as_str)
 }
 
 /// A line on stderr: what goes on.

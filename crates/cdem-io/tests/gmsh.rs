@@ -216,6 +216,11 @@ fn bad_files() -> Vec<(&'static str, Vec<u8>)> {
         ("number that is none", two_with("\n8 1.5 0", "\n8 1.5e 0")),
         ("place that is none", two_with("\n8 1.5 0", "\n8 nan 0")),
         ("node twice", two_with("\n8 1.5 0", "\n7 1.5 0")),
+        ("element twice", two_with("\n12 2 2 22", "\n10 2 2 22")),
+        (
+            "element twice, 4.1",
+            four_with("\n15 12 8 15", "\n14 12 8 15"),
+        ),
         ("missing node", two_with(" 2 8\n", " 2 88\n")),
         ("negative node", two_with(" 2 8\n", " 2 -8\n")),
         ("unknown type", two_with("10 2 2 22", "10 201 2 22")),

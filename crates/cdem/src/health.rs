@@ -17,8 +17,9 @@ use crate::vector::{add_scaled, dot, scale, sub};
 pub enum StepError {
     /// A velocity or displacement is not a number.
     #[error(
-        "t = {time:e} s: block \"{block}\" moves at no finite speed (node {node}); the run has \
-         become unstable: lower `time.safety`, and with the penalty model its stiffnesses"
+        "t = {time:e} s: block \"{block}\" moves at no finite speed (node {node}); loads or \
+         prescribed velocities are far too strong, or the run is unstable: check their units, lower \
+         `time.safety`, and with the penalty model its stiffnesses"
     )]
     #[allow(missing_docs)] // the message names them
     NotFinite { time: f64, block: String, node: u32 },

@@ -26,13 +26,23 @@ impl<const D: usize> Run<D> {
         })
     }
 
+    /// Time as it is told, s: a whole number of steps misses the end of the
+    /// scene by round-off, the last row does not.
+    pub(crate) fn told_time(&self) -> f64 {
+        if self.state.number == self.model.step_count {
+            self.model.end
+        } else {
+            self.time()
+        }
+    }
+
     /// Energies and momenta, `start_energy` being kinetic plus strain energy
     /// at t = 0, J.
     pub(crate) fn history(&self, instant: &Instant<D>, start_energy: f64) -> HistoryRow {
         let at = self.model.positions(&self.state);
         let mut row = HistoryRow {
             step: self.state.number,
-            time: self.time(),
+            time: self.told_time(),
             kinetic_energy: instant.state.kinetic_energy,
             strain_energy: self.model.strain_energy(&self.state.displacement),
             external_work: instant.state.ledger.external_work,
@@ -126,7 +136,7 @@ impl<const D: usize> Run<D> {
         }
         let fixed = self.model.blocks[block].fixed;
         BlockRow {
-            time: self.time(),
+            time: self.told_time(),
             block: self.model.mesh.blocks[block].name.clone(),
             mass,
             position: pad(&centre),
@@ -152,7 +162,7 @@ impl<const D: usize> Run<D> {
     ) -> Vec<ProbeRow> {
         let at = self.model.positions(&self.state);
         let row = |(name, node): &(String, u32)| ProbeRow {
-            time: self.time(),
+            time: self.told_time(),
             probe: name.clone(),
             position: pad(&at.at(*node)),
             displacement: pad(&self.state.displacement[*node as usize]),
@@ -187,7 +197,7 @@ impl<const D: usize> Run<D> {
             point_fields.push(vector("contact_force", &force));
         }
         Frame {
-            time: self.time(),
+            time: self.told_time(),
             points: (0..mesh.nodes.len() as u32)
                 .map(|node| pad(&at.at(node)))
                 .collect(),
@@ -275,7 +285,7 @@ impl<const D: usize> Run<D> {
     /// Live contact points.
     pub(crate) fn contact_frame(&self) -> ContactFrame {
         let mut frame = ContactFrame {
-            time: self.time(),
+            time: self.told_time(),
             ..ContactFrame::default()
         };
         let Some(contacts) = &self.contacts else {

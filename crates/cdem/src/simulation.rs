@@ -213,7 +213,7 @@ impl Simulation {
     /// Time, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        each!(self, driven => driven.run.time())
+        each!(self, driven => driven.run.told_time())
     }
 
     /// Energies and momenta now.

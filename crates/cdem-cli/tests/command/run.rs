@@ -67,6 +67,24 @@ fn a_run_writes_its_results() {
 }
 
 #[test]
+fn the_last_row_is_at_the_end_to_the_bit() {
+    // Counts of steps whose product with the step is not the end.
+    let misses = |count: &f64| count * (0.07 / count) != 0.07;
+    let counts: Vec<f64> = (400..600).map(f64::from).filter(misses).take(2).collect();
+    assert_eq!(counts.len(), 2);
+    for count in counts {
+        let step = format!("end = 0.07\nstep = {:?}", 0.07 / count);
+        let scene = FALL.replace("end = \"20 ms\"", &step);
+        let place = Place::with_scene(&scene);
+        place.cdem("run scene.toml").done();
+        for table in ["history.csv", "blocks.csv", "probes.csv"] {
+            let last = column(&place.read(&format!("scene-results/{table}")), "time").pop();
+            assert_eq!(last, Some(0.07), "{table}, {count} steps");
+        }
+    }
+}
+
+#[test]
 fn the_scene_as_run_gives_the_same_results() {
     let place = Place::with_scene(FALL);
     place.cdem("run scene.toml").done();

@@ -55,6 +55,94 @@ fn a_block_faster_than_light_is_shown_where_it_is() {
 }
 
 #[test]
+fn where_nothing_moves_a_block_is_shown() {
+    insta::assert_snapshot!(refused(
+        &FALL.replace("velocity = [0.0, -1.0]", "fixed = true")
+    ));
+}
+
+#[test]
+fn blocks_that_could_meet_in_space_are_shown() {
+    insta::assert_snapshot!(refused(SPACE));
+}
+
+#[test]
+fn a_tolerance_as_long_as_edges_is_refused() {
+    insta::assert_snapshot!(refused(
+        &FALL.replace("[contact]", "[contact]\ntolerance = 0.2")
+    ));
+}
+
+#[test]
+fn boundary_conditions_that_contradict_each_other_are_named() {
+    let two = "[[boundary]]\ngroup = \"stone.xmin\"\nvelocity = { x = 0.0, y = 0.0 }\n\n\
+               [[boundary]]\ngroup = \"stone.ymin\"\nvelocity = { x = 0.0, y = 1.0 }\n";
+    insta::assert_snapshot!(refused(&format!("{FALL}\n{two}")));
+    // One after the other they may.
+    let place = Place::with_scene(&format!(
+        "{FALL}\n{}start = \"1 ms\"\n",
+        two.replacen("y = 0.0 }", "y = 0.0 }\nend = \"1 ms\"", 1)
+    ));
+    place.cdem("check scene.toml").done();
+}
+
+#[test]
+fn a_load_on_a_block_is_pointed_to_its_groups() {
+    insta::assert_snapshot!(refused(&format!(
+        "{FALL}\n[[load]]\nblock = \"stone\"\npressure = 1.0\n"
+    )));
+}
+
+#[test]
+fn counts_and_sizes_beyond_reason_are_refused_at_once() {
+    let box_of_stone = "shape = { box = { min = [0.0, 0.001], max = [1.0, 0.501], divisions = [4, 2] } }\nelement = \"quad4\"";
+    let polygon = "shape = { polygon = [[0.0, 0.001], [1e200, 0.001], [0.0, 1e200]], size = 0.1 }";
+    insta::assert_snapshot!(refused(&FALL.replace(box_of_stone, polygon)));
+    insta::assert_snapshot!(refused(&FALL.replace("frames = 4", "frames = 99999999999")));
+    insta::assert_snapshot!(refused(&FALL.replace("20 ms", "1e300 s")));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_printed_is_no_success() {
+    let place = Place::with_scene(FALL);
+    let full = fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .expect("Linux has it");
+    let output = place.command(["check", "scene.toml"]).stdout(full).output();
+    let output = output.expect("the command runs");
+    assert_eq!(output.status.code(), Some(3));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("cannot write to standard output"), "{told}");
+}
+
+/// Two blocks in space.
+const SPACE: &str = r#"
+version = 1
+dimension = 3
+
+[time]
+end = "1 ms"
+
+[[material]]
+name = "rock"
+young_modulus = "1 GPa"
+poisson_ratio = 0.2
+density = 2700.0
+
+[[block]]
+name = "below"
+shape = { box = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], divisions = [1, 1, 1] } }
+material = "rock"
+
+[[block]]
+name = "above"
+shape = { box = { min = [0.0, 0.0, 2.0], max = [1.0, 1.0, 3.0], divisions = [1, 1, 1] } }
+material = "rock"
+"#;
+
+#[test]
 fn a_scene_that_is_not_there_is_named() {
     let place = Place::new();
     insta::assert_snapshot!(place.cdem("run nowhere.toml").told());

@@ -196,6 +196,23 @@ impl Collector {
         cells.nodes.retain(|_| per_node.next().unwrap_or(true));
     }
 
+    /// Refuses a number that two elements of one dimension have; those that a
+    /// file lists once for each group have been made one.
+    pub(super) fn check_numbers(&self, scanner: &Scanner) -> Result<(), MeshError> {
+        for dimension in 0..=3 {
+            let alike = self.mesh.cells.iter();
+            let alike = alike.filter(|cells| cells.kind.dimension() == dimension);
+            let mut tags: Vec<u64> = alike.flat_map(|cells| cells.tags.clone()).collect();
+            tags.sort_unstable();
+            if let Some(pair) = tags.windows(2).find(|pair| pair[0] == pair[1]) {
+                let help = "number the elements anew: Gmsh, RenumberMeshElements";
+                let problem = format!("two elements have the number {}", pair[0]);
+                return Err(scanner.fault(problem, help));
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn finish(self) -> RawMesh {
         self.mesh
     }

@@ -71,7 +71,10 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
                 continue;
             }
         }
-        has_elements |= section == "Elements";
+        if section == "Elements" {
+            collector.check_numbers(&scanner)?;
+            has_elements = true;
+        }
         scanner.close()?;
     }
     if !has_elements {

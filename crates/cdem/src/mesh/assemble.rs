@@ -57,6 +57,15 @@ pub fn assemble<const D: usize>(
         let source = &sources.list[number];
         let wrong = |fault: BlockFault| fault.of(&block.name, &source.raw.origin);
         let mut body = Body::<D>::new(block, source).map_err(wrong)?;
+        if body.turned > 0 {
+            mesh.notes.push(format!(
+                "block \"{}\": {} of {} elements were numbered the wrong way round and have been \
+                 turned",
+                block.name,
+                body.turned,
+                body.cells.len()
+            ));
+        }
         let ranges = parts(block.split, &mut body.cells, body.nodes.len());
         let mut numbering = Numbering::new(body.nodes.len());
         for (part, range) in ranges.into_iter().enumerate() {
@@ -171,6 +180,8 @@ struct Body<const D: usize> {
     points: Vec<u32>,
     /// Elements on `nodes`.
     cells: Vec<Cell>,
+    /// Elements that were numbered the wrong way round.
+    turned: usize,
 }
 
 impl<const D: usize> Body<D> {
@@ -198,13 +209,15 @@ impl<const D: usize> Body<D> {
                 });
             }
         }
+        let mut turned = 0;
         for cell in &mut cells {
-            orient(cell, &nodes)?;
+            turned += usize::from(orient(cell, &nodes)?);
         }
         Ok(Self {
             nodes,
             points,
             cells,
+            turned,
         })
     }
 
@@ -256,18 +269,23 @@ fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D
     element.nodes().iter().map(|&n| nodes[n as usize]).collect()
 }
 
-/// Numbers the cell's nodes so that its Jacobian is positive.
-fn orient<const D: usize>(cell: &mut Cell, nodes: &[[f64; D]]) -> Result<(), BlockFault> {
+/// Numbers the cell's nodes so that its Jacobian is positive; whether it was not.
+fn orient<const D: usize>(cell: &mut Cell, nodes: &[[f64; D]]) -> Result<bool, BlockFault> {
     let kind = cell.element.kind;
     let places = corners(&cell.element, nodes);
     let at = || centre(places.iter().copied()).to_vec();
     let (kind_name, element) = (kind.name(), cell.tag);
     match orientation(kind, &places) {
-        Orientation::Positive => Ok(()),
+        Orientation::Positive => Ok(false),
         Orientation::Reversed => {
             cell.element = reversed(cell.element);
-            Ok(())
+            Ok(true)
         }
+        Orientation::Collapsed => Err(BlockFault::Collapsed {
+            kind: kind_name,
+            element,
+            at: at(),
+        }),
         Orientation::Flat => Err(BlockFault::Flat {
             kind: kind_name,
             element,

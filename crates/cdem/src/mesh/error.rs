@@ -163,6 +163,19 @@ pub enum BlockFault {
         /// 2 or 3.
         dimension: usize,
     },
+    /// An element with an edge or diagonal without length.
+    #[error(
+        "{kind} element {element} near {at:?} has two nodes at one place; make it a simplex, or \
+         move one of them"
+    )]
+    Collapsed {
+        /// Shape of the element.
+        kind: &'static str,
+        /// The file's number of the element.
+        element: u64,
+        /// Its centre.
+        at: Vec<f64>,
+    },
     /// An element whose Jacobian changes sign.
     #[error(
         "{kind} element {element} near {at:?} is folded: its Jacobian changes sign \

@@ -13,6 +13,8 @@ pub(super) enum Orientation {
     Reversed,
     /// Zero somewhere, and of one sign elsewhere.
     Flat,
+    /// Two nodes at one place.
+    Collapsed,
     /// Both signs.
     Folded { negative: usize, points: usize },
 }
@@ -21,10 +23,14 @@ pub(super) enum Orientation {
 /// above the rounding of coordinates, far below any element of use.
 const FLAT: f64 = 1e-12;
 
+/// Nodes closer than this share of the element's extent count as at one place.
+const COLLAPSED: f64 = 1e-9;
+
 /// Orientation of an element of `kind` with nodes at `corners`.
 pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> Orientation {
     let (low, high) = bounds(corners.iter().copied());
-    let zero = FLAT * distance(low, high).powi(D as i32);
+    let size = distance(low, high);
+    let zero = FLAT * size.powi(D as i32);
     let gauss = gauss_points(kind);
     let (mut negative, mut positive) = (0, 0);
     for &point in &gauss {
@@ -33,7 +39,14 @@ pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]
         positive += usize::from(jacobian > zero);
     }
     let points = gauss.len();
+    let meet = |(i, &a): (usize, &[f64; D])| {
+        let mut others = corners[..i].iter();
+        others.any(|&b| distance(a, b) <= COLLAPSED * size)
+    };
     match (negative, positive) {
+        (n, p) if n.max(p) == points && corners.iter().enumerate().any(meet) => {
+            Orientation::Collapsed
+        }
         (0, p) if p == points => Orientation::Positive,
         (n, 0) if n == points => Orientation::Reversed,
         (0, _) | (_, 0) => Orientation::Flat,
@@ -209,6 +222,11 @@ mod tests {
                 negative: 2,
                 points: 4
             }
+        );
+        let collapsed = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]];
+        assert_eq!(
+            orientation(ElementKind::Quad4, &collapsed),
+            Orientation::Collapsed
         );
         let line = [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]];
         assert_eq!(orientation(ElementKind::Tri3, &line), Orientation::Flat);

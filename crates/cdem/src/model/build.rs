@@ -38,11 +38,13 @@ pub(crate) fn solid_contacts(
     let count = mesh.blocks.len() as u32;
     let fixed = |block: u32| scene.block[mesh.blocks[block as usize].source].fixed;
     let meet = |a: u32, b: u32| !(fixed(a) && fixed(b)) && laws.between(a, b).enabled;
-    let any = (0..count).any(|a| (a + 1..count).any(|b| meet(a, b)));
-    if any {
-        Err(ModelError::ContactInSpace)
-    } else {
-        Ok(None)
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
+    match pairs.into_iter().find(|&[a, b]| meet(a, b)) {
+        Some(blocks) => Err(ModelError::ContactInSpace {
+            key: name_key(mesh, blocks[1] as usize),
+            blocks: blocks.map(|block| mesh.blocks[block as usize].name.clone()),
+        }),
+        None => Ok(None),
     }
 }
 
@@ -95,6 +97,7 @@ impl<const D: usize> Model<D> {
             .contact
             .tolerance
             .get_or_insert_with(|| 1e-4 * mesh.smallest_boundary_edge());
+        refuse_tolerance(&mesh, tolerance)?;
         refuse_overlap(scene, &mesh, tolerance)?;
         let mut block_of = vec![0; mesh.nodes.len()];
         for (number, block) in mesh.blocks.iter().enumerate() {
@@ -115,6 +118,7 @@ impl<const D: usize> Model<D> {
             block_of,
             step,
             step_count,
+            end: scene.time.end,
             base_level,
         };
         model.loads = model.surface_loads(scene, thickness)?;
@@ -187,9 +191,36 @@ impl<const D: usize> Model<D> {
                     block: self.mesh.blocks[block].name.clone(),
                 });
             }
-            motions.push(Prescribed::new(boundary, nodes));
+            let motion = Prescribed::new(boundary, nodes);
+            self.refuse_contradiction(number, &motion, &motions)?;
+            motions.push(motion);
         }
         Ok(motions)
+    }
+
+    fn refuse_contradiction(
+        &self,
+        number: usize,
+        motion: &Prescribed,
+        earlier: &[Prescribed],
+    ) -> Result<(), ModelError> {
+        for (other_number, other) in earlier.iter().enumerate() {
+            let Some(axis) = motion.contradicts::<D>(other) else {
+                continue;
+            };
+            let both = |node: &&u32| other.nodes.binary_search(node).is_ok();
+            if let Some(&node) = motion.nodes.iter().find(both) {
+                let block = self.block_of[node as usize] as usize;
+                return Err(ModelError::Contradiction {
+                    key: format!("boundary[{number}]"),
+                    earlier: other_number,
+                    node: node - self.nodes(block).start as u32,
+                    block: self.mesh.blocks[block].name.clone(),
+                    axis: ['x', 'y', 'z'][axis],
+                });
+            }
+        }
+        Ok(())
     }
 
     fn initial_state(&self, scene: &Scene) -> State<D> {
@@ -277,6 +308,20 @@ impl<const D: usize> Model<D> {
     }
 }
 
+/// Key of the name of a block: where the scene shows which one is meant.
+fn name_key<const D: usize>(mesh: &Mesh<D>, block: usize) -> String {
+    format!("block[{}].name", mesh.blocks[block].source)
+}
+
+/// Where blocks can meet, neighbours on one boundary must not count as touching.
+fn refuse_tolerance<const D: usize>(mesh: &Mesh<D>, tolerance: f64) -> Result<(), ModelError> {
+    let edge = mesh.smallest_boundary_edge();
+    if mesh.blocks.len() > 1 && tolerance > 0.5 * edge {
+        return Err(ModelError::Tolerance { tolerance, edge });
+    }
+    Ok(())
+}
+
 /// Blocks that see each other must not overlap by more than the tolerance.
 fn refuse_overlap<const D: usize>(
     scene: &Scene,
@@ -289,6 +334,7 @@ fn refuse_overlap<const D: usize>(
         return Ok(());
     };
     Err(ModelError::Overlap {
+        key: name_key(mesh, overlap.blocks[0].max(overlap.blocks[1])),
         blocks: overlap.blocks.map(|block| mesh.blocks[block].name.clone()),
         at: pad(&overlap.point),
         depth: overlap.depth,

@@ -53,6 +53,8 @@ pub enum ModelError {
         blocks[0], blocks[1], place(at)
     )]
     Overlap {
+        /// Key of the scene: the second of the two.
+        key: String,
         /// Names of the two.
         blocks: [String; 2],
         /// Where, m.
@@ -64,10 +66,44 @@ pub enum ModelError {
     },
     /// Contact in 3-D is not there yet.
     #[error(
-        "contact between blocks in 3-D is not there yet; run one block at a time, or let them \
-         ignore each other with [[contact.pair]] enabled = false"
+        "contact between blocks in 3-D, here \"{}\" and \"{}\", is not there yet; run one block at \
+         a time, or let them ignore each other with [[contact.pair]] enabled = false",
+        blocks[0], blocks[1]
     )]
-    ContactInSpace,
+    ContactInSpace {
+        /// Key of the scene: the second of the two.
+        key: String,
+        /// Names of two that could meet.
+        blocks: [String; 2],
+    },
+    /// Points touch that are an edge apart.
+    #[error(
+        "{tolerance:e} m is more than half of the smallest boundary edge, {edge:e} m: nodes would \
+         touch that are an edge apart; choose at most {:e} m, or leave it out", 0.5 * edge
+    )]
+    Tolerance {
+        /// Distance within which points touch, m.
+        tolerance: f64,
+        /// Smallest boundary edge, m.
+        edge: f64,
+    },
+    /// Two boundary conditions want different things of a node.
+    #[error(
+        "it gives node {node} of block \"{block}\" another velocity than boundary[{earlier}] does, \
+         along {axis}; take the node out of one group, or leave out that component"
+    )]
+    Contradiction {
+        /// Key of the scene: the later of the two.
+        key: String,
+        /// Number of the earlier boundary condition.
+        earlier: usize,
+        /// Number of the node in its block.
+        node: u32,
+        /// Name of the block.
+        block: String,
+        /// x, y or z.
+        axis: char,
+    },
     /// An element needs more levels than there are.
     #[error(
         "block \"{block}\", element {element} at {} is stable up to {limit:e} s only: level {needed} \
@@ -91,7 +127,7 @@ pub enum ModelError {
     },
     /// The run would take more steps than can be counted.
     #[error(
-        "{count:e} steps of {step:e} s to t = {end} s are too many; raise `time.step` or lower `time.end`"
+        "{count:e} steps of {step:e} s to t = {end:?} s are too many; raise `time.step` or lower `time.end`"
     )]
     TooManySteps {
         /// Steps.
@@ -134,10 +170,13 @@ impl ModelError {
             | Self::NoFacets { key, .. }
             | Self::FixedBoundary { key, .. }
             | Self::TooFast { key, .. }
+            | Self::Overlap { key, .. }
+            | Self::ContactInSpace { key, .. }
+            | Self::Contradiction { key, .. }
             | Self::Mass { key, .. } => Some(key),
             Self::TooFine { .. } | Self::TooManySteps { .. } => Some("time.step"),
-            Self::ContactInSpace => Some("contact"),
-            _ => None,
+            Self::Tolerance { .. } => Some("contact.tolerance"),
+            Self::NothingMoves => Some("block[0].fixed"),
         }
     }
 }

@@ -37,6 +37,8 @@ pub(crate) struct Model<const D: usize> {
     /// The coarsest step, s, and the number of steps of the run.
     pub(crate) step: f64,
     pub(crate) step_count: u64,
+    /// End of the run, s.
+    pub(crate) end: f64,
     /// Level of each element by its own stable step.
     pub(crate) base_level: Vec<u8>,
     /// Largest stable step of an element and smallest, s.

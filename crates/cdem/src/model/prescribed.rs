@@ -32,6 +32,21 @@ impl Prescribed {
         }
     }
 
+    /// A component that both hold at some time, and not to the same velocity.
+    pub(crate) fn contradicts<const D: usize>(&self, other: &Self) -> Option<usize> {
+        let begins_before_end = |a: &Boundary, b: &Boundary| b.end.is_none_or(|end| a.start < end);
+        let (a, b) = (&self.boundary, &other.boundary);
+        if !begins_before_end(a, b) || !begins_before_end(b, a) || a.motion == b.motion {
+            return None;
+        }
+        let held: [[bool; D]; 2] = [self.holds(), other.holds()];
+        let same = |c: usize| match (&a.motion, &b.motion) {
+            (Motion::Velocity(a), Motion::Velocity(b)) => a[c] == b[c],
+            _ => false,
+        };
+        (0..D).find(|&c| held[0][c] && held[1][c] && !same(c))
+    }
+
     /// Sets the held components of a velocity to their value at `time`.
     pub(crate) fn start<const D: usize>(
         &self,

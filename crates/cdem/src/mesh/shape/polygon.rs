@@ -1,5 +1,6 @@
 //! Polygons: constrained Delaunay triangles, or three quadrilaterals in each.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
@@ -74,14 +75,20 @@ impl Triangles {
     }
 }
 
+/// Farthest place of a corner, m: areas beyond are soon no numbers.
+const FARTHEST: f64 = 1e100;
+
 fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
     let wrong = |problem: String| Err(fault("shape.polygon", problem));
     let count = corners.len();
     if count < 3 {
         return wrong(format!("{count} corners; expected at least 3"));
     }
-    if let Some(corner) = corners.iter().find(|c| !c.iter().all(|x| x.is_finite())) {
-        return wrong(format!("corner {corner:?} is not at a finite place"));
+    let far = |corner: &&[f64; 2]| !corner.iter().all(|x| x.abs() <= FARTHEST);
+    if let Some(corner) = corners.iter().find(far) {
+        return wrong(format!(
+            "corner {corner:?} is not within {FARTHEST:e} m of the origin"
+        ));
     }
     if !(size.is_finite() && size > 0.0) {
         return Err(fault(
@@ -116,7 +123,8 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
         }
     }
     let estimate = area(corners) / (0.3 * size * size);
-    if estimate > MOST_ELEMENTS {
+    // What is not a number is too many, too.
+    if !matches!(estimate.partial_cmp(&MOST_ELEMENTS), Some(Ordering::Less)) {
         let problem = format!("{size} makes about {estimate:.1e} elements; choose a larger size");
         return Err(fault("shape.size", problem));
     }

@@ -178,7 +178,7 @@ impl Check {
         let (min, max) = (min?, max?);
         for (axis, (low, high)) in min.iter().zip(&max).enumerate() {
             if low >= high {
-                let message = format!("must be larger than min: {high} m is not above {low} m");
+                let message = format!("must be larger than min: {high:?} m is not above {low:?} m");
                 self.report(at.key("max").index(axis), message);
                 return None;
             }

@@ -125,6 +125,10 @@ impl Error for Fault {
     fn unknown_field(key: &str, keys: &'static [&'static str]) -> Self {
         let known = || keys.iter().copied();
         let help = match (nearest(key, known()), home(key)) {
+            _ if key == "block" && known().any(|known| known == "pressure") => {
+                "did you mean `group`? Sides of a shape are groups, as in group = \"floor.ymax\""
+                    .to_owned()
+            }
             (None, Some(home)) => format!("it belongs {home}"),
             _ => suggestion(key, known()),
         };
@@ -140,7 +144,8 @@ impl Error for Fault {
 fn plain(expected: &dyn Expected) -> String {
     let text = expected.to_string();
     match text.as_str() {
-        "u32" | "usize" => "a whole number, at least 0".to_owned(),
+        "u32" => format!("a whole number from 0 to {}", u32::MAX),
+        "usize" => "a whole number, at least 0".to_owned(),
         "a string" => "text in quotes".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "an array".to_owned(),

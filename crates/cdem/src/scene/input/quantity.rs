@@ -134,9 +134,15 @@ impl<M: Dimension> fmt::Display for Quantity<M> {
         } else {
             self.0
         };
+        // Nobody counts sixteen digits.
+        if value.abs() < 1e15 {
+            write!(f, "{value}")?;
+        } else {
+            write!(f, "{value:e}")?;
+        }
         match M::UNIT {
-            "1" => write!(f, "{value}"),
-            unit => write!(f, "{value} {unit}"),
+            "1" => Ok(()),
+            unit => write!(f, " {unit}"),
         }
     }
 }
