@@ -237,6 +237,22 @@ fn an_element_inside_out_is_the_reason_where_it_comes_first() {
 }
 
 #[test]
+fn nodes_that_run_away_stop_a_run_before_elements_turn() {
+    // In steps so short, speed comes before deformation.
+    let scene = pressed("1e6 GPa").replace("end = \"20 ms\"", "end = 1e-6\nstep = 1e-7");
+    let ended = Place::with_scene(&scene).cdem("run scene.toml");
+    assert_eq!(ended.status(), 3, "{}", ended.told());
+    assert!(ended.stderr().contains("runs away"), "{}", ended.told());
+}
+
+#[test]
+fn a_block_faster_than_its_waves_may_fly() {
+    // Waves in it travel at about 600 m/s.
+    let scene = FALL.replace("[0.0, -1.0]", "[0.0, 1e5]");
+    Place::with_scene(&scene).cdem("run scene.toml").done();
+}
+
+#[test]
 fn large_stretches_are_told_once_a_block() {
     // 0.15 of Young's modulus on one side, held by inertia alone.
     let place = Place::with_scene(&pressed("150 MPa"));
