@@ -7,9 +7,10 @@ use cdem_verify::{Balance, fit, load, run};
 
 const WEIGHT: f64 = 10.0 * 2700.0 * 9.81;
 
-fn stands(divisions: usize, element: ElementKind, end: f64) {
+/// `damping`: mass-proportional, 1/s, beside that of the scene.
+fn stands(divisions: usize, element: ElementKind, damping: f64) {
     let mut case = load("stack");
-    case.scene.time.end = end;
+    case.scene.material[0].damping.mass = damping;
     for k in 1..=10 {
         case.divide(&format!("stone{k}"), [divisions; 2], element);
     }
@@ -46,13 +47,20 @@ fn stands(divisions: usize, element: ElementKind, end: f64) {
 
 #[test]
 fn a_stack_of_single_elements_stands() {
-    stands(1, ElementKind::Quad4, 0.6);
+    stands(1, ElementKind::Quad4, 0.0);
+}
+
+#[test]
+fn damping_takes_nothing_of_the_weight() {
+    // Damped before contact, the base would miss half of alpha times the step,
+    // 1.4 %.
+    stands(1, ElementKind::Quad4, 1000.0);
 }
 
 #[test]
 #[ignore = "slow study: stacks of meshed blocks"]
 fn a_stack_of_meshed_blocks_stands() {
-    stands(1, ElementKind::Tri3, 0.6);
-    stands(3, ElementKind::Quad4, 0.6);
-    stands(3, ElementKind::Tri3, 0.6);
+    stands(1, ElementKind::Tri3, 0.0);
+    stands(3, ElementKind::Quad4, 0.0);
+    stands(3, ElementKind::Tri3, 0.0);
 }

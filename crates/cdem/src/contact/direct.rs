@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::solve::{Constraint, shear_norm};
-use crate::model::inertia::Inertia;
+use crate::model::inertia::Mobility;
 use crate::vector::{add, add_scaled};
 
 /// Most unknowns: beyond, a sweep costs less than its share of a factorisation.
@@ -36,7 +36,7 @@ struct Unknown<const D: usize> {
 /// Whether those that do not hold should, the next sweep says.
 pub(super) fn leap<const D: usize>(
     constraints: &mut [Constraint<D>],
-    inertia: &Inertia<D>,
+    mobility: Mobility<D>,
     velocity: &mut [[f64; D]],
 ) -> bool {
     let unknowns = unknowns(constraints);
@@ -49,7 +49,7 @@ pub(super) fn leap<const D: usize>(
         for (i, other) in unknowns.iter().enumerate() {
             let row = &constraints[other.constraint];
             let column = &constraints[unknown.constraint];
-            matrix[(i, j)] = row.response(other.row, column, &unknown.direction, inertia);
+            matrix[(i, j)] = row.response(other.row, column, &unknown.direction, mobility);
         }
     }
     let missing = unknowns.iter().map(|unknown| {
@@ -75,7 +75,7 @@ pub(super) fn leap<const D: usize>(
         return false;
     }
     for (constraint, change) in constraints.iter_mut().zip(&changes) {
-        constraint.add(change, inertia, velocity);
+        constraint.add(change, mobility, velocity);
     }
     true
 }

@@ -5,7 +5,7 @@ use crate::contact::live::{Live, Record};
 use crate::contact::solve::{Constraint, Limit, shear_norm, solve};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::{Interior, Jump};
-use crate::model::inertia::Inertia;
+use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::vector::{add_scaled, pad};
 
@@ -23,8 +23,22 @@ pub(crate) struct Setting<'a, const D: usize> {
     pub(crate) laws: &'a crate::contact::law::Laws,
     pub(crate) block_of: &'a [u32],
     pub(crate) inertia: &'a Inertia<D>,
+    /// Mass-proportional damping of each block, 1/s.
+    pub(crate) damping: &'a [f64],
     /// d_tol, m.
     pub(crate) tolerance: f64,
+}
+
+impl<'a, const D: usize> Setting<'a, D> {
+    /// What impulses do in a kick of `interval` seconds; 0: at an instant.
+    pub(super) fn mobility(&self, interval: f64) -> Mobility<'a, D> {
+        Mobility {
+            inertia: self.inertia,
+            block_of: self.block_of,
+            damping: self.damping,
+            interval,
+        }
+    }
 }
 
 /// The bodies of an island, and whether a node moves with any island.
@@ -147,15 +161,20 @@ impl<const D: usize> Island<D> {
         (interval, drift): (f64, f64),
         books: &mut Books,
     ) -> Vec<Constraint<D>> {
-        let inertia = setting.inertia;
+        let mobility = setting.mobility(interval);
         let start = self.velocities(motion);
         loop {
             let at = motion.positions();
             let constraint = |live: &Live<D>| {
-                live.constraint(live.operator(setting.surface, at), drift, interval, inertia)
+                live.constraint(
+                    live.operator(setting.surface, at),
+                    drift,
+                    interval,
+                    mobility,
+                )
             };
             let mut constraints: Vec<_> = self.live.iter().map(constraint).collect();
-            let residual = solve(&mut constraints, inertia, motion.velocity);
+            let residual = solve(&mut constraints, mobility, motion.velocity);
             books.residual = books.residual.max(residual);
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {
@@ -319,7 +338,7 @@ impl<const D: usize> Island<D> {
             bare.joint &= !live.fresh;
             bare.interval = 0.0; // no warm start: an impact is like no other
             let operator = bare.operator(setting.surface, at);
-            constraints.push(bare.constraint(operator, duration, 0.0, setting.inertia));
+            constraints.push(bare.constraint(operator, duration, 0.0, setting.mobility(0.0)));
             if live.fresh
                 && let Some(constraint) = constraints.last_mut()
             {
@@ -331,7 +350,7 @@ impl<const D: usize> Island<D> {
             .map(|c| relative(c, motion.velocity))
             .collect();
         kick(motion);
-        solve(&mut constraints, setting.inertia, motion.velocity);
+        solve(&mut constraints, setting.mobility(0.0), motion.velocity);
         let mut loss = 0.0;
         for ((live, constraint), old) in self.live.iter_mut().zip(&constraints).zip(before) {
             let new = relative(constraint, motion.velocity);
@@ -369,10 +388,10 @@ impl<const D: usize> Island<D> {
                 target,
                 free,
                 [0.0; D],
-                setting.inertia,
+                setting.mobility(0.0),
             ));
         }
-        solve(&mut constraints, setting.inertia, &mut moves);
+        solve(&mut constraints, setting.mobility(0.0), &mut moves);
         self.nodes
             .iter()
             .map(|&node| (node, moves[node as usize]))

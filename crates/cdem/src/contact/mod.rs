@@ -101,6 +101,8 @@ struct Terms<const D: usize> {
     laws: Laws,
     /// Block of each node.
     block_of: Vec<u32>,
+    /// Mass-proportional damping of each block, 1/s.
+    damping: Vec<f64>,
     /// d_tol, m.
     tolerance: f64,
 }
@@ -112,6 +114,7 @@ impl<const D: usize> Terms<D> {
             laws: &self.laws,
             block_of: &self.block_of,
             inertia,
+            damping: &self.damping,
             tolerance: self.tolerance,
         }
     }
@@ -136,6 +139,11 @@ impl<const D: usize> Contacts<D> {
                 surface,
                 laws: Laws::new(scene, mesh),
                 block_of,
+                damping: mesh
+                    .blocks
+                    .iter()
+                    .map(|block| damping_of(scene, block.source))
+                    .collect(),
                 tolerance,
             },
             model: scene.contact.model,
@@ -558,4 +566,14 @@ impl<const D: usize> Contacts<D> {
             _ => 0.0,
         }
     }
+}
+
+/// Mass-proportional damping of a block of the scene, 1/s.
+fn damping_of(scene: &Scene, block: usize) -> f64 {
+    let name = &scene.block[block].material;
+    let material = scene
+        .material
+        .iter()
+        .find(|material| material.name == *name);
+    material.map_or(0.0, |material| material.damping.mass)
 }

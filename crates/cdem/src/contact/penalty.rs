@@ -5,7 +5,7 @@ use crate::contact::island::{Books, Island, Receive, Setting};
 use crate::contact::live::{Live, Record};
 use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Positions, Surface};
-use crate::model::inertia::Inertia;
+use crate::model::inertia::Mobility;
 use crate::model::motion::Motion;
 use crate::vector::{add_scaled, dot};
 
@@ -55,7 +55,7 @@ impl<const D: usize> Island<D> {
                     motion,
                     before,
                     interval,
-                    setting.inertia,
+                    setting.mobility(interval),
                     receive,
                     books,
                 );
@@ -77,7 +77,7 @@ impl<const D: usize> Live<D> {
         motion: &mut Motion<D>,
         before: &[[f64; D]],
         interval: f64,
-        inertia: &Inertia<D>,
+        mobility: Mobility<D>,
         receive: Receive<D>,
         books: &mut Books,
     ) -> bool {
@@ -128,7 +128,7 @@ impl<const D: usize> Live<D> {
             for r in 0..D {
                 add_scaled(&mut on, self.impulse[r], &operator.rows[r][k]);
             }
-            inertia.push(node as usize, &on, motion.velocity);
+            mobility.push(node, &on, motion.velocity);
             receive(node, &on);
         }
         true

@@ -3,7 +3,7 @@
 
 use crate::contact::direct;
 use crate::contact::surface::Operator;
-use crate::model::inertia::Inertia;
+use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm};
 
 /// Bounds of a contact's impulse.
@@ -52,14 +52,14 @@ impl<const D: usize> Constraint<D> {
         target: [f64; D],
         limit: Limit,
         impulse: [f64; D],
-        inertia: &Inertia<D>,
+        mobility: Mobility<D>,
     ) -> Self {
         let compliance = std::array::from_fn(|r| {
             let row = &operator.rows[r];
             let mut sum = 0.0;
             for (k, &i) in operator.nodes().iter().enumerate() {
                 for (l, &j) in operator.nodes().iter().enumerate() {
-                    sum += inertia.response(i as usize, &row[k], j as usize, &row[l]);
+                    sum += mobility.response(i, &row[k], j, &row[l]);
                 }
             }
             sum
@@ -97,14 +97,14 @@ impl<const D: usize> Constraint<D> {
         r: usize,
         other: &Self,
         on: &[f64; D],
-        inertia: &Inertia<D>,
+        mobility: Mobility<D>,
     ) -> f64 {
         let mut sum = 0.0;
         for (l, &j) in other.operator.nodes().iter().enumerate() {
             let impulse = other.impulse_on(l, on);
             for (k, &i) in self.operator.nodes().iter().enumerate() {
                 let row = &self.operator.rows[r][k];
-                sum += inertia.response(i as usize, row, j as usize, &impulse);
+                sum += mobility.response(i, row, j, &impulse);
             }
         }
         sum
@@ -114,16 +114,16 @@ impl<const D: usize> Constraint<D> {
     pub(super) fn add(
         &mut self,
         change: &[f64; D],
-        inertia: &Inertia<D>,
+        mobility: Mobility<D>,
         velocity: &mut [[f64; D]],
     ) {
         add_scaled(&mut self.impulse, 1.0, change);
-        self.apply(change, inertia, velocity);
+        self.apply(change, mobility, velocity);
     }
 
-    fn apply(&self, change: &[f64; D], inertia: &Inertia<D>, velocity: &mut [[f64; D]]) {
+    fn apply(&self, change: &[f64; D], mobility: Mobility<D>, velocity: &mut [[f64; D]]) {
         for (k, &node) in self.operator.nodes().iter().enumerate() {
-            inertia.push(node as usize, &self.impulse_on(k, change), velocity);
+            mobility.push(node, &self.impulse_on(k, change), velocity);
         }
     }
 
@@ -134,7 +134,7 @@ impl<const D: usize> Constraint<D> {
     }
 
     /// One Gauss–Seidel update; the largest change of relative velocity, m/s.
-    fn relax(&mut self, inertia: &Inertia<D>, velocity: &mut [[f64; D]]) -> f64 {
+    fn relax(&mut self, mobility: Mobility<D>, velocity: &mut [[f64; D]]) -> f64 {
         let old = self.impulse;
         if self.compliance[0] > 0.0 {
             let wanted =
@@ -142,7 +142,7 @@ impl<const D: usize> Constraint<D> {
             self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
             let mut change = [0.0; D];
             change[0] = self.impulse[0] - old[0];
-            self.apply(&change, inertia, velocity);
+            self.apply(&change, mobility, velocity);
         }
         let bound = self.limit.shear(self.impulse[0]);
         let mut change = [0.0; D];
@@ -162,7 +162,7 @@ impl<const D: usize> Constraint<D> {
             for r in 1..D {
                 change[r] = self.impulse[r] - old[r];
             }
-            self.apply(&change, inertia, velocity);
+            self.apply(&change, mobility, velocity);
         }
         let normal = (self.impulse[0] - old[0]).abs() * self.compliance[0];
         normal.max(shear_norm(&change) * compliance)
@@ -199,11 +199,11 @@ const SWEEPS_TO_LEAP: u32 = 16;
 /// What takes long is leapt over where contacts are few.
 pub(crate) fn solve<const D: usize>(
     constraints: &mut [Constraint<D>],
-    inertia: &Inertia<D>,
+    mobility: Mobility<D>,
     velocity: &mut [[f64; D]],
 ) -> f64 {
     for constraint in constraints.iter() {
-        constraint.apply(&constraint.impulse, inertia, velocity);
+        constraint.apply(&constraint.impulse, mobility, velocity);
     }
     let fastest = constraints
         .iter()
@@ -219,7 +219,7 @@ pub(crate) fn solve<const D: usize>(
         let mut scale = f64::MIN_POSITIVE;
         search.remember(constraints);
         for constraint in constraints.iter_mut() {
-            change = change.max(constraint.relax(inertia, velocity));
+            change = change.max(constraint.relax(mobility, velocity));
             scale = scale.max(constraint.impulse[0].abs() * constraint.compliance[0]);
         }
         residual = change / scale;
@@ -228,11 +228,11 @@ pub(crate) fn solve<const D: usize>(
         }
         if sweep == next_leap {
             next_leap *= 4;
-            if direct::leap(constraints, inertia, velocity) {
+            if direct::leap(constraints, mobility, velocity) {
                 search = Search::new(constraints.len());
             }
         } else {
-            search.advance(constraints, inertia, velocity);
+            search.advance(constraints, mobility, velocity);
         }
     }
     residual
@@ -268,7 +268,7 @@ impl<const D: usize> Search<D> {
     fn advance(
         &mut self,
         constraints: &mut [Constraint<D>],
-        inertia: &Inertia<D>,
+        mobility: Mobility<D>,
         velocity: &mut [[f64; D]],
     ) {
         let mut square = 0.0;
@@ -291,7 +291,7 @@ impl<const D: usize> Search<D> {
                 direction[r] = ratio * direction[r] + change[r];
             }
             if ratio > 0.0 {
-                constraint.apply(&step, inertia, velocity);
+                constraint.apply(&step, mobility, velocity);
             }
         }
     }

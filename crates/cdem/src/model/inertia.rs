@@ -198,3 +198,34 @@ impl<const D: usize> Inertia<D> {
         }
     }
 }
+
+/// What contact impulses do in a kick: M⁻¹, less what mass-proportional damping
+/// α takes from them in its middle, 1/(1 + ½αΔ).
+#[derive(Clone, Copy)]
+pub(crate) struct Mobility<'a, const D: usize> {
+    pub(crate) inertia: &'a Inertia<D>,
+    /// Block of each node, and α of each block, 1/s.
+    pub(crate) block_of: &'a [u32],
+    pub(crate) damping: &'a [f64],
+    /// Δ, s; 0 at an instant.
+    pub(crate) interval: f64,
+}
+
+impl<const D: usize> Mobility<'_, D> {
+    fn share(&self, node: u32) -> f64 {
+        let alpha = self.damping[self.block_of[node as usize] as usize];
+        1.0 / (1.0 + 0.5 * alpha * self.interval)
+    }
+
+    /// aᵀ M⁻¹ b for impulses `a` on node `i` and `b` on node `j`.
+    pub(crate) fn response(&self, i: u32, a: &[f64; D], j: u32, b: &[f64; D]) -> f64 {
+        self.share(i) * self.inertia.response(i as usize, a, j as usize, b)
+    }
+
+    /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
+    pub(crate) fn push(&self, node: u32, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
+        let share = self.share(node);
+        let impulse = impulse.map(|x| share * x);
+        self.inertia.push(node as usize, &impulse, velocity);
+    }
+}

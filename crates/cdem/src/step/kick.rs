@@ -177,8 +177,11 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// Mass-proportional damping, centred in time: stable at any step.
-    fn damp_mass(&self, velocity: &mut [[f64; D]], impulses: &mut Impulses<D>, nodes: &[u32]) {
+    /// Mass-proportional damping, centred in time: stable at any step. Contact
+    /// impulses, which come later, see it in their [`Mobility`].
+    ///
+    /// [`Mobility`]: crate::model::inertia::Mobility
+    fn damp_mass(&self, velocity: &mut [[f64; D]], impulses: &Impulses<D>, nodes: &[u32]) {
         for &node in nodes {
             let n = node as usize;
             let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
@@ -190,13 +193,22 @@ impl<const D: usize> Model<D> {
                 }
             }
         }
+    }
+
+    /// Impulses of mass-proportional damping, once contact is solved and the
+    /// velocities are `after`.
+    pub(crate) fn book_damping(
+        &self,
+        after: &[[f64; D]],
+        impulses: &mut Impulses<D>,
+        nodes: &[u32],
+    ) {
         for &node in nodes {
             let n = node as usize;
             let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
             if alpha > 0.0 {
                 let share = 0.5 * alpha * impulses.interval[n];
-                let [old, new] =
-                    [&impulses.before, &*velocity].map(|v| self.inertia.momentum(n, v));
+                let [old, new] = [&*impulses.before, after].map(|v| self.inertia.momentum(n, v));
                 for c in 0..D {
                     let damping = -share * (old[c] + new[c]);
                     impulses.damping[n][c] += damping;

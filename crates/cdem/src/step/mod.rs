@@ -297,6 +297,9 @@ impl<const D: usize> Run<D> {
         );
         self.state.velocity = velocity;
         self.hold_contacts(substep);
+        let velocity = &self.state.velocity;
+        self.model
+            .book_damping(velocity, &mut self.impulses, substep.nodes());
         let ledger = &mut self.ledger;
         let after = (&*self.state.velocity, Velocity::Mean);
         self.model.book_kick(after, &self.impulses, substep, ledger);
@@ -594,6 +597,9 @@ impl<const D: usize> Run<D> {
                 add_scaled(&mut half.impulse, -1.0, &padded);
             }
         }
+        let nodes = substep.nodes();
+        self.model
+            .book_damping(&velocity, &mut self.impulses, nodes);
         let after = (&*velocity, Velocity::Before);
         self.model
             .book_kick(after, &self.impulses, &substep, &mut half);
