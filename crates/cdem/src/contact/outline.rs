@@ -144,17 +144,13 @@ impl Outline {
         if turn < FLUSH || self.lies_flush(pair, then, zone) {
             return false;
         }
-        let gap = |edge| {
-            self.project(
-                Pair {
-                    main: pair.main,
-                    target: edge,
-                },
-                then,
-            )
-            .gap
+        let beside = Pair {
+            target: other,
+            ..pair
         };
-        gap(other) > gap(pair.target)
+        // Corners that meet head on clip each other's other edge: where that may
+        // not be touched, this is where they touch.
+        self.admits(beside, then) && self.project(beside, then).gap > self.project(pair, then).gap
     }
 
     /// Whether an edge of the main vertex lies on the target edge over more
