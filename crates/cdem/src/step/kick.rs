@@ -1,7 +1,7 @@
 //! The first half of a substep: forces become velocities.
 
-use super::Substep;
 use super::ledger::{Account, Ledger};
+use super::plan::Substep;
 use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
 use crate::vector::add_scaled;

@@ -9,12 +9,15 @@ pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
 pub(crate) mod levels;
+pub(crate) mod plan;
 mod split;
+mod synchronise;
 
 use kick::{Impulses, Purpose, Velocity};
 use ledger::{Account, Ledger};
-use levels::{Joined, Levels, Schedule};
+use plan::{Plan, Substep};
 use split::{Around, Split};
+pub(crate) use synchronise::Synchronised;
 
 use crate::contact::Contacts;
 use crate::model::motion::Motion;
@@ -50,62 +53,6 @@ pub struct Corrections {
     pub count: u64,
     /// Angular momentum that they have added, N·m·s.
     pub angular_momentum: [f64; 3],
-}
-
-/// Who is due when, until the levels change.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Plan {
-    pub(crate) levels: Levels,
-    /// Elements of each set; nodes; both without those of fixed blocks.
-    elements: Vec<Schedule>,
-    nodes: Schedule,
-    /// Held nodes of blocks that are not fixed, by level.
-    held: Vec<u32>,
-    finest: u8,
-}
-
-/// One substep of the plan.
-pub(crate) struct Substep<'a> {
-    plan: &'a Plan,
-    /// The coarsest level that is due.
-    coarsest: u8,
-    /// Coarse step, s, its start, and the time of this substep's start, s.
-    step: f64,
-    pub(crate) step_start: f64,
-    pub(crate) time: f64,
-    held: Vec<u32>,
-}
-
-impl Substep<'_> {
-    /// Nodes that are due.
-    pub(crate) fn nodes(&self) -> &[u32] {
-        self.plan.nodes.due(self.coarsest)
-    }
-
-    /// Elements of a set that are due.
-    pub(crate) fn elements(&self, set: usize) -> &[u32] {
-        self.plan.elements[set].due(self.coarsest)
-    }
-
-    /// Held nodes of moving blocks that are due.
-    pub(crate) fn held(&self) -> &[u32] {
-        &self.held
-    }
-
-    /// Whether a node is due.
-    pub(crate) fn is_due(&self, node: u32) -> bool {
-        self.plan.levels.node[node as usize] >= self.coarsest
-    }
-
-    /// Interval of a node, s.
-    pub(crate) fn duration(&self, node: u32) -> f64 {
-        self.step / f64::from(1_u32 << self.plan.levels.node[node as usize])
-    }
-
-    /// Interval of an element of the mesh, s.
-    pub(crate) fn element_duration(&self, element: usize) -> f64 {
-        self.step / f64::from(1_u32 << self.plan.levels.element[element])
-    }
 }
 
 impl<const D: usize> Run<D> {
@@ -439,201 +386,5 @@ impl<const D: usize> Run<D> {
             add_scaled(sum, 1.0, impulse);
             self.touched.push(*node);
         }
-    }
-}
-
-impl Plan {
-    fn new<const D: usize>(model: &Model<D>, levels: Levels) -> Self {
-        let fixed = |node: u32| model.is_fixed(node);
-        let elements = model.sets.iter().map(|set| {
-            let of: Vec<u8> = set
-                .mesh_elements()
-                .iter()
-                .map(|&e| levels.element[e as usize])
-                .collect();
-            Schedule::new(&of, |i| !fixed(set.nodes(i)[0]))
-        });
-        let elements: Vec<_> = elements.collect();
-        let nodes = Schedule::new(&levels.node, |node| !fixed(node as u32));
-        let finest = nodes
-            .due(0)
-            .first()
-            .map_or(0, |&node| levels.node[node as usize]);
-        Self {
-            elements,
-            nodes,
-            held: model.held_nodes(),
-            finest,
-            levels,
-        }
-    }
-
-    /// The `number`-th substep of a coarse step.
-    fn substep(&self, number: u32, step: f64, start: f64) -> Substep<'_> {
-        let coarsest = match number {
-            0 => 0,
-            _ => self.finest - number.trailing_zeros().min(u32::from(self.finest)) as u8,
-        };
-        let mut substep = Substep {
-            plan: self,
-            coarsest,
-            step,
-            step_start: start,
-            time: start + f64::from(number) * step / f64::from(1_u32 << self.finest),
-            held: Vec::new(),
-        };
-        substep.held = self
-            .held
-            .iter()
-            .copied()
-            .filter(|&node| substep.is_due(node))
-            .collect();
-        substep
-    }
-
-    /// The whole model at the start of a coarse step.
-    pub(crate) fn all(&self, step: f64, start: f64) -> Substep<'_> {
-        self.substep(0, step, start)
-    }
-
-    /// Number of elements of each level.
-    pub(crate) fn histogram(&self) -> Vec<u64> {
-        let mut sum: Vec<u64> = vec![0];
-        for set in &self.elements {
-            let of = set.histogram();
-            sum.resize(sum.len().max(of.len()), 0);
-            for (total, count) in sum.iter_mut().zip(of) {
-                *total += count;
-            }
-        }
-        sum
-    }
-}
-
-impl<const D: usize> Model<D> {
-    /// Nodes that count as one in the levels: those of contacts, and those of
-    /// blocks with a dense mass matrix.
-    fn joined_nodes(&self, contacts: Option<&Contacts<D>>) -> Joined {
-        let mut joined = Joined::new(self.mesh.nodes.len());
-        for block in 0..self.blocks.len() {
-            let nodes = self.nodes(block);
-            if self.inertia.is_dense(nodes.start) {
-                for node in nodes.clone() {
-                    joined.join(nodes.start as u32, node as u32);
-                }
-            }
-        }
-        if let Some(contacts) = contacts {
-            contacts.joined_nodes(&mut joined);
-        }
-        joined
-    }
-
-    /// Held nodes of blocks that are not fixed.
-    fn held_nodes(&self) -> Vec<u32> {
-        let nodes = 0..self.mesh.nodes.len() as u32;
-        let held = |node: &u32| self.inertia.held(*node as usize).contains(&true);
-        nodes
-            .filter(|node| !self.is_fixed(*node) && held(node))
-            .collect()
-    }
-}
-
-/// The state at an instant, in the middle of the kick that is due then.
-pub(crate) struct Synchronised<const D: usize> {
-    /// Velocities, contact included, m/s.
-    pub(crate) velocity: Vec<[f64; D]>,
-    /// ½v⁻·M·v⁺ of the velocities before and after that kick, J: with U the
-    /// energy that central differences keep. That of `velocity` is higher by
-    /// the energy of half of the kick, and ripples by (ωΔt)² where waves are
-    /// near the grid's limit.
-    pub(crate) kinetic_energy: f64,
-    /// What the ledger holds then.
-    pub(crate) ledger: Ledger,
-    /// Friction of the kick up to then, J.
-    pub(crate) friction: f64,
-}
-
-impl<const D: usize> Run<D> {
-    /// The synchronised state now.
-    pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
-        let plan = std::mem::take(&mut self.plan);
-        let time = self.time();
-        let substep = plan.all(self.model.step, time);
-        let mut velocity = self.state.velocity.clone();
-        self.model.kick(
-            &mut self.state,
-            &mut velocity,
-            &mut self.impulses,
-            &substep,
-            Purpose::Report,
-        );
-        let mut half = Ledger::default();
-        let mut friction = 0.0;
-        let mut held_contact: Vec<(u32, [f64; D])> = Vec::new();
-        if let Some(contacts) = &self.contacts
-            && self.state.number > 0
-        {
-            let interval = &self.impulses.interval;
-            let mut motion = Motion {
-                rest: &self.model.mesh.nodes,
-                displacement: &mut self.state.displacement,
-                carry: &mut self.state.carry,
-                velocity: &mut velocity,
-            };
-            friction = contacts.peek(
-                &mut motion,
-                &self.model.inertia,
-                &self.impulses.before,
-                &|node| Some((interval[node as usize], interval[node as usize])),
-                &mut |node, impulse: &[f64; D]| held_contact.push((node, *impulse)),
-            );
-        }
-        for (node, impulse) in &held_contact {
-            let contact = &mut self.impulses.contact[*node as usize];
-            add_scaled(contact, 1.0, impulse);
-            if self.model.is_fixed(*node) {
-                let padded = pad(impulse);
-                add_scaled(&mut half.impulse, -1.0, &padded);
-            }
-        }
-        let nodes = substep.nodes();
-        self.model
-            .book_damping(&velocity, &mut self.impulses, nodes);
-        let after = (&*velocity, Velocity::Before);
-        self.model
-            .book_kick(after, &self.impulses, &substep, &mut half);
-        let kinetic_energy = self.kinetic_energy(&velocity);
-        for &node in substep.nodes() {
-            let n = node as usize;
-            velocity[n] =
-                std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
-        }
-        self.impulses.clear(substep.nodes());
-        for (node, _) in &held_contact {
-            self.impulses.contact[*node as usize] = [0.0; D];
-        }
-        let mut ledger = self.ledger;
-        ledger.add(0.5, &half);
-        self.plan = plan;
-        Synchronised {
-            velocity,
-            kinetic_energy,
-            ledger,
-            friction: 0.5 * friction,
-        }
-    }
-
-    /// ½v⁻·M·v⁺ of all blocks that move, J.
-    fn kinetic_energy(&self, after: &[[f64; D]]) -> f64 {
-        let nodes = 0..self.model.mesh.nodes.len();
-        let nodes = nodes.filter(|&node| !self.model.is_fixed(node as u32));
-        let energy = |node: usize| {
-            0.5 * dot(
-                &self.state.velocity[node],
-                &self.model.inertia.momentum(node, after),
-            )
-        };
-        nodes.map(energy).sum()
     }
 }

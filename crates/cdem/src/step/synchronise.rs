@@ -1,0 +1,106 @@
+//! The state at an instant: in the middle of the kick that is due then.
+
+use super::Run;
+use super::kick::{Purpose, Velocity};
+use super::ledger::Ledger;
+use crate::model::motion::Motion;
+use crate::vector::{add_scaled, dot, pad};
+
+/// The state at an instant, in the middle of the kick that is due then.
+pub(crate) struct Synchronised<const D: usize> {
+    /// Velocities, contact included, m/s.
+    pub(crate) velocity: Vec<[f64; D]>,
+    /// ½v⁻·M·v⁺ of the velocities before and after that kick, J: with U the
+    /// energy that central differences keep. That of `velocity` is higher by
+    /// the energy of half of the kick, and ripples by (ωΔt)² where waves are
+    /// near the grid's limit.
+    pub(crate) kinetic_energy: f64,
+    /// What the ledger holds then.
+    pub(crate) ledger: Ledger,
+    /// Friction of the kick up to then, J.
+    pub(crate) friction: f64,
+}
+
+impl<const D: usize> Run<D> {
+    /// The synchronised state now.
+    pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
+        let plan = std::mem::take(&mut self.plan);
+        let time = self.time();
+        let substep = plan.all(self.model.step, time);
+        let mut velocity = self.state.velocity.clone();
+        self.model.kick(
+            &mut self.state,
+            &mut velocity,
+            &mut self.impulses,
+            &substep,
+            Purpose::Report,
+        );
+        let mut half = Ledger::default();
+        let mut friction = 0.0;
+        let mut held_contact: Vec<(u32, [f64; D])> = Vec::new();
+        if let Some(contacts) = &self.contacts
+            && self.state.number > 0
+        {
+            let interval = &self.impulses.interval;
+            let mut motion = Motion {
+                rest: &self.model.mesh.nodes,
+                displacement: &mut self.state.displacement,
+                carry: &mut self.state.carry,
+                velocity: &mut velocity,
+            };
+            friction = contacts.peek(
+                &mut motion,
+                &self.model.inertia,
+                &self.impulses.before,
+                &|node| Some((interval[node as usize], interval[node as usize])),
+                &mut |node, impulse: &[f64; D]| held_contact.push((node, *impulse)),
+            );
+        }
+        for (node, impulse) in &held_contact {
+            let contact = &mut self.impulses.contact[*node as usize];
+            add_scaled(contact, 1.0, impulse);
+            if self.model.is_fixed(*node) {
+                let padded = pad(impulse);
+                add_scaled(&mut half.impulse, -1.0, &padded);
+            }
+        }
+        let nodes = substep.nodes();
+        self.model
+            .book_damping(&velocity, &mut self.impulses, nodes);
+        let after = (&*velocity, Velocity::Before);
+        self.model
+            .book_kick(after, &self.impulses, &substep, &mut half);
+        let kinetic_energy = self.kinetic_energy(&velocity);
+        for &node in substep.nodes() {
+            let n = node as usize;
+            velocity[n] =
+                std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
+        }
+        self.impulses.clear(substep.nodes());
+        for (node, _) in &held_contact {
+            self.impulses.contact[*node as usize] = [0.0; D];
+        }
+        let mut ledger = self.ledger;
+        ledger.add(0.5, &half);
+        self.plan = plan;
+        Synchronised {
+            velocity,
+            kinetic_energy,
+            ledger,
+            friction: 0.5 * friction,
+        }
+    }
+
+    /// ½v⁻·M·v⁺ of all blocks that move, J.
+    fn kinetic_energy(&self, after: &[[f64; D]]) -> f64 {
+        let nodes = 0..self.model.mesh.nodes.len();
+        let nodes = nodes.filter(|&node| !self.model.is_fixed(node as u32));
+        let energy = |node: usize| {
+            0.5 * dot(
+                &self.state.velocity[node],
+                &self.model.inertia.momentum(node, after),
+            )
+        };
+        nodes.map(energy).sum()
+    }
+}
