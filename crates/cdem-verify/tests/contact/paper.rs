@@ -170,15 +170,14 @@ fn springs_give_what_their_stiffness_makes_them() {
             "{ratio:5} {:8.4} {struck:8.4} {:14.4} {energy:8.4} {:14.4} {duration:8.4}",
             outcome.struck[0], outcome.energy, outcome.duration
         );
-        assert!((outcome.duration - duration).abs() < 1.1e-3, "{outcome:?}");
-        if ratio < 0.5 {
+        // One step, in which a contact is seen to have ended.
+        assert!((outcome.duration - duration).abs() < 6e-4, "{outcome:?}");
+        if ratio < 5.0 {
             assert!((outcome.struck[0] - struck).abs() < 0.03, "{outcome:?}");
             assert!((outcome.energy - energy).abs() < 0.02, "{outcome:?}");
-        } else if ratio > 5.0 {
-            assert!(
-                outcome.energy > 2.0,
-                "too stiff a spring explodes: {outcome:?}"
-            );
+        } else {
+            // Growth amplifies the strain that the other program leaves out.
+            assert!((outcome.energy / energy - 1.0).abs() < 0.1, "{outcome:?}");
         }
     }
 }

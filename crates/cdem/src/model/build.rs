@@ -231,6 +231,7 @@ impl<const D: usize> Model<D> {
             velocity: vec![[0.0; D]; count],
             element_interval: vec![0.0; self.mesh.elements.len()],
             node_interval: vec![0.0; count],
+            contact_force: vec![[0.0; D]; count],
             number: 0,
         };
         for (number, block) in self.mesh.blocks.iter().enumerate() {

@@ -68,6 +68,8 @@ pub(crate) struct State<const D: usize> {
     /// the first, so that a run begins with half a kick.
     pub(crate) element_interval: Vec<f64>,
     pub(crate) node_interval: Vec<f64>,
+    /// Contact force of the last kick, N, where local damping asks for it.
+    pub(crate) contact_force: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Model<D> {

@@ -98,7 +98,7 @@ impl<const D: usize> Model<D> {
         }
         self.internal_forces(state, velocity, impulses, substep, purpose);
         self.loads(state, impulses, substep);
-        self.body_forces(velocity, impulses, substep);
+        self.body_forces(state, velocity, impulses, substep);
         self.inertia.kick(nodes, &impulses.total, velocity);
         self.damp_mass(velocity, impulses, nodes);
         self.prescribe(state, velocity, substep, purpose);
@@ -159,8 +159,14 @@ impl<const D: usize> Model<D> {
     }
 
     /// Gravity, and local damping after Cundall: it opposes the velocity with
-    /// a share of the unbalanced force.
-    fn body_forces(&self, velocity: &[[f64; D]], impulses: &mut Impulses<D>, substep: &Substep) {
+    /// a share of the unbalanced force, contact as it was in the last kick.
+    fn body_forces(
+        &self,
+        state: &State<D>,
+        velocity: &[[f64; D]],
+        impulses: &mut Impulses<D>,
+        substep: &Substep,
+    ) {
         let gravity = self.gravity_at(substep.time);
         for &node in substep.nodes() {
             let n = node as usize;
@@ -169,7 +175,9 @@ impl<const D: usize> Model<D> {
             let local = self.blocks[self.block_of[n] as usize].damping.local;
             if local > 0.0 {
                 for c in 0..D {
-                    let damping = -local * impulses.total[n][c].abs() * sign(velocity[n][c]);
+                    let contact = state.contact_force[n][c] * impulses.interval[n];
+                    let unbalanced = impulses.total[n][c] + contact;
+                    let damping = -local * unbalanced.abs() * sign(velocity[n][c]);
                     impulses.damping[n][c] += damping;
                     impulses.total[n][c] += damping;
                 }

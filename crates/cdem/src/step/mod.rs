@@ -283,7 +283,24 @@ impl<const D: usize> Run<D> {
             let contact = &mut self.impulses.contact[*node as usize];
             add_scaled(contact, 1.0, impulse);
         }
+        if self.model.blocks.iter().any(|b| b.damping.local > 0.0) {
+            self.remember_contact(substep, &received);
+        }
         self.receive(&received);
+    }
+
+    /// Keeps the contact forces of a kick for local damping in the next.
+    fn remember_contact(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
+        for &node in substep.nodes() {
+            self.state.contact_force[node as usize] = [0.0; D];
+        }
+        for (node, impulse) in received {
+            let interval = self.impulses.interval[*node as usize];
+            if interval > 0.0 {
+                let force = &mut self.state.contact_force[*node as usize];
+                add_scaled(force, 1.0 / interval, impulse);
+            }
+        }
     }
 
     /// Drift: the nodes of contacts touch by touch, the others freely.
