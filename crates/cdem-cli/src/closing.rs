@@ -80,9 +80,8 @@ fn headline(summary: &Summary) -> String {
 
 fn effort(summary: &Summary) -> Vec<String> {
     vec![format!(
-        "effort    {} on {}, {} element updates, {}",
+        "effort    {}, {} element updates, {}",
         seconds(summary.wall_seconds),
-        counted(summary.threads as u64, "thread"),
         count(summary.element_updates),
         quantity(summary.updates_per_second, "updates/s"),
     )]
