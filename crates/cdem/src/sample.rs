@@ -10,6 +10,8 @@
 pub struct HistoryRow {
     pub step: u64,
     pub time: f64,
+    /// ½ v⁻·M·v⁺ of the half steps before and after: with the strain energy what
+    /// central differences keep.
     pub kinetic_energy: f64,
     pub strain_energy: f64,
     pub external_work: f64,

@@ -194,7 +194,7 @@ impl<const D: usize> Split<'_, D> {
         ring
     }
 
-    /// Energy of the strain rate of elements, W: before the jump, or now.
+    /// Energy of the strain rate of elements, W/s: before the jump, or now.
     fn rates(&self, due: &[u32], motion: &mut Motion<D>, jump: Option<&Jump<D>>) -> Vec<f64> {
         let now: Vec<[f64; D]> = jump
             .iter()
