@@ -99,6 +99,9 @@ fn contacts(summary: &Summary, end: &Observation) -> Vec<String> {
     )]
 }
 
+/// Shares of the energy that sums gather as round-off, and nobody asks for.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Where the energy that was there or came in has gone, in per cent of it.
 fn energy(start: &Observation, end: &Observation) -> Vec<String> {
     let (start, end) = (&start.history, &end.history);
@@ -120,7 +123,7 @@ fn energy(start: &Observation, end: &Observation) -> Vec<String> {
     ];
     let text: Vec<String> = shares
         .iter()
-        .filter(|(_, joule)| *joule != 0.0)
+        .filter(|(_, joule)| (joule / total).abs() >= ROUND_OFF)
         .map(|(name, joule)| format!("{name} {}", percent(joule / total)))
         .collect();
     let mut lines = vec![format!(

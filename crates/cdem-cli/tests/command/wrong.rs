@@ -1,8 +1,9 @@
 //! Wrong calls and scenes: exit status 2, and nothing written.
 
 use std::fs;
+use std::path::Path;
 
-use crate::place::{FALL, Place};
+use crate::place::{FALL, Place, names};
 
 /// Runs a wrong scene; it must fail and leave no folder.
 fn refused(scene: &str) -> String {
@@ -17,6 +18,71 @@ fn refused(scene: &str) -> String {
     );
     ended.told()
 }
+
+/// Every bad scene of the reader's tests, as a user meets it.
+#[test]
+fn every_bad_scene_ends_with_status_2_its_place_and_no_folder() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cdem-io/tests/bad-scenes");
+    let scenes = names(&folder);
+    assert!(scenes.len() >= 90, "{} scenes", scenes.len());
+    for name in scenes {
+        let text = fs::read_to_string(folder.join(&name)).expect(&name);
+        let told = refused(&text);
+        let mut places = told.split("scene.toml:").skip(1);
+        let is_place = |place: &str| {
+            let mut numbers = place.split(|c: char| !c.is_ascii_digit());
+            (0..2).all(|_| {
+                numbers
+                    .next()
+                    .is_some_and(|n| n.parse::<u32>().is_ok_and(|n| n > 0))
+            })
+        };
+        assert!(places.any(is_place), "{name}: line and column\n{told}");
+        assert!(!told.contains("panicked"), "{name}:\n{told}");
+    }
+}
+
+/// Two triangles of a square, as Gmsh 2.2 writes them.
+const SQUARE: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+    $Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n\
+    $Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 3 4\n$EndElements\n";
+
+#[test]
+fn bad_meshes_end_with_status_2_their_place_and_no_folder() {
+    let scene = FALL.replace(
+        "shape = { box = { min = [0.0, 0.001], max = [1.0, 0.501], divisions = [4, 2] } }\nelement = \"quad4\"",
+        "mesh = \"stone.msh\"\ntranslate = [0.0, 0.001]",
+    );
+    let place = Place::with_scene(&scene);
+    place.write("stone.msh", SQUARE);
+    place.cdem("check scene.toml").done();
+    let mut told = String::new();
+    for (mistake, from, to) in [
+        ("a flat element", "3 1 1 0", "3 2 0 0"),
+        ("elements over each other", "1 1 3 4", "1 1 2 4"),
+        ("a node of no element", "1 1 3 4", "1 1 3 2"),
+        ("two nodes at one place", "4 0 1 0", "4 0 0 0"),
+        ("out of the plane", "4 0 1 0", "4 0 1 0.5"),
+        ("a node that is not there", "1 1 3 4", "1 1 3 5"),
+        ("a node twice in an element", "1 1 3 4", "1 1 3 3"),
+        ("a place that is none", "4 0 1 0", "4 0 nan 0"),
+        ("a place beyond reason", "4 0 1 0", "4 0 1e300 0"),
+        ("cut off", "$EndElements", ""),
+        ("no element of the dimension", SQUARE, NO_ELEMENTS),
+        ("another format", "2.2 0 8", "3.0 0 8"),
+    ] {
+        assert!(SQUARE.contains(from), "{mistake}");
+        place.write("stone.msh", &SQUARE.replacen(from, to, 1));
+        let ended = place.cdem("run scene.toml");
+        told.push_str(&format!("{mistake}: {}\n", ended.told()));
+        assert_eq!(place.names("."), ["scene.toml", "stone.msh"], "{told}");
+    }
+    insta::assert_snapshot!(told);
+}
+
+/// A mesh of nodes alone.
+const NO_ELEMENTS: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+    $Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n0\n$EndElements\n";
 
 #[test]
 fn a_slip_in_a_scene_is_shown_where_it_is() {

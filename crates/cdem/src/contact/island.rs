@@ -146,8 +146,7 @@ impl<const D: usize> Island<D> {
     ) {
         for (wait, pair) in self.first_touches(setting, motion, drift) {
             if wait == 0.0 {
-                self.touch(setting, motion.positions(), pair, time);
-                books.touches += 1;
+                books.touches += self.touch(setting, motion.positions(), pair, time);
             }
         }
     }
@@ -214,8 +213,7 @@ impl<const D: usize> Island<D> {
             motion.drift(&self.nodes, wait);
             elapsed += wait;
             for (_, pair) in touches {
-                self.touch(setting, motion.positions(), pair, time + elapsed);
-                books.touches += 1;
+                books.touches += self.touch(setting, motion.positions(), pair, time + elapsed);
             }
             let before = self.velocities(motion);
             books.impact_loss += self.collide(setting, motion, duration, &|_| {}, receive);
@@ -233,7 +231,9 @@ impl<const D: usize> Island<D> {
                         .push(*node as usize, impulse, motion.velocity);
                 }
             };
-            books.friction_loss += self.collide(setting, motion, duration, &kick, receive);
+            if !impulses.is_empty() {
+                books.friction_loss += self.collide(setting, motion, duration, &kick, receive);
+            }
             let remaining = duration - elapsed;
             books.impact_loss -= bodies.interior.settle(motion, remaining);
         }
@@ -275,12 +275,19 @@ impl<const D: usize> Island<D> {
         touches
     }
 
-    /// Closes a pair, unless another one already says the same.
-    pub(crate) fn touch(&mut self, setting: &Setting<D>, at: Positions<D>, pair: Pair, time: f64) {
+    /// Closes a pair, unless another one already says the same. Returns how
+    /// many contacts have begun: one or none.
+    pub(crate) fn touch(
+        &mut self,
+        setting: &Setting<D>,
+        at: Positions<D>,
+        pair: Pair,
+        time: f64,
+    ) -> u64 {
         let surface = setting.surface;
         let known = |live: &Live<D>| surface.same_contact(live.pair, pair, at, setting.tolerance);
         if self.live.iter().any(known) {
-            return;
+            return 0;
         }
         let blocks = [
             surface.main_nodes(pair.main)[0],
@@ -318,6 +325,7 @@ impl<const D: usize> Island<D> {
             shear_spring: [0.0; D],
             record,
         });
+        1
     }
 
     /// The impact of the pairs that have just touched, (4): perfectly

@@ -91,7 +91,6 @@ pub(crate) struct Contacts<const D: usize> {
     in_island: Vec<bool>,
     ended: Vec<Record>,
     books: Books,
-    begun: u64,
     max_penetration: f64,
 }
 
@@ -161,7 +160,6 @@ impl<const D: usize> Contacts<D> {
             in_island: vec![false; mesh.nodes.len()],
             ended: Vec::new(),
             books: Books::default(),
-            begun: 0,
             max_penetration: 0.0,
         }
     }
@@ -179,11 +177,10 @@ impl<const D: usize> Contacts<D> {
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();
-                island.touch(&setting, at, pair, 0.0);
+                self.books.touches += island.touch(&setting, at, pair, 0.0);
                 for live in &mut island.live[count..] {
                     live.offset[0] = projection.gap;
                     live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
-                    self.begun += 1;
                 }
             }
         }
@@ -543,7 +540,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Contacts that have begun so far.
     pub(crate) fn begun(&self) -> u64 {
-        self.begun + self.books.touches
+        self.books.touches
     }
 
     /// Deepest penetration at the end of a coarse step so far, m.

@@ -39,8 +39,7 @@ impl<const D: usize> Island<D> {
                 live.pair == pair || surface.same_contact(live.pair, pair, at, tolerance)
             });
             if overlaps && !known && surface.admits(pair, at) {
-                self.touch(setting, at, pair, time);
-                books.touches += 1;
+                books.touches += self.touch(setting, at, pair, time);
                 if let Some(live) = self.live.last_mut() {
                     live.offset[0] = 0.0;
                 }

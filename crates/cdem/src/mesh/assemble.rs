@@ -164,7 +164,7 @@ impl Sources {
         if unused > 0 {
             let mesh = &source.raw.origin;
             notes.push(format!(
-                "{mesh}: {unused} nodes belong to no element and are left out"
+                "{mesh}: nodes that belong to no element are left out: {unused}"
             ));
         }
         self.list.push(source);

@@ -205,7 +205,7 @@ fn unused_nodes_are_left_out_and_counted() {
     assert_eq!(mesh.nodes.len(), 3);
     assert_eq!(
         mesh.notes,
-        ["plan.msh: 1 nodes belong to no element and are left out"]
+        ["plan.msh: nodes that belong to no element are left out: 1"]
     );
 }
 
