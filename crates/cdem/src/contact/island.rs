@@ -165,12 +165,7 @@ impl<const D: usize> Island<D> {
         loop {
             let at = motion.positions();
             let constraint = |live: &Live<D>| {
-                live.constraint(
-                    live.operator(setting.surface, at),
-                    drift,
-                    interval,
-                    mobility,
-                )
+                live.constraint(live.operator(setting.surface, at), drift, interval)
             };
             let mut constraints: Vec<_> = self.live.iter().map(constraint).collect();
             let residual = solve(&mut constraints, mobility, motion.velocity);
@@ -346,7 +341,7 @@ impl<const D: usize> Island<D> {
             bare.joint &= !live.fresh;
             bare.interval = 0.0; // no warm start: an impact is like no other
             let operator = bare.operator(setting.surface, at);
-            constraints.push(bare.constraint(operator, duration, 0.0, setting.mobility(0.0)));
+            constraints.push(bare.constraint(operator, duration, 0.0));
             if live.fresh
                 && let Some(constraint) = constraints.last_mut()
             {
@@ -390,14 +385,12 @@ impl<const D: usize> Island<D> {
             let mut target = [0.0; D];
             target[0] = live.penetration();
             live.offset[0] += target[0];
-            let free = Limit::default();
-            constraints.push(Constraint::new(
+            constraints.push(Constraint {
                 operator,
                 target,
-                free,
-                [0.0; D],
-                setting.mobility(0.0),
-            ));
+                limit: Limit::default(),
+                impulse: [0.0; D],
+            });
         }
         solve(&mut constraints, setting.mobility(0.0), &mut moves);
         self.nodes

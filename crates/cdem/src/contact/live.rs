@@ -3,7 +3,6 @@
 use crate::contact::law::Law;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Operator, Pair, Positions, Surface};
-use crate::model::inertia::Mobility;
 use crate::sample::ContactKind;
 
 /// A closed contact: the pair is one node until a criterion parts it.
@@ -130,7 +129,6 @@ impl<const D: usize> Live<D> {
         operator: Operator<D>,
         drift: f64,
         interval: f64,
-        mobility: Mobility<D>,
     ) -> Constraint<D> {
         let mut target = [0.0; D];
         for r in 0..if self.sticks { D } else { 1 } {
@@ -142,7 +140,12 @@ impl<const D: usize> Live<D> {
             0.0
         };
         let start = self.impulse.map(|impulse| impulse * ratio);
-        Constraint::new(operator, target, self.limit(interval), start, mobility)
+        Constraint {
+            operator,
+            target,
+            limit: self.limit(interval),
+            impulse: start,
+        }
     }
 
     /// Binds the pair to the material point of the target where it is now.

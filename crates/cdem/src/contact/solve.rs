@@ -2,7 +2,7 @@
 //! island, on velocities (design, section 5).
 
 use crate::contact::direct;
-use crate::contact::surface::Operator;
+use crate::contact::surface::{MAX_NODES, Operator};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm};
 
@@ -24,8 +24,23 @@ impl Limit {
         impulse[0] >= -self.tension && shear <= self.shear(impulse[0]) * (1.0 + 1e-12)
     }
 
+    /// Whether the shear of an impulse is at its limit.
+    pub(super) fn slips<const D: usize>(&self, impulse: &[f64; D]) -> bool {
+        shear_norm(impulse) >= self.shear(impulse[0]) * (1.0 - 1e-12)
+    }
+
+    /// Cuts the shear of an impulse back to its limit (10).
+    pub(super) fn cut<const D: usize>(&self, impulse: &mut [f64; D]) {
+        let (shear, bound) = (shear_norm(impulse), self.shear(impulse[0]));
+        if shear > bound {
+            for r in 1..D {
+                impulse[r] *= bound / shear;
+            }
+        }
+    }
+
     /// The shear limit (7) at a normal impulse, N·s.
-    fn shear(&self, normal: f64) -> f64 {
+    pub(super) fn shear(&self, normal: f64) -> f64 {
         (normal * self.friction + self.cohesion).max(0.0)
     }
 }
@@ -41,38 +56,9 @@ pub(crate) struct Constraint<const D: usize> {
     pub(crate) limit: Limit,
     /// Impulse in the operator's frame, N·s: start value in, solution out.
     pub(crate) impulse: [f64; D],
-    /// Inverse mass seen by each row, 1/kg.
-    compliance: [f64; D],
 }
 
 impl<const D: usize> Constraint<D> {
-    /// A constraint; `impulse` is the warm start.
-    pub(crate) fn new(
-        operator: Operator<D>,
-        target: [f64; D],
-        limit: Limit,
-        impulse: [f64; D],
-        mobility: Mobility<D>,
-    ) -> Self {
-        let compliance = std::array::from_fn(|r| {
-            let row = &operator.rows[r];
-            let mut sum = 0.0;
-            for (k, &i) in operator.nodes().iter().enumerate() {
-                for (l, &j) in operator.nodes().iter().enumerate() {
-                    sum += mobility.response(i, &row[k], j, &row[l]);
-                }
-            }
-            sum
-        });
-        Self {
-            operator,
-            target,
-            limit,
-            impulse,
-            compliance,
-        }
-    }
-
     /// Relative velocity of row `r`, m/s.
     pub(crate) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
         let nodes = self.operator.nodes().iter().enumerate();
@@ -90,82 +76,9 @@ impl<const D: usize> Constraint<D> {
         on
     }
 
-    /// Relative velocity that an impulse `on` the frame of `other` gives row
-    /// `r` of this contact, m/s.
-    pub(super) fn response(
-        &self,
-        r: usize,
-        other: &Self,
-        on: &[f64; D],
-        mobility: Mobility<D>,
-    ) -> f64 {
-        let mut sum = 0.0;
-        for (l, &j) in other.operator.nodes().iter().enumerate() {
-            let impulse = other.impulse_on(l, on);
-            for (k, &i) in self.operator.nodes().iter().enumerate() {
-                let row = &self.operator.rows[r][k];
-                sum += mobility.response(i, row, j, &impulse);
-            }
-        }
-        sum
-    }
-
-    /// Adds to the impulse, and what that does to the velocities.
-    pub(super) fn add(
-        &mut self,
-        change: &[f64; D],
-        mobility: Mobility<D>,
-        velocity: &mut [[f64; D]],
-    ) {
-        add_scaled(&mut self.impulse, 1.0, change);
-        self.apply(change, mobility, velocity);
-    }
-
-    fn apply(&self, change: &[f64; D], mobility: Mobility<D>, velocity: &mut [[f64; D]]) {
-        for (k, &node) in self.operator.nodes().iter().enumerate() {
-            mobility.push(node, &self.impulse_on(k, change), velocity);
-        }
-    }
-
     /// Whether the shear impulse is at its limit.
     pub(crate) fn slips(&self) -> bool {
-        let shear = shear_norm(&self.impulse);
-        shear >= self.limit.shear(self.impulse[0]) * (1.0 - 1e-12)
-    }
-
-    /// One Gauss–Seidel update; the largest change of relative velocity, m/s.
-    fn relax(&mut self, mobility: Mobility<D>, velocity: &mut [[f64; D]]) -> f64 {
-        let old = self.impulse;
-        if self.compliance[0] > 0.0 {
-            let wanted =
-                (self.target[0] - self.relative_velocity(0, velocity)) / self.compliance[0];
-            self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
-            let mut change = [0.0; D];
-            change[0] = self.impulse[0] - old[0];
-            self.apply(&change, mobility, velocity);
-        }
-        let bound = self.limit.shear(self.impulse[0]);
-        let mut change = [0.0; D];
-        // One compliance for all tangents keeps the friction disc a disc.
-        let compliance = self.compliance[1..].iter().copied().fold(0.0, f64::max);
-        if compliance > 0.0 && (bound > 0.0 || shear_norm(&old) > 0.0) {
-            for r in 1..D {
-                let wanted = self.target[r] - self.relative_velocity(r, velocity);
-                self.impulse[r] += wanted / compliance;
-            }
-            let shear = shear_norm(&self.impulse);
-            if shear > bound {
-                for r in 1..D {
-                    self.impulse[r] *= bound / shear; // (10)
-                }
-            }
-            for r in 1..D {
-                change[r] = self.impulse[r] - old[r];
-            }
-            self.apply(&change, mobility, velocity);
-        }
-        let normal = (self.impulse[0] - old[0]).abs() * self.compliance[0];
-        normal.max(shear_norm(&change) * compliance)
+        self.limit.slips(&self.impulse)
     }
 }
 
@@ -180,14 +93,27 @@ pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
 /// and the next step corrects it.
 const RESIDUAL: f64 = 1e-8;
 
+/// Residual that is good enough where sweeps no longer get on: contacts that
+/// contradict each other a little, as flush faces with more points than
+/// freedoms do, go on changing by the same amount in each sweep until one opens
+/// or slips, after 1/RESIDUAL sweeps or so. The next step starts from there.
+const GOOD_ENOUGH: f64 = 1e-4;
+
+/// Sweeps in which the residual halves, or they do not get on.
+const PATIENCE: u32 = 32;
+
 /// Round-off of a relative velocity, over the largest velocity in it.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
 /// Most sweeps of a solve.
 const MAX_SWEEPS: u32 = 2000;
 
-/// Sweeps before the first leap; four times as many before each next.
+/// Sweeps before the first leap, at least; four times as many before each next.
 const SWEEPS_TO_LEAP: u32 = 16;
+
+/// Sweeps that cost as much as a leap, over the square of its unknowns: 2/3 n³
+/// operations against some 40 for each unknown in a sweep.
+const SWEEPS_OF_A_LEAP: f64 = 1.0 / 60.0;
 
 /// Finds the impulses of an island and adds them to the velocities. Returns
 /// the residual: the largest change of a relative velocity in the last sweep
@@ -196,46 +122,226 @@ const SWEEPS_TO_LEAP: u32 = 16;
 /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients (Silcowitz,
 /// Niebe, Erleben 2010): two vertices that all but coincide, each on an edge of
 /// the other, are nearly dependent constraints, on which sweeps alone crawl.
-/// What takes long is leapt over where contacts are few.
+/// What takes as long as a factorisation is leapt over.
 pub(crate) fn solve<const D: usize>(
     constraints: &mut [Constraint<D>],
     mobility: Mobility<D>,
     velocity: &mut [[f64; D]],
 ) -> f64 {
-    for constraint in constraints.iter() {
-        constraint.apply(&constraint.impulse, mobility, velocity);
+    let mut system = System::new(constraints, mobility, velocity);
+    let residual = system.solve();
+    for (&node, solved) in system.nodes.iter().zip(&system.velocity) {
+        velocity[node as usize] = *solved;
     }
-    let fastest = constraints
-        .iter()
-        .flat_map(|constraint| constraint.operator.nodes());
-    let fastest = fastest
-        .map(|&node| norm(&velocity[node as usize]))
-        .fold(0.0, f64::max);
-    let mut search = Search::new(constraints.len());
-    let mut residual = 0.0;
-    let mut next_leap = SWEEPS_TO_LEAP;
-    for sweep in 1..=MAX_SWEEPS {
-        let mut change = 0.0_f64;
-        let mut scale = f64::MIN_POSITIVE;
-        search.remember(constraints);
-        for constraint in constraints.iter_mut() {
-            change = change.max(constraint.relax(mobility, velocity));
-            scale = scale.max(constraint.impulse[0].abs() * constraint.compliance[0]);
-        }
-        residual = change / scale;
-        if change <= RESIDUAL * scale + ROUND_OFF * fastest {
-            break;
-        }
-        if sweep == next_leap {
-            next_leap *= 4;
-            if direct::leap(constraints, mobility, velocity) {
-                search = Search::new(constraints.len());
-            }
-        } else {
-            search.advance(constraints, mobility, velocity);
-        }
+    for (constraint, point) in constraints.iter_mut().zip(&system.points) {
+        constraint.impulse = point.impulse;
     }
     residual
+}
+
+/// An island on its own: nodes numbered anew, velocities side by side.
+pub(super) struct System<const D: usize> {
+    /// Nodes that impulses move, sorted.
+    nodes: Vec<u32>,
+    /// Their velocities, m/s.
+    pub(super) velocity: Vec<[f64; D]>,
+    pub(super) points: Vec<Point<D>>,
+    columns: Vec<Column<D>>,
+}
+
+/// A constraint in its system.
+pub(super) struct Point<const D: usize> {
+    /// Rows of the operator, node by node, and the nodes' new numbers.
+    count: usize,
+    rows: [[[f64; D]; D]; MAX_NODES],
+    nodes: [u32; MAX_NODES],
+    /// What the impulse moves.
+    columns: std::ops::Range<usize>,
+    /// Inverse mass seen by each row, 1/kg.
+    compliance: [f64; D],
+    pub(super) target: [f64; D],
+    pub(super) limit: Limit,
+    pub(super) impulse: [f64; D],
+}
+
+/// Velocity of a node for a unit impulse in each row, 1/kg.
+struct Column<const D: usize> {
+    node: u32,
+    gain: [[f64; D]; D],
+}
+
+impl<const D: usize> System<D> {
+    fn new(constraints: &[Constraint<D>], mobility: Mobility<D>, velocity: &[[f64; D]]) -> Self {
+        let mut columns: Vec<Column<D>> = Vec::with_capacity(constraints.len() * MAX_NODES);
+        let mut points: Vec<Point<D>> = Vec::with_capacity(constraints.len());
+        for constraint in constraints {
+            let start = columns.len();
+            let operator = &constraint.operator;
+            let mut rows = [[[0.0; D]; D]; MAX_NODES];
+            for (k, &node) in operator.nodes().iter().enumerate() {
+                rows[k] = std::array::from_fn(|r| operator.rows[r][k]);
+                let inverse = mobility.column(node);
+                for (other, inverse) in inverse {
+                    let known = columns[start..].iter().position(|c| c.node == other);
+                    let at = known.map_or(columns.len(), |at| start + at);
+                    if known.is_none() {
+                        columns.push(Column {
+                            node: other,
+                            gain: [[0.0; D]; D],
+                        });
+                    }
+                    for (gain, row) in columns[at].gain.iter_mut().zip(&rows[k]) {
+                        for c in 0..D {
+                            gain[c] += inverse[c] * row[c];
+                        }
+                    }
+                }
+            }
+            points.push(Point {
+                count: operator.count,
+                rows,
+                nodes: operator.nodes,
+                columns: start..columns.len(),
+                compliance: [0.0; D],
+                target: constraint.target,
+                limit: constraint.limit,
+                impulse: constraint.impulse,
+            });
+        }
+        let operators = constraints.iter().flat_map(|c| c.operator.nodes().iter());
+        let mut nodes: Vec<u32> = operators.copied().collect();
+        nodes.extend(columns.iter().map(|column| column.node));
+        nodes.sort_unstable();
+        nodes.dedup();
+        let number = |node: u32| nodes.partition_point(|&other| other < node) as u32;
+        for column in &mut columns {
+            column.node = number(column.node);
+        }
+        for point in &mut points {
+            for k in 0..point.count {
+                point.nodes[k] = number(point.nodes[k]);
+            }
+            let mine = &columns[point.columns.clone()];
+            for k in 0..point.count {
+                let gain = mine.iter().find(|column| column.node == point.nodes[k]);
+                for r in 0..D {
+                    point.compliance[r] +=
+                        gain.map_or(0.0, |column| dot(&point.rows[k][r], &column.gain[r]));
+                }
+            }
+        }
+        Self {
+            velocity: nodes.iter().map(|&node| velocity[node as usize]).collect(),
+            nodes,
+            points,
+            columns,
+        }
+    }
+
+    fn solve(&mut self) -> f64 {
+        for point in &self.points {
+            point.apply(&point.impulse, &self.columns, &mut self.velocity);
+        }
+        let fastest = self.velocity.iter().map(norm).fold(0.0, f64::max);
+        let mut search = Search::new(self.points.len());
+        let (mut residual, mut last) = (0.0, f64::INFINITY);
+        let unknowns = (D * self.points.len()) as f64;
+        let mut next_leap = SWEEPS_TO_LEAP.max((unknowns * unknowns * SWEEPS_OF_A_LEAP) as u32);
+        for sweep in 1..=MAX_SWEEPS {
+            search.remember(&self.points);
+            let (change, scale) = self.sweep();
+            residual = change / scale;
+            if change <= RESIDUAL * scale + ROUND_OFF * fastest {
+                break;
+            }
+            if sweep == next_leap {
+                next_leap *= 4;
+                if direct::leap(self) {
+                    search = Search::new(self.points.len());
+                    continue;
+                }
+            }
+            if sweep % PATIENCE == 0 {
+                if residual <= GOOD_ENOUGH && residual > 0.5 * last {
+                    break;
+                }
+                last = residual;
+            }
+            search.advance(self);
+        }
+        residual
+    }
+
+    /// One sweep: its largest change of a relative velocity, and the largest
+    /// that a normal impulse makes, m/s.
+    fn sweep(&mut self) -> (f64, f64) {
+        let (mut change, mut scale) = (0.0_f64, f64::MIN_POSITIVE);
+        for point in &mut self.points {
+            change = change.max(point.relax(&self.columns, &mut self.velocity));
+            scale = scale.max(point.impulse[0].abs() * point.compliance[0]);
+        }
+        (change, scale)
+    }
+
+    /// Adds to an impulse, and what that does to the velocities.
+    pub(super) fn add(&mut self, point: usize, change: &[f64; D]) {
+        let point = &mut self.points[point];
+        add_scaled(&mut point.impulse, 1.0, change);
+        point.apply(change, &self.columns, &mut self.velocity);
+    }
+
+    /// Velocities that an impulse of a contact makes alone, m/s; taken back by
+    /// the opposite impulse.
+    pub(super) fn apply(&self, point: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
+        self.points[point].apply(impulse, &self.columns, velocity);
+    }
+}
+
+impl<const D: usize> Point<D> {
+    /// Relative velocity of row `r`, m/s.
+    pub(super) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
+        (0..self.count)
+            .map(|k| dot(&self.rows[k][r], &velocity[self.nodes[k] as usize]))
+            .sum()
+    }
+
+    fn apply(&self, change: &[f64; D], columns: &[Column<D>], velocity: &mut [[f64; D]]) {
+        for column in &columns[self.columns.clone()] {
+            for (gain, change) in column.gain.iter().zip(change) {
+                add_scaled(&mut velocity[column.node as usize], *change, gain);
+            }
+        }
+    }
+
+    /// One Gauss–Seidel update; the largest change of relative velocity, m/s.
+    fn relax(&mut self, columns: &[Column<D>], velocity: &mut [[f64; D]]) -> f64 {
+        let old = self.impulse;
+        if self.compliance[0] > 0.0 {
+            let wanted =
+                (self.target[0] - self.relative_velocity(0, velocity)) / self.compliance[0];
+            self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
+            let mut change = [0.0; D];
+            change[0] = self.impulse[0] - old[0];
+            self.apply(&change, columns, velocity);
+        }
+        let bound = self.limit.shear(self.impulse[0]);
+        let mut change = [0.0; D];
+        // One compliance for all tangents keeps the friction disc a disc.
+        let compliance = self.compliance[1..].iter().copied().fold(0.0, f64::max);
+        if compliance > 0.0 && (bound > 0.0 || shear_norm(&old) > 0.0) {
+            for r in 1..D {
+                let wanted = self.target[r] - self.relative_velocity(r, velocity);
+                self.impulse[r] += wanted / compliance;
+            }
+            self.limit.cut(&mut self.impulse);
+            for r in 1..D {
+                change[r] = self.impulse[r] - old[r];
+            }
+            self.apply(&change, columns, velocity);
+        }
+        let normal = (self.impulse[0] - old[0]).abs() * self.compliance[0];
+        normal.max(shear_norm(&change) * compliance)
+    }
 }
 
 /// Directions of search between sweeps, whose changes stand for gradients.
@@ -257,25 +363,20 @@ impl<const D: usize> Search<D> {
         }
     }
 
-    fn remember(&mut self, constraints: &[Constraint<D>]) {
-        for (before, constraint) in self.before.iter_mut().zip(constraints) {
-            *before = constraint.impulse;
+    fn remember(&mut self, points: &[Point<D>]) {
+        for (before, point) in self.before.iter_mut().zip(points) {
+            *before = point.impulse;
         }
     }
 
     /// Goes on along the last direction after a sweep. What then is beyond a
     /// bound, the next sweep brings back: a solve ends with a sweep.
-    fn advance(
-        &mut self,
-        constraints: &mut [Constraint<D>],
-        mobility: Mobility<D>,
-        velocity: &mut [[f64; D]],
-    ) {
+    fn advance(&mut self, system: &mut System<D>) {
         let mut square = 0.0;
-        for (before, constraint) in self.before.iter_mut().zip(&*constraints) {
+        for (before, point) in self.before.iter_mut().zip(&system.points) {
             for r in 0..D {
-                before[r] = constraint.impulse[r] - before[r];
-                square += constraint.compliance[r] * before[r] * before[r];
+                before[r] = point.impulse[r] - before[r];
+                square += point.compliance[r] * before[r] * before[r];
             }
         }
         // A change that grows says that bounds have changed hands: start anew.
@@ -283,15 +384,15 @@ impl<const D: usize> Search<D> {
         let ratio = if goes_on { square / self.square } else { 0.0 };
         self.square = square;
         let changes = self.before.iter().zip(&mut self.direction);
-        for (constraint, (change, direction)) in constraints.iter_mut().zip(changes) {
+        for (number, (change, direction)) in changes.enumerate() {
             let mut step = direction.map(|x| ratio * x);
-            step[0] = step[0].max(-constraint.limit.tension - constraint.impulse[0]);
+            let point = &system.points[number];
+            step[0] = step[0].max(-point.limit.tension - point.impulse[0]);
             for r in 0..D {
-                constraint.impulse[r] += step[r];
                 direction[r] = ratio * direction[r] + change[r];
             }
             if ratio > 0.0 {
-                constraint.apply(&step, mobility, velocity);
+                system.add(number, &step);
             }
         }
     }

@@ -125,16 +125,20 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
-    /// aᵀ M⁻¹ b for forces `a` on node `i` and `b` on node `j`.
-    pub(crate) fn response(&self, i: usize, a: &[f64; D], j: usize, b: &[f64; D]) -> f64 {
-        match self.dense.get(self.dense_of[i] as usize) {
-            None if i == j => (0..D).map(|c| a[c] * b[c] * self.inverse[i][c]).sum(),
-            Some(dense) if self.dense_of[i] == self.dense_of[j] => {
-                let entry = (i - dense.first) * dense.size + (j - dense.first);
-                (0..D).map(|c| a[c] * b[c] * dense.inverse[c][entry]).sum()
-            }
-            _ => 0.0,
-        }
+    /// Column of M⁻¹ of a node, 1/kg: nodes, and the velocity of each for a unit
+    /// impulse in each component.
+    pub(crate) fn column(&self, node: usize) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
+        let dense = self.dense.get(self.dense_of[node] as usize);
+        self.coupled(node).map(move |other| {
+            let inverse = match dense {
+                None => self.inverse[node],
+                Some(dense) => {
+                    let entry = (other - dense.first) * dense.size + (node - dense.first);
+                    std::array::from_fn(|c| dense.inverse[c][entry])
+                }
+            };
+            (other as u32, inverse)
+        })
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
@@ -217,9 +221,12 @@ impl<const D: usize> Mobility<'_, D> {
         1.0 / (1.0 + 0.5 * alpha * self.interval)
     }
 
-    /// aᵀ M⁻¹ b for impulses `a` on node `i` and `b` on node `j`.
-    pub(crate) fn response(&self, i: u32, a: &[f64; D], j: u32, b: &[f64; D]) -> f64 {
-        self.share(i) * self.inertia.response(i as usize, a, j as usize, b)
+    /// Column of what stands for M⁻¹ of a node, 1/kg: nodes, and the velocity of
+    /// each for a unit impulse in each component.
+    pub(crate) fn column(&self, node: u32) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
+        let share = self.share(node);
+        let column = self.inertia.column(node as usize);
+        column.map(move |(other, inverse)| (other, inverse.map(|x| share * x)))
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
