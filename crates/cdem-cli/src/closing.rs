@@ -21,6 +21,8 @@ pub(crate) struct Closing<'a> {
     pub(crate) summary: &'a Summary,
     pub(crate) start: &'a Observation,
     pub(crate) end: &'a Observation,
+    /// The most energy exchanged so far, J.
+    pub(crate) exchanged: f64,
     pub(crate) folder: &'a Path,
     pub(crate) profile: Option<&'a Times>,
 }
@@ -28,11 +30,13 @@ pub(crate) struct Closing<'a> {
 /// Prints duration, contacts, energy, momentum, velocities, and where to look.
 pub(crate) fn print(closing: &Closing<'_>) {
     line(headline(closing.summary));
+    let (start, end) = (&closing.start.history, &closing.end.history);
+    let possible = (2.0 * closing.mass * closing.exchanged).sqrt();
     let sections = [
         effort(closing.summary),
         contacts(closing.summary, closing.end),
-        energy(closing.start, closing.end),
-        momentum(&closing.start.history, &closing.end.history, closing.mass),
+        energy(start, end, closing.exchanged),
+        momentum(start, end, possible),
     ];
     for section in sections.into_iter().flatten() {
         line(section);
@@ -102,14 +106,13 @@ fn contacts(summary: &Summary, end: &Observation) -> Vec<String> {
 /// Shares of the energy that sums gather as round-off, and nobody asks for.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Where the energy that was there or came in has gone, in per cent of it.
-fn energy(start: &Observation, end: &Observation) -> Vec<String> {
-    let (start, end) = (&start.history, &end.history);
-    let total = total_energy(start, end);
-    let work = end.external_work + end.gravity_work;
-    if total.is_nan() || total <= 0.0 {
+/// Where the most energy that was there or came in has gone, in per cent of it;
+/// what blocks have given back to loads and gravity counts as work done.
+fn energy(start: &HistoryRow, end: &HistoryRow, exchanged: f64) -> Vec<String> {
+    if exchanged <= 0.0 || end.energy_residual.is_nan() {
         return vec![];
     }
+    let there = start.kinetic_energy + start.strain_energy;
     let shares = [
         ("kinetic", end.kinetic_energy),
         ("strain", end.strain_energy),
@@ -119,28 +122,24 @@ fn energy(start: &Observation, end: &Observation) -> Vec<String> {
         ("fracture loss", end.fracture_loss),
         ("remesh loss", end.remesh_loss),
         ("correction loss", end.correction_loss),
-        ("work done", (-work).max(0.0)),
+        (
+            "work done",
+            exchanged - there - end.external_work - end.gravity_work,
+        ),
     ];
     let text: Vec<String> = shares
         .iter()
-        .filter(|(_, joule)| (joule / total).abs() >= ROUND_OFF)
-        .map(|(name, joule)| format!("{name} {}", percent(joule / total)))
+        .filter(|(_, joule)| (joule / exchanged).abs() >= ROUND_OFF)
+        .map(|(name, joule)| format!("{name} {}", percent(joule / exchanged)))
         .collect();
     let mut lines = vec![format!(
         "energy    {}: {}",
-        quantity(total, "J"),
+        quantity(exchanged, "J"),
         text.join(", ")
     )];
-    let residual = percent(end.energy_residual / total);
+    let residual = percent(end.energy_residual / exchanged);
     lines.push(format!("          residual of the ledger {residual}"));
     lines
-}
-
-/// Energy that was there or came in, J. Work that blocks do against loads and
-/// gravity counts as spent.
-fn total_energy(start: &HistoryRow, end: &HistoryRow) -> f64 {
-    let work = end.external_work + end.gravity_work;
-    start.kinetic_energy + start.strain_energy + work.max(0.0)
 }
 
 fn percent(share: f64) -> String {
@@ -148,13 +147,12 @@ fn percent(share: f64) -> String {
 }
 
 /// Change of momentum that no external impulse explains, against the larger of
-/// that impulse and the momentum √(2mE) that all the energy would give to the
-/// mass that moves: blocks that spin or swing have no momentum of their own.
-fn momentum(start: &HistoryRow, end: &HistoryRow, mass: f64) -> Vec<String> {
+/// that impulse and the momentum √(2mE) that would be `possible` if all the energy
+/// moved the mass: blocks that spin or swing have no momentum of their own.
+fn momentum(start: &HistoryRow, end: &HistoryRow, possible: f64) -> Vec<String> {
     let impulse: [f64; 3] = std::array::from_fn(|i| end.impulse[i] - start.impulse[i]);
     let unexplained: [f64; 3] =
         std::array::from_fn(|i| end.momentum[i] - start.momentum[i] - impulse[i]);
-    let possible = (2.0 * mass * total_energy(start, end)).sqrt();
     let scale = norm(&impulse).max(possible);
     if scale.is_nan() || scale <= 0.0 {
         return vec![];
@@ -241,20 +239,32 @@ mod tests {
     #[test]
     fn momentum_of_a_block_that_spins_is_held_against_its_energy() {
         // 2 kg with 100 J could have 20 N s; round-off of 2e-15 N s is nothing.
-        let told = momentum(&row(100.0, 0.0, 0.0), &row(100.0, 2e-15, 0.0), 2.0);
+        let told = momentum(&row(100.0, 0.0, 0.0), &row(100.0, 2e-15, 0.0), 20.0);
         assert!(told[0].contains("change 1.0e-16 of"), "{told:?}");
     }
 
     #[test]
+    fn a_cycle_that_ends_at_rest_is_held_against_what_went_through() {
+        let end = HistoryRow {
+            external_work: 1e-3,
+            energy_residual: -1e-3,
+            ..HistoryRow::default()
+        };
+        let told = energy(&HistoryRow::default(), &end, 100.0).join("\n");
+        assert!(told.contains("100 J: work done 100 %"), "{told}");
+        assert!(told.contains("ledger -0.001 %"), "{told}");
+    }
+
+    #[test]
     fn the_impulse_of_the_first_row_was_there_before() {
-        let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 4.0), 2.0);
+        let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 4.0), 0.0);
         assert!(told[0].contains("change 0 of"), "{told:?}");
-        let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 3.0), 2.0);
+        let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 3.0), 0.0);
         assert!(told[0].contains("change 0.5 of"), "{told:?}");
     }
 
     #[test]
     fn nothing_is_said_of_what_does_not_move() {
-        assert!(momentum(&row(0.0, 0.0, 0.0), &row(0.0, 0.0, 0.0), 2.0).is_empty());
+        assert!(momentum(&row(0.0, 0.0, 0.0), &row(0.0, 0.0, 0.0), 0.0).is_empty());
     }
 }

@@ -67,6 +67,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
         summary: &summary,
         start: &start,
         end: &run.observed(),
+        exchanged: run.simulation.energy_exchanged(),
         folder: folder.path(),
         profile: args.profile.then_some(&run.times),
     });

@@ -75,6 +75,66 @@ const STRETCHES: [f64; 2] = [0.8, 1.1];
 /// fastest block at the start. Nothing that is stable comes near.
 const RUNAWAY: f64 = 10.0;
 
+/// Strains below this share are round-off: what they and the speeds that go
+/// with them hold of energy, no ledger can tell from nothing.
+const ROUND_OFF: f64 = 1e-12;
+
+/// The energy that the ledger's residual is held against: the most that has
+/// been in the blocks or has gone through gravity, loads and boundary
+/// conditions so far. What is there now may be nothing, at the end of a cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Exchange {
+    /// Kinetic plus strain energy at t = 0, J.
+    start: f64,
+    /// Most so far, J.
+    most: f64,
+    /// What is no more than this is round-off, J.
+    round_off: f64,
+}
+
+impl Exchange {
+    /// Of a run that starts with the kinetic plus strain energy `start`, J.
+    pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene, start: f64) -> Self {
+        let blocks = run.model.blocks.iter().enumerate();
+        let round_off = blocks.filter(|(_, data)| !data.fixed).map(|(block, data)| {
+            let speed = ROUND_OFF * Elastic::new(&scene.material[data.material]).p_wave_speed();
+            let nodes = run.model.nodes(block);
+            let mass: f64 = nodes.map(|node| run.model.inertia.mass()[node]).sum();
+            mass * speed * speed
+        });
+        Self {
+            start,
+            most: start.max(0.0),
+            round_off: round_off.sum(),
+        }
+    }
+
+    /// Takes in what external forces and gravity have done so far, J.
+    pub(crate) fn count(&mut self, external_work: f64, gravity_work: f64) {
+        let sums = [
+            external_work.abs(),
+            gravity_work.abs(),
+            self.start + external_work + gravity_work,
+        ];
+        // What is not a number is not taken.
+        self.most = sums.into_iter().fold(self.most, f64::max);
+    }
+
+    /// The most energy exchanged so far, J; 0 where it is round-off.
+    pub(crate) fn most(&self) -> f64 {
+        if self.most > self.round_off {
+            self.most
+        } else {
+            0.0
+        }
+    }
+
+    /// What residuals are held against, J.
+    fn scale(&self) -> f64 {
+        self.most.max(self.round_off)
+    }
+}
+
 /// What the looks at a run have found, and need.
 #[derive(Debug)]
 pub(crate) struct Health {
@@ -166,15 +226,14 @@ impl Health {
     /// hold numbers anywhere.
     pub(crate) fn check_energy(
         row: &HistoryRow,
-        start_energy: f64,
+        exchange: &Exchange,
         enforced: bool,
     ) -> Result<(), StepError> {
-        let (residual, scale) = (row.energy_residual, energy_scale(row, start_energy));
+        let (time, residual, scale) = (row.time, row.energy_residual, exchange.scale());
         // Comparisons with what is not a number are false.
         if residual.is_finite() && (!enforced || residual.abs() <= RESIDUAL_LIMIT * scale) {
             return Ok(());
         }
-        let time = row.time;
         Err(StepError::Energy {
             time,
             residual,
@@ -183,8 +242,8 @@ impl Health {
     }
 
     /// What to say of a ledger that is not enforced.
-    pub(crate) fn ledger_warning(row: &HistoryRow, start_energy: f64) -> Option<String> {
-        let (residual, scale) = (row.energy_residual, energy_scale(row, start_energy));
+    pub(crate) fn ledger_warning(row: &HistoryRow, exchange: &Exchange) -> Option<String> {
+        let (residual, scale) = (row.energy_residual, exchange.scale());
         (residual.abs() > RESIDUAL_LIMIT * scale).then(|| {
             format!(
                 "{residual:.3e} J of {scale:.3e} J, {:.0} %, are unaccounted for in the energy \
@@ -194,18 +253,6 @@ impl Health {
             )
         })
     }
-}
-
-/// The energy that a residual is held against, J.
-fn energy_scale(row: &HistoryRow, start_energy: f64) -> f64 {
-    let energies = [
-        row.kinetic_energy,
-        row.strain_energy,
-        start_energy,
-        row.external_work.abs(),
-        row.gravity_work.abs(),
-    ];
-    energies.into_iter().fold(0.0, f64::max)
 }
 
 impl<const D: usize> Run<D> {

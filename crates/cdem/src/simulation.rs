@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::health::{Health, StepError};
+use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::model::build::{plane_contacts, solid_contacts};
@@ -86,7 +86,9 @@ enum AnyRun {
 /// A run and what only its reports need.
 struct Driven<const D: usize> {
     run: Run<D>,
+    /// Kinetic plus strain energy at t = 0, J.
     start_energy: f64,
+    exchange: Exchange,
     last_block_rows: f64,
     probes: Vec<(String, u32)>,
     instant: Option<Arc<Instant<D>>>,
@@ -221,6 +223,14 @@ impl Simulation {
         each!(mut self, driven => driven.history())
     }
 
+    /// The most energy that has been in the blocks, or has gone through gravity,
+    /// loads and boundary conditions, so far, J; 0 where that is round-off. What the
+    /// residual of the ledger is to be held against.
+    #[must_use]
+    pub fn energy_exchanged(&self) -> f64 {
+        each!(self, driven => driven.exchange.most())
+    }
+
     /// Blocks now; contact forces are means since the last call.
     pub fn block_rows(&mut self) -> Vec<BlockRow> {
         each!(mut self, driven => driven.block_rows())
@@ -300,7 +310,7 @@ impl Simulation {
 }
 
 impl<const D: usize> Driven<D> {
-    fn new(run: Run<D>, scene: &Scene) -> Self {
+    fn new(mut run: Run<D>, scene: &Scene) -> Self {
         let part_of = |name: &str| {
             let blocks = run.model.mesh.blocks.iter();
             let of = blocks.map(|b| b.name == name || scene.block[b.source].name == name);
@@ -327,18 +337,18 @@ impl<const D: usize> Driven<D> {
                 listed
             }
         };
-        let mut driven = Self {
+        let instant = run.instant();
+        let start_energy = run.energy(&instant);
+        Self {
             health: Health::new(&run, scene),
+            exchange: Exchange::new(&run, scene, start_energy),
             run,
-            start_energy: 0.0,
+            start_energy,
             last_block_rows: 0.0,
             probes,
-            instant: None,
+            instant: Some(instant),
             listed,
-        };
-        let instant = driven.instant();
-        driven.start_energy = driven.run.energy(&instant);
-        driven
+        }
     }
 
     fn set_initial_velocities(&mut self, scene: &Scene, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
@@ -347,6 +357,7 @@ impl<const D: usize> Driven<D> {
         self.instant = None;
         let instant = self.instant();
         self.start_energy = self.run.energy(&instant);
+        self.exchange = Exchange::new(&self.run, scene, self.start_energy);
     }
 
     fn instant(&mut self) -> Arc<Instant<D>> {
@@ -378,6 +389,9 @@ impl<const D: usize> Driven<D> {
     fn step(&mut self, watch_energy: bool) -> Result<(), StepError> {
         self.instant = None;
         self.run.step();
+        let ledger = &self.run.ledger;
+        self.exchange
+            .count(ledger.external_work, ledger.gravity_work);
         self.health.check_motion(&self.run)?;
         let number = self.run.state.number;
         if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
@@ -385,14 +399,15 @@ impl<const D: usize> Driven<D> {
         }
         self.health.check_elements(&self.run)?;
         let row = self.history();
-        Health::check_energy(&row, self.start_energy, watch_energy)
+        self.exchange.count(row.external_work, row.gravity_work);
+        Health::check_energy(&row, &self.exchange, watch_energy)
     }
 
     fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
         let mut warnings = self.health.warnings.clone();
         if !watch_energy {
             let row = self.history();
-            warnings.extend(Health::ledger_warning(&row, self.start_energy));
+            warnings.extend(Health::ledger_warning(&row, &self.exchange));
         }
         warnings
     }

@@ -266,6 +266,40 @@ fn large_stretches_are_told_once_a_block() {
     );
 }
 
+/// A block that is pushed, and brought to rest again: no work in all.
+const CYCLE: &str = r#"
+version = 1
+dimension = 2
+
+[time]
+end = 0.5
+
+[[material]]
+name = "rock"
+young_modulus = "1 GPa"
+poisson_ratio = 0.0
+density = 2000.0
+
+[[block]]
+name = "platen"
+shape = { box = { min = [-1.0, 0.0], max = [0.0, 1.0], divisions = [4, 4] } }
+element = "quad4"
+material = "rock"
+
+[[boundary]]
+block = "platen"
+velocity = { x = [[0.0, 0.0], [0.1, 1.0], [0.2, 1.0], [0.3, 0.0]], y = 0.0 }
+"#;
+
+#[test]
+fn a_cycle_of_work_that_ends_with_none_balances() {
+    let place = Place::with_scene(CYCLE);
+    let told = place.cdem("run scene.toml").done().stdout();
+    // ½ m v² of 2 t at 1 m/s went in, and came out.
+    assert!(told.contains("energy    1 kJ: "), "{told}");
+    assert!(told.contains("work done 100 %"), "{told}");
+}
+
 #[test]
 fn springs_that_make_energy_are_told_of() {
     let stiff = "model = \"penalty\"\nnormal_stiffness = 3e10";
