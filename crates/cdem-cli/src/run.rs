@@ -11,6 +11,7 @@ use crate::closing::{self, Closing};
 use crate::failure::{Failure, Message, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Position, Progress};
+use crate::quantity::quantity;
 use crate::setup;
 use crate::terminal::{complain, warn};
 
@@ -163,10 +164,12 @@ impl Run {
     }
 
     fn reason_of_end(&self) -> String {
-        if self.simulation.step_index() < self.simulation.step_count() {
-            "time.stop_when: the kinetic energy has fallen below the threshold".to_owned()
-        } else {
-            "reached the end".to_owned()
+        match &self.simulation.scene().time.stop_when {
+            Some(stop) if self.simulation.step_index() < self.simulation.step_count() => format!(
+                "time.stop_when: the kinetic energy has stayed below the threshold for {}",
+                quantity(stop.during, "s")
+            ),
+            _ => "reached the end".to_owned(),
         }
     }
 

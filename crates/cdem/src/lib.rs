@@ -12,6 +12,7 @@ pub mod material;
 pub mod mesh;
 mod model;
 mod report;
+mod rest;
 pub mod sample;
 pub mod scene;
 mod simulation;

@@ -8,6 +8,7 @@ use crate::mesh::Mesh;
 use crate::model::build::{plane_contacts, solid_contacts};
 use crate::model::{Model, ModelError};
 use crate::report::{Instant, nearest_node};
+use crate::rest::Rest;
 use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
 use crate::scene::{ContactModel, Scene};
 use crate::step::{Corrections, Run};
@@ -93,6 +94,8 @@ struct Driven<const D: usize> {
     probes: Vec<(String, u32)>,
     instant: Option<Arc<Instant<D>>>,
     health: Health,
+    /// Where the scene says when to stop.
+    rest: Option<Rest>,
     /// Blocks that rows are wanted of.
     listed: Vec<bool>,
 }
@@ -183,21 +186,14 @@ impl Simulation {
         self.scene.contact.model != ContactModel::Penalty
     }
 
-    /// Whether the end is reached, or what `stop_when` asks for.
-    pub fn finished(&mut self) -> bool {
-        if self.step_index() >= self.step_count() {
-            return true;
-        }
-        let threshold = self
-            .scene
-            .time
-            .stop_when
-            .as_ref()
-            .map(|stop| stop.kinetic_energy_below);
-        match threshold {
-            Some(threshold) if self.step_index() > 0 => self.history().kinetic_energy < threshold,
-            _ => false,
-        }
+    /// Whether the end is reached, or what `stop_when` asks for: the kinetic
+    /// energy of the half steps has stayed below its threshold for its time.
+    #[must_use]
+    pub fn finished(&self) -> bool {
+        self.step_index() >= self.step_count()
+            || each!(self, driven => {
+                driven.rest.as_ref().is_some_and(|rest| rest.reached(&driven.run))
+            })
     }
 
     /// Coarse steps made.
@@ -342,6 +338,7 @@ impl<const D: usize> Driven<D> {
         Self {
             health: Health::new(&run, scene),
             exchange: Exchange::new(&run, scene, start_energy),
+            rest: rest_of(&run, scene),
             run,
             start_energy,
             last_block_rows: 0.0,
@@ -354,6 +351,7 @@ impl<const D: usize> Driven<D> {
     fn set_initial_velocities(&mut self, scene: &Scene, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         self.run.set_velocities(field);
         self.health = Health::new(&self.run, scene);
+        self.rest = rest_of(&self.run, scene);
         self.instant = None;
         let instant = self.instant();
         self.start_energy = self.run.energy(&instant);
@@ -389,6 +387,9 @@ impl<const D: usize> Driven<D> {
     fn step(&mut self, watch_energy: bool) -> Result<(), StepError> {
         self.instant = None;
         self.run.step();
+        if let Some(rest) = &mut self.rest {
+            rest.look(&self.run);
+        }
         let ledger = &self.run.ledger;
         self.exchange
             .count(ledger.external_work, ledger.gravity_work);
@@ -455,6 +456,11 @@ impl<const D: usize> Driven<D> {
             warnings: model.warnings.clone(),
         }
     }
+}
+
+fn rest_of<const D: usize>(run: &Run<D>, scene: &Scene) -> Option<Rest> {
+    let stop_when = scene.time.stop_when.as_ref();
+    stop_when.map(|stop_when| Rest::new(run, stop_when))
 }
 
 /// Mesh, levels and schedules of an element, bytes.

@@ -300,6 +300,58 @@ fn a_cycle_of_work_that_ends_with_none_balances() {
     assert!(told.contains("work done 100 %"), "{told}");
 }
 
+/// The stone thrown up at 1 m/s with 675 J: for 0.2 s, longer than the run must
+/// be slow for, and for 2.5 ms below 0.1 J.
+const THROW: &str = "end = 0.15\nstop_when = { kinetic_energy_below = 0.1 }";
+
+#[test]
+fn a_throw_does_not_stop_at_its_highest_point() {
+    let thrown = FALL.replace("[0.0, -1.0]", "[0.0, 1.0]");
+    let place = Place::with_scene(&thrown.replace("end = \"20 ms\"", THROW));
+    place.cdem("run scene.toml").done();
+    assert_eq!(summary(&place)["reason"], "reached the end");
+    let history = place.read("scene-results/history.csv");
+    let velocity = column(&history, "momentum_y");
+    assert!(
+        velocity.last() < Some(&0.0),
+        "it has passed its highest point"
+    );
+}
+
+#[test]
+fn a_fall_from_rest_does_not_stop_before_it_begins() {
+    let dropped = FALL.replace("[0.0, -1.0]", "[0.0, 0.0]");
+    let stop = "end = 0.02\nstop_when = { kinetic_energy_below = 0.01 }";
+    let place = Place::with_scene(&dropped.replace("end = \"20 ms\"", stop));
+    place.cdem("run scene.toml").done();
+    assert_eq!(summary(&place)["reason"], "reached the end");
+}
+
+#[test]
+fn what_rests_stops_after_the_time_it_must_rest_for() {
+    let resting = FALL
+        .replace("[0.0, -1.0]", "[0.0, 0.0]")
+        .replace(
+            "[0.0, 0.001], max = [1.0, 0.501]",
+            "[0.0, 0.0], max = [1.0, 0.5]",
+        )
+        .replace("2700.0", "2700.0\ndamping = { local = 0.8 }");
+    let stop = "end = 1.0\nstop_when = { kinetic_energy_below = 1e-6, during = \"10 ms\" }";
+    let place = Place::with_scene(&resting.replace("end = \"20 ms\"", stop));
+    place.cdem("run scene.toml").done();
+    let summary = summary(&place);
+    let reason = summary["reason"].as_str().expect("a reason");
+    assert!(
+        reason.ends_with("below the threshold for 10 ms"),
+        "{reason}"
+    );
+    let time = summary["time"].as_f64();
+    assert!(
+        time > Some(0.0101) && time < Some(0.5),
+        "{time:?}: first it settles"
+    );
+}
+
 #[test]
 fn springs_that_make_energy_are_told_of() {
     let stiff = "model = \"penalty\"\nnormal_stiffness = 3e10";

@@ -76,6 +76,7 @@ fn time(time: &Time) -> input::Time {
         safety: Quantity::new(time.safety),
         stop_when: time.stop_when.as_ref().map(|stop| input::StopWhen {
             kinetic_energy_below: Some(Quantity::new(stop.kinetic_energy_below)),
+            during: Some(Quantity::new(stop.during)),
         }),
     }
 }

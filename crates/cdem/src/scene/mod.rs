@@ -109,15 +109,18 @@ pub struct Time {
     pub step: Option<f64>,
     /// Share of the stable step that is used.
     pub safety: f64,
-    /// Stop early when the kinetic energy falls below this, J.
+    /// When to stop before the end.
     pub stop_when: Option<StopWhen>,
 }
 
-/// `time.stop_when`.
+/// `time.stop_when`: when the kinetic energy has been below a threshold at every
+/// coarse step for some time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StopWhen {
     /// Threshold, J.
     pub kinetic_energy_below: f64,
+    /// For how long, s.
+    pub during: f64,
 }
 
 /// `[[material]]`.

@@ -92,7 +92,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// ½v⁻·M·v⁺ of all blocks that move, J.
-    fn kinetic_energy(&self, after: &[[f64; D]]) -> f64 {
+    pub(crate) fn kinetic_energy(&self, after: &[[f64; D]]) -> f64 {
         let nodes = 0..self.model.mesh.nodes.len();
         let nodes = nodes.filter(|&node| !self.model.is_fixed(node as u32));
         let energy = |node: usize| {

@@ -34,6 +34,10 @@ pub(super) fn check(input: &input::Scene) -> Result<Scene, Vec<Problem>> {
 /// The only version of the scene format.
 pub(super) const VERSION: u32 = 1;
 
+/// Share of the run for which kinetic energy must have been low, where the scene
+/// does not say.
+const STOP_DURING: f64 = 0.05;
+
 /// What a check knows and has found.
 struct Check {
     dimension: usize,
@@ -118,7 +122,7 @@ impl Check {
         let safety = self.number(&at.key("safety"), input.safety, SHARE);
         let stop_when = match &input.stop_when {
             None => Some(None),
-            Some(stop) => self.stop_when(&at.key("stop_when"), stop).map(Some),
+            Some(stop) => self.stop_when(&at.key("stop_when"), stop, end).map(Some),
         };
         Some(Time {
             end: end?,
@@ -128,17 +132,32 @@ impl Check {
         })
     }
 
-    fn stop_when(&mut self, at: &KeyPath, input: &input::StopWhen) -> Option<StopWhen> {
+    fn stop_when(
+        &mut self,
+        at: &KeyPath,
+        input: &input::StopWhen,
+        end: Option<f64>,
+    ) -> Option<StopWhen> {
         let key = "kinetic_energy_below";
         let energy = self.required(
             at,
             key,
             input.kinetic_energy_below,
             "kinetic_energy_below = 1e-6",
-        )?;
-        let kinetic_energy_below = self.number(&at.key(key), energy, POSITIVE)?;
+        );
+        let energy = energy.and_then(|energy| self.number(&at.key(key), energy, POSITIVE));
+        let at = at.key("during");
+        let during = self
+            .optional(&at, input.during, POSITIVE)?
+            .or(end.map(|end| STOP_DURING * end))?;
+        if let Some(end) = end.filter(|&end| during > end) {
+            let longer = format!("{during} s is longer than the run, which ends at {end} s");
+            self.report(at, longer);
+            return None;
+        }
         Some(StopWhen {
-            kinetic_energy_below,
+            kinetic_energy_below: energy?,
+            during,
         })
     }
 

@@ -86,7 +86,7 @@ pub(crate) struct Time {
     /// in elements whose level a contact may change.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub(crate) safety: Quantity<Ratio>,
-    /// When to stop before the end. Left out: never.
+    /// Stop before the end, once nothing moves any more. Left out: never.
     pub(crate) stop_when: Option<StopWhen>,
 }
 
@@ -101,14 +101,20 @@ impl Default for Time {
     }
 }
 
-/// When to stop before the end.
+/// When to stop before the end: when the kinetic energy has stayed below a
+/// threshold at every coarse step for a time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["kinetic_energy_below"]))]
 pub(crate) struct StopWhen {
-    /// Stop when the kinetic energy falls below this, J; larger than 0.
+    /// Threshold of the kinetic energy ½vMv of the half step, J; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) kinetic_energy_below: Option<Quantity<Energy>>,
+    /// How long it must have stayed below, s; longer than the highest point of
+    /// a throw or of a bounce lasts, where things stand still without resting.
+    /// Counts from t = 0 on. Left out: a twentieth of `end`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(crate) during: Option<Quantity<Duration>>,
 }
 
 /// A material.
