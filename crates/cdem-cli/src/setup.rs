@@ -73,12 +73,13 @@ fn mesh_failure(file: &SceneFile, error: &MeshError) -> Failure {
 
 /// The error at the key of the scene that it blames.
 fn model_failure(file: &SceneFile, error: &ModelError) -> Failure {
-    match error.key() {
-        Some(key) => {
+    match (error, error.key()) {
+        (ModelError::UnknownBlocks(problems), _) => Failure::wrong(file.error(problems.clone())),
+        (_, Some(key)) => {
             let problem = Problem::new(key_path(key), error.to_string());
             Failure::wrong(file.error(vec![problem]))
         }
-        None => Failure::wrong(Message::new(error, "")),
+        (_, None) => Failure::wrong(Message::new(error, "")),
     }
 }
 

@@ -6,6 +6,7 @@ use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::model::build::{plane_contacts, solid_contacts};
+use crate::model::names::parts;
 use crate::model::{Model, ModelError};
 use crate::report::{Instant, nearest_node};
 use crate::rest::Rest;
@@ -307,32 +308,18 @@ impl Simulation {
 
 impl<const D: usize> Driven<D> {
     fn new(mut run: Run<D>, scene: &Scene) -> Self {
-        let part_of = |name: &str| {
-            let blocks = run.model.mesh.blocks.iter();
-            let of = blocks.map(|b| b.name == name || scene.block[b.source].name == name);
-            of.collect::<Vec<bool>>()
-        };
+        let mesh = &run.model.mesh;
         let mut probes = Vec::new();
         for probe in &scene.probe {
-            let hit = part_of(&probe.block);
-            let blocks = (0..hit.len()).filter(|&block| hit[block]);
             let point: [f64; D] = std::array::from_fn(|c| probe.point[c]);
-            if let Some(node) = nearest_node(&run, blocks, &point) {
+            if let Some(node) = nearest_node(&run, parts(scene, mesh, &probe.block), &point) {
                 probes.push((probe.name.clone(), node));
             }
         }
-        let listed = match &scene.output.block_list {
-            None => vec![true; run.model.mesh.blocks.len()],
-            Some(names) => {
-                let mut listed = vec![false; run.model.mesh.blocks.len()];
-                for name in names {
-                    for (wanted, hit) in listed.iter_mut().zip(part_of(name)) {
-                        *wanted |= hit;
-                    }
-                }
-                listed
-            }
-        };
+        let mut listed = vec![scene.output.block_list.is_none(); mesh.blocks.len()];
+        for name in scene.output.block_list.iter().flatten() {
+            parts(scene, mesh, name).for_each(|block| listed[block] = true);
+        }
         let instant = run.instant();
         let start_energy = run.energy(&instant);
         Self {

@@ -353,6 +353,20 @@ fn what_rests_stops_after_the_time_it_must_rest_for() {
 }
 
 #[test]
+fn a_later_pair_changes_what_it_names_and_nothing_else() {
+    let begun = |pairs: &str| {
+        let place = Place::with_scene(&FALL.replace("[output]", &format!("{pairs}\n[output]")));
+        place.cdem("run scene.toml").done();
+        summary(&place)["contacts_begun"].as_u64()
+    };
+    let off = "[[contact.pair]]\nbetween = [\"stone\", \"ground\"]\nenabled = false\n";
+    let rough = "[[contact.pair]]\nbetween = [\"stone\", \"ground\"]\nfriction_angle = 10.0\n";
+    assert_eq!(begun(&format!("{off}{rough}")), Some(0));
+    assert_eq!(begun(&format!("{rough}{off}")), Some(0));
+    assert!(begun(&format!("{off}{rough}enabled = true\n")) > Some(0));
+}
+
+#[test]
 fn springs_that_make_energy_are_told_of() {
     let stiff = "model = \"penalty\"\nnormal_stiffness = 3e10";
     let scene = FALL.replace("model = \"unified-node\"", stiff);

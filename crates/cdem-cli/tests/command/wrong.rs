@@ -111,6 +111,30 @@ fn a_group_that_is_not_there_is_shown_where_it_is_named() {
 }
 
 #[test]
+fn parts_that_a_split_does_not_give_are_shown_where_they_are_named() {
+    let names = [
+        (
+            "[contact]",
+            "[[boundary]]\nblock = \"stone.9\"\nvelocity = { x = 0.0 }\n\n[contact]",
+        ),
+        (
+            "[output]",
+            "[[contact.pair]]\nbetween = [\"stone.1\", \"stone.55\"]\n\n\
+             [output]\nblock_list = [\"ground\", \"stone.8\", \"stone.88\"]",
+        ),
+        ("block = \"stone\"\npoint", "block = \"stone.123\"\npoint"),
+        (
+            "velocity = [0.0, -1.0]",
+            "velocity = [0.0, -1.0]\nsplit = \"cells\"",
+        ),
+    ];
+    let scene = names
+        .iter()
+        .fold(FALL.to_owned(), |scene, (from, to)| scene.replace(from, to));
+    insta::assert_snapshot!(refused(&scene));
+}
+
+#[test]
 fn blocks_that_overlap_are_named() {
     insta::assert_snapshot!(refused(&FALL.replace("[0.0, 0.001]", "[0.0, -0.1]")));
 }
@@ -166,6 +190,19 @@ fn counts_and_sizes_beyond_reason_are_refused_at_once() {
     insta::assert_snapshot!(refused(&FALL.replace(box_of_stone, polygon)));
     insta::assert_snapshot!(refused(&FALL.replace("frames = 4", "frames = 99999999999")));
     insta::assert_snapshot!(refused(&FALL.replace("20 ms", "1e300 s")));
+}
+
+#[test]
+fn materials_for_which_no_step_is_short_enough_are_refused_at_once() {
+    let stiff = |modulus: &str| {
+        let damped = "2700.0\ndamping = { stiffness = 1e20 }";
+        let scene = FALL.replace("\"1 GPa\"", modulus);
+        refused(&scene.replace("2700.0", damped))
+    };
+    insta::assert_snapshot!(stiff("1e306"));
+    // One element has a dense mass matrix.
+    let scene = FALL.replace("divisions = [4, 2]", "divisions = [1, 1]");
+    insta::assert_snapshot!(refused(&scene.replace("\"1 GPa\"", "1.7e308")));
 }
 
 #[cfg(target_os = "linux")]

@@ -106,7 +106,7 @@ fn blocks_that_ignore_each_other_pass() {
         tensile_strength: None,
         normal_stiffness: None,
         shear_stiffness: None,
-        enabled: false,
+        enabled: Some(false),
     });
     let mut simulation = case.start();
     run(&mut simulation, |_| {});

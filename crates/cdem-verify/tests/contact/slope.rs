@@ -115,7 +115,7 @@ fn pair(between: [&str; 2], friction: f64) -> ContactPair {
         tensile_strength: None,
         normal_stiffness: None,
         shear_stiffness: None,
-        enabled: true,
+        enabled: None,
     }
 }
 

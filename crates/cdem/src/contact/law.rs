@@ -1,6 +1,7 @@
 //! Strengths of contacts, by pair of blocks.
 
 use crate::mesh::Mesh;
+use crate::model::names::parts;
 use crate::scene::{ContactPair, Scene};
 
 /// What a contact between two blocks can bear.
@@ -29,8 +30,7 @@ pub(crate) struct Laws {
 }
 
 impl Laws {
-    /// The laws of a scene's blocks: pairs of blocks rank above pairs of
-    /// materials, later ones above earlier ones.
+    /// The laws of a scene's blocks; see [`ContactPair`] for the rank of pairs.
     pub(crate) fn new<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Self {
         let contact = &scene.contact;
         let general = Law {
@@ -41,21 +41,19 @@ impl Laws {
             normal_stiffness: contact.normal_stiffness.unwrap_or(0.0),
             shear_stiffness: contact.shear_stiffness.unwrap_or(0.0),
         };
-        let is_block = |name: &str| {
-            let parts = mesh.blocks.iter();
-            parts
-                .map(|b| b.name == name || scene.block[b.source].name == name)
-                .collect::<Vec<_>>()
+        let of_block = |name: &str| {
+            let mut meant = vec![false; mesh.blocks.len()];
+            parts(scene, mesh, name).for_each(|block| meant[block] = true);
+            meant
         };
         let of_material = |name: &str| {
-            let parts = mesh.blocks.iter();
-            parts
-                .map(|b| scene.block[b.source].material == name)
-                .collect::<Vec<_>>()
+            let blocks = mesh.blocks.iter();
+            let meant = blocks.map(|block| scene.block[block.source].material == name);
+            meant.collect::<Vec<_>>()
         };
         let (mut materials, mut blocks) = (Vec::new(), Vec::new());
         for pair in &contact.pair {
-            let sides = pair.between.each_ref().map(|name| is_block(name));
+            let sides = pair.between.each_ref().map(|name| of_block(name));
             if sides.iter().all(|side| side.iter().any(|&hit| hit)) {
                 blocks.push((pair.clone(), sides));
             } else {
@@ -78,7 +76,7 @@ impl Laws {
             if !(one[a] && other[b] || one[b] && other[a]) {
                 continue;
             }
-            law.enabled = pair.enabled;
+            law.enabled = pair.enabled.unwrap_or(law.enabled);
             let set = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
             set(pair.friction_angle.map(f64::tan), &mut law.friction);
             set(pair.cohesion, &mut law.cohesion);

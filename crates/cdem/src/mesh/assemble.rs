@@ -13,7 +13,7 @@ use super::shape::mesh_shape;
 use super::source::Source;
 use super::split::parts;
 use super::vector::centre;
-use super::{Block, BlockFault, Element, Mesh, MeshError, RawMesh};
+use super::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
 use crate::scene::{self, Geometry, Scene, Split};
 
 /// An element with what the file knows of it.
@@ -113,7 +113,8 @@ fn push<const D: usize>(
     if let Some(at) = part.coincident.first() {
         mesh.notes.push(format!(
             "block \"{name}\": {pairs} pairs of boundary nodes lie at the same place without \
-             being joined, the first at {at:?}; unless cracks are meant, use Coherence Mesh in Gmsh"
+             being joined, the first at {}; unless cracks are meant, use Coherence Mesh in Gmsh",
+            coordinates(at)
         ));
     }
     for element in part.elements {
@@ -211,6 +212,7 @@ impl<const D: usize> Body<D> {
         }
         let mut turned = 0;
         for cell in &mut cells {
+            refuse_repeated(cell, &nodes, &tag)?;
             turned += usize::from(orient(cell, &nodes)?);
         }
         Ok(Self {
@@ -267,6 +269,24 @@ pub(super) struct Part<const D: usize> {
 
 fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D]> {
     element.nodes().iter().map(|&n| nodes[n as usize]).collect()
+}
+
+/// An element has each of its nodes once.
+fn refuse_repeated<const D: usize>(
+    cell: &Cell,
+    nodes: &[[f64; D]],
+    tag: &dyn Fn(usize) -> u64,
+) -> Result<(), BlockFault> {
+    let own = cell.element.nodes();
+    let repeated = (1..own.len()).find(|&i| own[..i].contains(&own[i]));
+    repeated.map_or(Ok(()), |i| {
+        Err(BlockFault::Repeated {
+            kind: cell.element.kind.name(),
+            element: cell.tag,
+            node: tag(own[i] as usize),
+            at: centre(corners(&cell.element, nodes).into_iter()).to_vec(),
+        })
+    })
 }
 
 /// Numbers the cell's nodes so that its Jacobian is positive; whether it was not.

@@ -141,7 +141,10 @@ pub enum BlockFault {
         plane: f64,
     },
     /// A coordinate is not a finite number.
-    #[error("node {node} at {at:?} is not at a finite place; check the mesh, scale and translate")]
+    #[error(
+        "node {node} at {} is not at a finite place; check the mesh, scale and translate",
+        coordinates(at)
+    )]
     NotFinite {
         /// The file's number of the node.
         node: u64,
@@ -150,8 +153,8 @@ pub enum BlockFault {
     },
     /// An element without area or volume.
     #[error(
-        "{kind} element {element} near {at:?} has no {}; its nodes lie on a line or in a plane: \
-         remove it or move a node", if *dimension == 2 { "area" } else { "volume" }
+        "{kind} element {element} near {} has no {}; its nodes lie on a line or in a plane: \
+         remove it or move a node", coordinates(at), if *dimension == 2 { "area" } else { "volume" }
     )]
     Flat {
         /// Shape of the element.
@@ -163,10 +166,27 @@ pub enum BlockFault {
         /// 2 or 3.
         dimension: usize,
     },
+    /// An element that has a node twice.
+    #[error(
+        "{kind} element {element} near {} has node {node} twice; mend its nodes, or {}",
+        coordinates(at),
+        if matches!(*kind, "tri3" | "tet4") { "remove it" } else { "make it a simplex" }
+    )]
+    Repeated {
+        /// Shape of the element.
+        kind: &'static str,
+        /// The file's number of the element.
+        element: u64,
+        /// The file's number of the node.
+        node: u64,
+        /// Its centre.
+        at: Vec<f64>,
+    },
     /// An element with an edge or diagonal without length.
     #[error(
-        "{kind} element {element} near {at:?} has two nodes at one place; make it a simplex, or \
-         move one of them"
+        "{kind} element {element} near {} has two nodes at one place; make it a simplex, or \
+         move one of them",
+        coordinates(at)
     )]
     Collapsed {
         /// Shape of the element.
@@ -178,9 +198,10 @@ pub enum BlockFault {
     },
     /// An element whose Jacobian changes sign.
     #[error(
-        "{kind} element {element} near {at:?} is folded: its Jacobian changes sign \
+        "{kind} element {element} near {} is folded: its Jacobian changes sign \
          ({negative} of {points} Gauss points); move its nodes until it is convex, \
-         or use simplices"
+         or use simplices",
+        coordinates(at)
     )]
     Folded {
         /// Shape of the element.
@@ -196,8 +217,9 @@ pub enum BlockFault {
     },
     /// Two elements on the same nodes.
     #[error(
-        "elements {first} and {second} near {at:?} have the same nodes; remove one \
-         (in Gmsh: Coherence Mesh, or look for a surface or volume that exists twice)"
+        "elements {first} and {second} near {} have the same nodes; remove one \
+         (in Gmsh: Coherence Mesh, or look for a surface or volume that exists twice)",
+        coordinates(at)
     )]
     Duplicate {
         /// The file's number of the first.
@@ -209,9 +231,10 @@ pub enum BlockFault {
     },
     /// Elements lie over each other at a facet.
     #[error(
-        "elements {} near {at:?} overlap at a common facet: at most two elements may share a \
+        "elements {} near {} overlap at a common facet: at most two elements may share a \
          facet, one on each side; look for surfaces or volumes that overlap in the geometry",
-        numbers(elements)
+        numbers(elements),
+        coordinates(at)
     )]
     Overlapping {
         /// The file's numbers of the elements.
@@ -252,6 +275,18 @@ impl BlockFault {
     }
 }
 
+/// A place as text, with six significant digits at most.
+pub(crate) fn coordinates(at: &[f64]) -> String {
+    let short = |x: &f64| {
+        let digits = format!("{x:.5e}");
+        // Zeros at the end go, and the exponent of everyday sizes.
+        let rounded: f64 = digits.parse().unwrap_or(*x);
+        format!("{:?}", rounded + 0.0)
+    };
+    let all: Vec<_> = at.iter().map(short).collect();
+    format!("({})", all.join(", "))
+}
+
 /// The name in `known` that is most like `name`, if one is like it at all.
 pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
     let rated = known.map(|other| (strsim::damerau_levenshtein(name, other), other));
@@ -289,4 +324,17 @@ fn list(names: &[String]) -> String {
 fn numbers(elements: &[u64]) -> String {
     let all: Vec<_> = elements.iter().take(LISTED).map(u64::to_string).collect();
     all.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::coordinates;
+
+    #[test]
+    fn places_are_told_with_six_digits() {
+        let told = coordinates(&[2.0 / 3.0, -0.001, 1.0 / 3.0 * 1e300]);
+        assert_eq!(told, "(0.666667, -0.001, 3.33333e299)");
+        assert_eq!(coordinates(&[-0.0, f64::NAN]), "(0.0, NaN)");
+        assert_eq!(coordinates(&[123_456_789.0]), "(123457000.0)");
+    }
 }

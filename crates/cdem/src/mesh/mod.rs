@@ -23,6 +23,7 @@ mod vector;
 use std::ops::Range;
 
 pub use assemble::assemble;
+pub(crate) use error::coordinates;
 pub use error::{BlockFault, MeshError};
 pub use kind::ElementKind;
 pub use overlap::{Overlap, overlap};

@@ -2,7 +2,7 @@
 
 use super::pace::Pace;
 use super::prescribed::Prescribed;
-use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad};
+use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad, names};
 use crate::contact::Contacts;
 use crate::element::{self, BlockProperties, ElementSet};
 use crate::mass::{self, Masses};
@@ -56,6 +56,7 @@ impl<const D: usize> Model<D> {
         mesh: Mesh<D>,
         make_contacts: MakeContacts<D>,
     ) -> Result<(Self, State<D>, Option<Contacts<D>>), ModelError> {
+        names::refuse_unknown(scene, &mesh)?;
         let materials: Vec<Elastic> = scene.material.iter().map(Elastic::new).collect();
         let properties: Vec<BlockProperties> = mesh
             .blocks
@@ -89,7 +90,7 @@ impl<const D: usize> Model<D> {
         if blocks.iter().all(|block| block.fixed) {
             return Err(ModelError::NothingMoves);
         }
-        let pace = Pace::new(&mesh, &sets, &masses, &blocks, scene.time.safety);
+        let pace = Pace::new(&mesh, &sets, &masses, &blocks, scene.time.safety)?;
         let (step, step_count) = pace.choose_step(scene)?;
         let limits = pace.extremes();
         let base_level = pace.levels(&mesh, step)?;
@@ -174,11 +175,10 @@ impl<const D: usize> Model<D> {
                     self.mesh.group(name).map_err(blame)?.nodes.clone()
                 }
                 BoundaryTarget::Block(name) => {
-                    let parts = self.mesh.blocks.iter();
-                    let parts = parts.filter(|part| {
-                        part.name == *name || scene.block[part.source].name == *name
-                    });
-                    parts.flat_map(|part| part.nodes.clone()).collect()
+                    let parts = names::parts(scene, &self.mesh, name);
+                    parts
+                        .flat_map(|part| self.mesh.blocks[part].nodes.clone())
+                        .collect()
                 }
             };
             if let Some(&node) = nodes.iter().find(|&&node| self.is_fixed(node)) {

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::mass::MassError;
 use crate::mesh::MeshError;
+use crate::scene::Problem;
 
 /// Why a scene and its mesh make no model.
 #[derive(Clone, Debug, Error)]
@@ -17,6 +18,9 @@ pub enum ModelError {
         /// What is wrong.
         source: MeshError,
     },
+    /// Names of blocks that mean no part of the mesh.
+    #[error("{}", list(.0))]
+    UnknownBlocks(Vec<Problem>),
     /// A load needs facets.
     #[error(
         "group \"{group}\" has no boundary facets of a block that may move; a load acts on \
@@ -104,6 +108,25 @@ pub enum ModelError {
         /// x, y or z.
         axis: char,
     },
+    /// An element that no step is short enough for.
+    #[error(
+        "block \"{block}\", element {element} at {}: no step is short enough for it (its limit comes \
+         to {limit} s); its material is too stiff, too light or too damped: check the units of \
+         `young_modulus`, `density` and `damping`, and the size of the mesh",
+        place(at)
+    )]
+    Unstable {
+        /// Key of the scene, e.g. `block[2].material`.
+        key: String,
+        /// Name of the block.
+        block: String,
+        /// Number of the element in its block.
+        element: u32,
+        /// Its first node, m.
+        at: [f64; 3],
+        /// Its stable step, s.
+        limit: f64,
+    },
     /// An element needs more levels than there are.
     #[error(
         "block \"{block}\", element {element} at {} is stable up to {limit:e} s only: level {needed} \
@@ -155,14 +178,20 @@ pub enum ModelError {
     NothingMoves,
 }
 
+/// A line for each problem.
+fn list(problems: &[Problem]) -> String {
+    let lines = problems.iter().map(Problem::to_string);
+    lines.collect::<Vec<_>>().join("\n")
+}
+
 /// A point as text.
-fn place([x, y, z]: &[f64; 3]) -> String {
-    format!("({x:.6}, {y:.6}, {z:.6})")
+fn place(at: &[f64; 3]) -> String {
+    crate::mesh::coordinates(at)
 }
 
 impl ModelError {
     /// The key of the scene that is to blame, where there is one: a path such
-    /// as `boundary[0].group`.
+    /// as `boundary[0].group`. Unknown blocks have theirs in their problems.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         match self {
@@ -173,9 +202,11 @@ impl ModelError {
             | Self::Overlap { key, .. }
             | Self::ContactInSpace { key, .. }
             | Self::Contradiction { key, .. }
+            | Self::Unstable { key, .. }
             | Self::Mass { key, .. } => Some(key),
             Self::TooFine { .. } | Self::TooManySteps { .. } => Some("time.step"),
             Self::Tolerance { .. } => Some("contact.tolerance"),
+            Self::UnknownBlocks(_) => None,
             Self::NothingMoves => Some("block[0].fixed"),
         }
     }

@@ -5,6 +5,7 @@ mod error;
 pub(crate) mod inertia;
 mod load;
 pub(crate) mod motion;
+pub(crate) mod names;
 mod pace;
 pub(crate) mod prescribed;
 

@@ -30,13 +30,16 @@ pub(super) struct Pace {
 
 impl Pace {
     /// Stable steps of the elements of all blocks.
+    ///
+    /// # Errors
+    /// Where an element has none that is a positive number.
     pub(super) fn new<const D: usize>(
         mesh: &Mesh<D>,
         sets: &[Box<dyn ElementSet<D>>],
         masses: &Masses,
         blocks: &[BlockData],
         safety: f64,
-    ) -> Self {
+    ) -> Result<Self, ModelError> {
         let count = mesh.elements.len();
         let mut pace = Self {
             limit: vec![f64::INFINITY; count],
@@ -68,7 +71,33 @@ impl Pace {
                 pace.share[elements].fill(safety.min(CAREFUL));
             }
         }
-        pace
+        pace.refuse_unstable(mesh, blocks)?;
+        Ok(pace)
+    }
+
+    /// Elements that may move have a stable step.
+    fn refuse_unstable<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        blocks: &[BlockData],
+    ) -> Result<(), ModelError> {
+        let moving = mesh.blocks.iter().zip(blocks);
+        for (block, _) in moving.filter(|(_, data)| !data.fixed) {
+            let mut elements = block.elements.clone();
+            let stable =
+                |e: u32| self.limit[e as usize].is_finite() && self.limit[e as usize] > 0.0;
+            if let Some(element) = elements.find(|&e| !stable(e)) {
+                let node = mesh.elements[element as usize].nodes()[0];
+                return Err(ModelError::Unstable {
+                    key: format!("block[{}].material", block.source),
+                    block: block.name.clone(),
+                    element: element - block.elements.start,
+                    at: pad(&mesh.nodes[node as usize]),
+                    limit: self.limit[element as usize],
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Steps that elements may take, s.

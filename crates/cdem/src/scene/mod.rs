@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::ElementKind;
 pub use export::as_input;
 pub use key_path::{KeyPath, Step};
+pub(crate) use problem::suggestion;
 pub use problem::{Place, Problem};
 pub use schedule::{Linear, Schedule};
 pub use schema::json_schema;
@@ -48,7 +49,7 @@ pub fn from_value(value: serde_json::Value) -> Result<Scene, Vec<Problem>> {
 
 /// Whether `name` is that of a part of the split block `whole`: its name, a
 /// point, and a number from 1.
-fn is_part(whole: &str, name: &str) -> bool {
+pub(crate) fn is_part(whole: &str, name: &str) -> bool {
     let number = name
         .strip_prefix(whole)
         .and_then(|rest| rest.strip_prefix('.'));
@@ -383,7 +384,9 @@ pub struct Strength {
     pub tensile_strength: f64,
 }
 
-/// `[[contact.pair]]`; `None` inherits from `[contact]`.
+/// `[[contact.pair]]`. Where several are of the same two blocks, each value is
+/// that of the highest in rank that gives one: pairs of blocks rank above pairs
+/// of materials, later ones above earlier ones, and all above `[contact]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPair {
     /// Names of two blocks or two materials. A check has seen to it that they
@@ -399,8 +402,8 @@ pub struct ContactPair {
     pub normal_stiffness: Option<f64>,
     /// Penalty: shear stiffness, N/m.
     pub shear_stiffness: Option<f64>,
-    /// `false`: the two ignore each other.
-    pub enabled: bool,
+    /// `false`: the two ignore each other; `true` where no pair says otherwise.
+    pub enabled: Option<bool>,
 }
 
 /// `[output]`.

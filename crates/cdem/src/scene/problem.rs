@@ -96,7 +96,7 @@ fn likeness(asked: &str, name: &str) -> Option<usize> {
 }
 
 /// Advice on a name that is not known: the nearest, or all of them.
-pub(super) fn suggestion<'a>(
+pub(crate) fn suggestion<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,
 ) -> String {

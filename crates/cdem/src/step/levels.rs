@@ -8,8 +8,12 @@
 pub(crate) const MAX_LEVEL: u8 = 16;
 
 /// Level of a stable step `limit`, s, when the coarsest step is `step`:
-/// the smallest l with step/2^l ≤ limit. `None` beyond [`MAX_LEVEL`].
+/// the smallest l with step/2^l ≤ limit. `None` beyond [`MAX_LEVEL`], and where
+/// the limit is not positive.
 pub(crate) fn level_of(step: f64, limit: f64) -> Option<u8> {
+    if limit.is_nan() || limit <= 0.0 {
+        return None;
+    }
     // A limit that equals the step up to round-off needs no finer level.
     let level = (step / limit * (1.0 - 1e-12)).log2().ceil().max(0.0);
     (level <= f64::from(MAX_LEVEL)).then_some(level as u8)
@@ -144,7 +148,10 @@ mod tests {
         assert_eq!(level_of(1.0, 0.5), Some(1));
         assert_eq!(level_of(1.0, 0.126), Some(3));
         assert_eq!(level_of(1.0, 2.0), Some(0));
+        assert_eq!(level_of(1.0, f64::INFINITY), Some(0));
         assert_eq!(level_of(1.0, 1e-9), None);
+        assert_eq!(level_of(1.0, 0.0), None);
+        assert_eq!(level_of(1.0, f64::NAN), None);
     }
 
     #[test]

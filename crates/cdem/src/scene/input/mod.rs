@@ -342,8 +342,9 @@ pub(crate) struct Contact {
     /// out: the normal stiffness.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) shear_stiffness: Option<Quantity<Stiffness>>,
-    /// Overrides by pair: those of blocks rank above those of materials, later
-    /// ones above earlier ones.
+    /// Overrides by pair. Each key of two blocks has the value of the highest in
+    /// rank that gives it: pairs of blocks rank above pairs of materials, later
+    /// ones above earlier ones, and all above `[contact]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) pair: Vec<ContactPair>,
 }
@@ -367,8 +368,8 @@ impl Default for Contact {
 }
 
 /// Contact of two blocks, or of blocks of two materials. What is left out is
-/// as in `[contact]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// as in pairs of lower rank that mean the same blocks, and in `[contact]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["between"]))]
 pub(crate) struct ContactPair {
@@ -390,22 +391,8 @@ pub(crate) struct ContactPair {
     /// Penalty: shear stiffness, N/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) shear_stiffness: Option<Quantity<Stiffness>>,
-    /// Whether the two touch at all.
-    pub(crate) enabled: bool,
-}
-
-impl Default for ContactPair {
-    fn default() -> Self {
-        Self {
-            between: None,
-            friction_angle: None,
-            cohesion: None,
-            tensile_strength: None,
-            normal_stiffness: None,
-            shear_stiffness: None,
-            enabled: true,
-        }
-    }
+    /// Whether the two touch at all. Where no pair says: they do.
+    pub(crate) enabled: Option<bool>,
 }
 
 /// What is written, and how often.
