@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use cdem::sample::{BlockRow, HistoryRow};
 use cdem::{Simulation, StepError};
-use cdem_io::results::{Ending, Folder, Recorder, ResultsError, Status, Summary};
+use cdem_io::results::{Ending, Folder, Recorder, ResultsError, Status, Summary, Unprepared};
 
 use crate::args::RunArgs;
 use crate::closing::{self, Closing};
@@ -36,7 +36,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     let start = run.observed();
     let interrupt = Interrupt::listen()?;
     let mut recorder = Recorder::create(&folder, run.simulation.scene(), file.directory())
-        .map_err(wrong_folder)?;
+        .map_err(|Unprepared { error, touched }| match touched {
+            false => wrong_folder(error),
+            true => full_disk(&error),
+        })?;
     run.times.setup = began.elapsed();
 
     let (status, reason, failure) = run.drive(&mut recorder, &interrupt);

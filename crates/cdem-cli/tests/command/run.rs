@@ -198,6 +198,24 @@ fn a_run_that_stops_itself_leaves_whole_results_and_says_why() {
     );
 }
 
+#[cfg(unix)]
+#[test]
+fn a_disk_that_refuses_after_the_first_write_is_no_wrong_scene() {
+    let place = Place::with_scene(FALL);
+    // No file may grow; the signal that tells of it is ignored.
+    let limited = "trap '' XFSZ; ulimit -f 0; exec \"$0\" run scene.toml";
+    let command = place.command([""; 0]);
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", limited]).arg(command.get_program());
+    let ended = shell
+        .current_dir(place.path("."))
+        .output()
+        .expect("sh runs");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(3), "{told}");
+    assert!(told.contains("history.csv"), "{told}");
+}
+
 /// A block alone under a pressure on its left side.
 fn pressed(pressure: &str) -> String {
     let at = FALL.find("[contact]").expect("a table");

@@ -53,6 +53,15 @@ pub enum ResultsError {
     },
 }
 
+/// Why a folder could not be set up for a run.
+#[derive(Debug)]
+pub struct Unprepared {
+    /// What went wrong.
+    pub error: ResultsError,
+    /// Whether anything had been written or removed before.
+    pub touched: bool,
+}
+
 impl ResultsError {
     pub(super) fn read(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();

@@ -83,8 +83,9 @@ impl Folder {
         &self.path
     }
 
-    /// Removes the earlier run and makes the folder.
-    pub(super) fn prepare(&self) -> Result<(), ResultsError> {
+    /// Removes the earlier run and makes the folder; says in `touched` when
+    /// there is something that it has changed.
+    pub(super) fn prepare(&self, touched: &mut bool) -> Result<(), ResultsError> {
         for entry in &self.earlier {
             let entry = self.path.join(entry);
             let removed = if entry.is_dir() {
@@ -93,8 +94,12 @@ impl Folder {
                 fs::remove_file(&entry)
             };
             removed.map_err(|error| ResultsError::write(&entry, error))?;
+            *touched = true;
         }
-        fs::create_dir_all(&self.path).map_err(|error| ResultsError::write(&self.path, error))
+        let new = !self.path.exists();
+        fs::create_dir_all(&self.path).map_err(|error| ResultsError::write(&self.path, error))?;
+        *touched |= new;
+        Ok(())
     }
 }
 

@@ -13,7 +13,7 @@ mod summary;
 mod table;
 mod vtk;
 
-pub use error::ResultsError;
+pub use error::{ResultsError, Unprepared};
 pub use folder::Folder;
 pub use recorder::{Observed, Recorder};
 pub use summary::{Ending, Status, Summary};

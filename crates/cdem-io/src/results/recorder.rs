@@ -7,11 +7,11 @@ use cdem::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeR
 use cdem::scene::{Geometry, Scene};
 
 use super::cadence::Clock;
-use super::error::ResultsError;
+use super::error::{ResultsError, Unprepared};
 use super::file::write_whole;
 use super::folder::Folder;
 use super::rows;
-use super::summary::Summary;
+use super::summary::{Status, Summary};
 use super::table::{Row, Table};
 use super::vtk::{Series, write_contact_frame, write_frame};
 
@@ -97,18 +97,26 @@ impl Recorder {
     /// `scene_folder`; in the `scene.toml` written they are relative to it.
     ///
     /// # Errors
-    /// If the disk refuses.
-    pub fn create(
+    /// If the disk refuses: before anything is changed, or half-way.
+    pub fn create(folder: &Folder, scene: &Scene, scene_folder: &Path) -> Result<Self, Unprepared> {
+        let mut touched = false;
+        Self::begin(folder, scene, scene_folder, &mut touched)
+            .map_err(|error| Unprepared { error, touched })
+    }
+
+    fn begin(
         folder: &Folder,
         scene: &Scene,
         scene_folder: &Path,
+        touched: &mut bool,
     ) -> Result<Self, ResultsError> {
-        folder.prepare()?;
+        folder.prepare(touched)?;
         let path = folder.path();
         let table = |name: &str, header: &str| Table::create(&path.join(name), header);
         let clock = |cadence| Clock::new(cadence, scene.time.end);
         // The history is first: it marks the folder as a run's.
         let history = table("history.csv", rows::HISTORY)?;
+        *touched = true;
         let text = crate::scene::write(&moved(scene, scene_folder, path));
         write_whole(&path.join("scene.toml"), |out| {
             out.write_all(text.as_bytes())
@@ -168,7 +176,8 @@ impl Recorder {
     /// has ended in no numbers keeps the last rows and frame that hold numbers.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If the disk refuses; what can still be written is, and a summary tells of
+    /// a run that was stopped.
     pub fn finish(
         mut self,
         run: &mut impl Observed,
@@ -180,13 +189,20 @@ impl Recorder {
             self.blocks.clock.due_at_end(time),
             self.frames.clock.due_at_end(time),
         ];
-        if run.history().is_finite() {
-            self.write(run, due)?;
+        let rows = match run.history().is_finite() {
+            true => self.write(run, due),
+            false => Ok(()),
+        };
+        let live = run.live_contacts();
+        let contacts = self.contacts.append(live.iter().map(Row::from));
+        let sorted = self.contacts.sort_by_number(rows::CONTACTS_TIME_ON);
+        let written = rows.and(contacts).and(sorted);
+        let mut summary = summary.clone();
+        if let (Err(error), Status::Done) = (&written, summary.status) {
+            summary.status = Status::Stopped;
+            summary.reason = error.to_string();
         }
-        self.contacts
-            .append(run.live_contacts().iter().map(Row::from))?;
-        self.contacts.sort_by_number(rows::CONTACTS_TIME_ON)?;
-        summary.write(&self.folder.join("summary.json"))
+        written.and(summary.write(&self.folder.join("summary.json")))
     }
 
     fn write(

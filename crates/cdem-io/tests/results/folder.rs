@@ -3,7 +3,7 @@
 use std::fs;
 
 use cdem::scene::Cadence;
-use cdem_io::results::{Folder, ResultsError};
+use cdem_io::results::{Folder, Recorder, ResultsError};
 
 use crate::fake::{Place, names, scene};
 
@@ -151,4 +151,29 @@ fn a_disk_that_refuses_is_named() {
         error.to_string().contains(&inside.display().to_string()),
         "{error}"
     );
+}
+
+#[test]
+fn a_folder_that_cannot_be_prepared_says_whether_it_was_touched() {
+    let place = Place::new();
+    let scene = scene(Cadence::Count(10), Cadence::Count(5));
+    let create = |folder: &Folder| {
+        let folder = Recorder::create(folder, &scene, &place.scene());
+        folder.err().expect("must fail").touched
+    };
+    let free = claim(&place, false).expect("free");
+    fs::write(place.results(), "in the way").expect("written");
+    assert!(!create(&free));
+    fs::remove_file(place.results()).expect("removed");
+    fs::create_dir_all(place.results().join("history.csv")).expect("made");
+    assert!(!create(&free));
+    fs::remove_dir(place.results().join("history.csv")).expect("removed");
+    fs::create_dir(place.results().join("blocks.csv")).expect("made");
+    assert!(create(&free));
+
+    fs::remove_dir_all(place.results()).expect("removed");
+    place.run(&scene, false);
+    let earlier = claim(&place, true).expect("an earlier run may be replaced");
+    fs::write(place.results().join("frames/late.txt"), "").expect("written");
+    assert!(create(&earlier), "files of the earlier run are gone");
 }

@@ -5,9 +5,10 @@ use std::process::Command;
 
 use cdem::sample::{FieldValues, Frame, FrameField};
 use cdem::scene::Cadence;
+use cdem_io::results::{Status, Summary};
 use serde_json::Value;
 
-use crate::fake::{Place, STEPS, contact_frame, frame, scene};
+use crate::fake::{Fake, Place, STEPS, contact_frame, frame, scene, summary};
 
 /// What independent programs read from files; `None`, with a notice, where
 /// there is no Python with them: `./test` sets `CDEM_PYTHON`.
@@ -200,4 +201,26 @@ fn files_do_not_depend_on_the_number_of_threads() {
         std::fs::read(place.results().join("frames/00001.vtu")).expect("a frame")
     };
     assert_eq!(bytes(1), bytes(3));
+}
+
+#[test]
+fn a_disk_that_refuses_the_last_frame_still_gets_its_summary() {
+    let place = Place::new();
+    let mut recorder = place.recorder(&scene(Cadence::Count(10), Cadence::Count(5)), false);
+    let mut run = Fake::default();
+    recorder.observe(&mut run).expect("written");
+    std::fs::remove_dir_all(place.results().join("frames")).expect("removed");
+    run.step = 1;
+    let summary = Summary {
+        status: Status::Done,
+        ..summary()
+    };
+    let error = recorder.finish(&mut run, &summary).expect_err("no folder");
+    assert!(error.to_string().contains("00001.vtu"), "{error}");
+    let written = place.read("summary.json");
+    assert!(written.contains("\"status\": \"stopped\""), "{written}");
+    assert!(written.contains("00001.vtu"), "the reason: {written}");
+    // What does not need the folder is whole: the contact that lasts.
+    assert_eq!(place.read("contacts.csv").lines().count(), 2);
+    assert_eq!(place.read("history.csv").lines().count(), 3);
 }
