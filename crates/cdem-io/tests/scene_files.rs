@@ -239,7 +239,8 @@ proptest! {
 #[test]
 fn scenes_of_other_programs_are_read_the_same_way() {
     let file = scene_file("everything-2d.toml");
-    let tree: Value = toml::from_str(file.text()).expect("TOML");
+    let text = std::fs::read_to_string(file.path()).expect("it has been read");
+    let tree: Value = toml::from_str(&text).expect("TOML");
     assert_eq!(from_value(tree), Ok(file.scene));
 }
 
@@ -248,7 +249,6 @@ fn later_errors_are_shown_in_the_file() {
     use cdem::scene::{KeyPath, Problem};
     let file = scene_file("everything-2d.toml");
     let path = KeyPath::root().key("boundary").index(0).key("group");
-    assert_eq!(file.locate(&path), (58, 9));
     let error = file.error(vec![Problem::new(
         path,
         "the mesh has no group \"support\"",

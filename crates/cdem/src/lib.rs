@@ -5,10 +5,10 @@
 //! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
 mod contact;
-pub mod element;
+mod element;
 mod health;
-pub mod mass;
-pub mod material;
+mod mass;
+mod material;
 pub mod mesh;
 mod model;
 mod report;
@@ -20,6 +20,7 @@ mod step;
 mod vector;
 
 pub use health::StepError;
+pub use mass::{MassError, MassFault, MassKind};
 pub use model::ModelError;
 pub use simulation::{AnyMesh, BlockOverview, Overview, Simulation};
 pub use step::Corrections;

@@ -119,17 +119,14 @@ impl<const D: usize> Run<D> {
         let mut second = [[0.0; 3]; 3];
         // Arms go through the mass matrix like velocities: the same matrix
         // gives angular momentum and inertia.
-        let mut arms = vec![[0.0; D]; self.model.mesh.nodes.len()];
-        for node in self.model.nodes(block) {
-            arms[node] = sub(&at.at(node as u32), &centre);
-        }
+        let arm_of = |node: usize| sub(&at.at(node as u32), &centre);
         for node in self.model.nodes(block) {
             mass += self.model.inertia.mass()[node];
             let p = pad(&self.model.inertia.momentum(node, &instant.state.velocity));
             add_scaled(&mut momentum, 1.0, &p);
-            let arm = pad(&arms[node]);
+            let arm = pad(&arm_of(node));
             add_scaled(&mut turning, 1.0, &cross(&arm, &p));
-            let weighted = pad(&self.model.inertia.momentum(node, &arms));
+            let weighted = pad(&self.model.inertia.weighted(node, arm_of));
             for i in 0..3 {
                 add_scaled(&mut second[i], arm[i], &weighted);
             }

@@ -432,6 +432,7 @@ impl<const D: usize> Driven<D> {
             levels,
             updates_per_step: updates,
             memory_bytes: (per_element
+                + model.inertia.dense_memory()
                 + model.mesh.elements.len() * BYTES_PER_ELEMENT
                 + model.mesh.nodes.len() * BYTES_PER_NODE * D) as u64,
             contacts: self

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use cdem::scene::{KeyPath, Problem};
+use cdem::scene::Problem;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, NamedSource, SourceSpan};
 use thiserror::Error;
 
@@ -56,14 +56,8 @@ impl Source {
         Self(Arc::new(NamedSource::new(name, text.to_owned())))
     }
 
-    pub(super) fn text(&self) -> &str {
+    fn text(&self) -> &str {
         self.0.inner()
-    }
-
-    /// Line and column, from 1, of a value, or of the table where it is missing.
-    pub(super) fn line_and_column(&self, path: &KeyPath) -> (usize, usize) {
-        let span = source::locate(self.text(), path, cdem::scene::Place::Value);
-        source::line_and_column(self.text(), span.start)
     }
 
     /// Problems with their places, in the order of the text.

@@ -5,7 +5,7 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
-use cdem::scene::{KeyPath, Problem, Scene, as_input, from_value};
+use cdem::scene::{Problem, Scene, as_input, from_value};
 
 use error::Source;
 pub use error::{SceneError, SceneProblem};
@@ -76,19 +76,6 @@ impl SceneFile {
     #[must_use]
     pub fn directory(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
-    }
-
-    /// The text as it was read.
-    #[must_use]
-    pub fn text(&self) -> &str {
-        self.source.text()
-    }
-
-    /// Line and column, from 1, of a value; of the table around it where the
-    /// key is left out.
-    #[must_use]
-    pub fn locate(&self, path: &KeyPath) -> (usize, usize) {
-        self.source.line_and_column(path)
     }
 
     /// The error that shows these problems in this file.

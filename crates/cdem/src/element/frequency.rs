@@ -9,7 +9,7 @@ use super::geometry::{Nodal, View};
 /// damping force taken at the velocity before the kick:
 /// (2/ω)(√(1+ξ²) − ξ) with ξ = βω/2.
 #[must_use]
-pub fn stable_step(omega: f64, beta: f64) -> f64 {
+pub(crate) fn stable_step(omega: f64, beta: f64) -> f64 {
     let ratio = 0.5 * beta * omega;
     // √(1+ξ²) − ξ, without cancellation for large ξ.
     2.0 / (omega * (ratio.hypot(1.0) + ratio))
@@ -25,7 +25,7 @@ pub fn stable_step(omega: f64, beta: f64) -> f64 {
 /// # Panics
 /// When the lengths do not fit `nodes`.
 #[must_use]
-pub fn highest_frequency(stiffness: &[f64], mass: &[f64], nodes: usize) -> f64 {
+pub(crate) fn highest_frequency(stiffness: &[f64], mass: &[f64], nodes: usize) -> f64 {
     let dimension = stiffness.len().isqrt() / nodes;
     let size = nodes * dimension;
     let stiffness = DMatrix::from_row_slice(size, size, stiffness);

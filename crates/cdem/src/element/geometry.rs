@@ -117,10 +117,6 @@ impl<const D: usize, const N: usize, const Q: usize> Geometry<D, N, Q> {
         geometry
     }
 
-    pub(super) fn kind(&self) -> ElementKind {
-        self.kind
-    }
-
     pub(super) fn mesh_elements(&self) -> &[u32] {
         &self.mesh_elements
     }

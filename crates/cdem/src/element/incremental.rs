@@ -154,10 +154,6 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     fn history(&self) -> &[f64] {
         &self.history
     }
-
-    fn history_mut(&mut self) -> &mut [f64] {
-        &mut self.history
-    }
 }
 
 fn deformation_gradient<const D: usize, const N: usize>(

@@ -29,11 +29,11 @@ use incremental::Incremental;
 use set::Set;
 use total::Total;
 
-pub use frequency::{highest_frequency, stable_step};
+pub(crate) use frequency::{highest_frequency, stable_step};
 
 /// What the elements of a block are made of and how they deform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BlockProperties {
+pub(crate) struct BlockProperties {
     /// Index of its material.
     pub material: usize,
     /// Kinematic formulation.
@@ -42,7 +42,7 @@ pub struct BlockProperties {
 
 /// Extremes of the deformation over an element's Gauss points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deformation {
+pub(crate) struct Deformation {
     /// Smallest det F; not positive: the element is inverted.
     pub min_jacobian: f64,
     /// Smallest principal stretch in the space of the mesh.
@@ -56,20 +56,12 @@ pub struct Deformation {
 /// `i` and `due` are numbers within the set. Displacements and velocities are
 /// those of all nodes of the mesh. Gauss points and weights are fixed at
 /// rest; 2-D volumes include the thickness. Numbers out of range panic.
-pub trait ElementSet<const D: usize>: Send + Sync {
-    /// Shape of the elements.
-    fn kind(&self) -> ElementKind;
-
+pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Formulation of the elements.
     fn kinematics(&self) -> Kinematics;
 
     /// Number of elements.
     fn len(&self) -> usize;
-
-    /// Whether the set has no elements; [`build`] makes no such set.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
 
     /// Number in [`Mesh::elements`] of each element, ascending.
     fn mesh_elements(&self) -> &[u32];
@@ -121,9 +113,6 @@ pub trait ElementSet<const D: usize>: Send + Sync {
     /// Extremes of the deformation of element `i`.
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;
 
-    /// Volume of element `i` at rest, m³ (2-D: area times thickness).
-    fn volume(&self, i: usize) -> f64;
-
     /// Highest angular frequency of element `i` alone, rad/s: exact for its
     /// stiffness at rest and its own row-sum masses times `mass_factor` of
     /// the nodes (one for each node of the mesh). The highest of all elements
@@ -146,12 +135,6 @@ pub trait ElementSet<const D: usize>: Send + Sync {
     /// components of a node together, into the first (N·D)² entries of `out`.
     fn stiffness(&self, i: usize, out: &mut [f64]);
 
-    /// State that a restart needs; empty for total Lagrangian kinematics.
-    fn history(&self) -> &[f64];
-
-    /// The same state, to be put back; its length is fixed.
-    fn history_mut(&mut self) -> &mut [f64];
-
     /// Bytes per element.
     fn memory(&self) -> usize;
 }
@@ -166,7 +149,7 @@ pub trait ElementSet<const D: usize>: Send + Sync {
 /// When an element does not have dimension `D`, or `properties` or
 /// `materials` are too short: the caller checks its input.
 #[must_use]
-pub fn build<const D: usize>(
+pub(crate) fn build<const D: usize>(
     mesh: &Mesh<D>,
     properties: &[BlockProperties],
     materials: &[Elastic],

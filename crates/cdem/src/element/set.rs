@@ -5,7 +5,6 @@ use super::geometry::{self, Geometry, Nodal, View};
 use super::tensor::{self, Tensor};
 use super::total;
 use super::{Deformation, ElementSet};
-use crate::mesh::ElementKind;
 use crate::scene::Kinematics;
 
 /// How an element turns nodal displacements into forces.
@@ -59,11 +58,6 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     /// The history, if any.
     fn history(&self) -> &[f64] {
         &[]
-    }
-
-    /// The history, if any.
-    fn history_mut(&mut self) -> &mut [f64] {
-        &mut []
     }
 }
 
@@ -166,10 +160,6 @@ impl<const D: usize, const N: usize, const Q: usize, F> ElementSet<D> for Set<D,
 where
     F: Formulation<D, N, Q>,
 {
-    fn kind(&self) -> ElementKind {
-        self.geometry.kind()
-    }
-
     fn kinematics(&self) -> Kinematics {
         F::KINEMATICS
     }
@@ -275,10 +265,6 @@ where
         extremes
     }
 
-    fn volume(&self, i: usize) -> f64 {
-        self.geometry.view(i).volumes.iter().sum()
-    }
-
     fn frequency(&self, i: usize, mass_factor: &[f64]) -> f64 {
         let mut mass = self.geometry.lumped_mass(i);
         for (mass, node) in mass.iter_mut().zip(self.geometry.nodes(i)) {
@@ -308,14 +294,6 @@ where
                     element.stiffness((row / D, row % D), (column / D, column % D));
             }
         }
-    }
-
-    fn history(&self) -> &[f64] {
-        self.formulation.history()
-    }
-
-    fn history_mut(&mut self) -> &mut [f64] {
-        self.formulation.history_mut()
     }
 
     fn memory(&self) -> usize {

@@ -11,7 +11,7 @@ const EXACT_FREQUENCY_NODES: usize = 64;
 
 /// Consistent mass matrix of a block, the same for each component.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ConsistentMass {
+pub(crate) struct ConsistentMass {
     /// Its block.
     pub block: u32,
     /// First node of the block; the others follow.
@@ -20,8 +20,6 @@ pub struct ConsistentMass {
     pub size: usize,
     /// n×n, row by row, kg.
     pub matrix: Vec<f64>,
-    /// Inverse of `matrix`, n×n, 1/kg; symmetric to the last bit.
-    pub inverse: Vec<f64>,
 }
 
 impl ConsistentMass {
@@ -43,19 +41,15 @@ impl ConsistentMass {
                 scatter(set.nodes(i), nodes.start, 1, &local, &mut matrix);
             }
         }
-        let inverse = matrix
-            .clone()
-            .cholesky()
-            .map(|cholesky| cholesky.inverse())
-            .ok_or(MassFault::NotPositive)?;
-        let inverse = (&inverse + inverse.transpose()) * 0.5;
+        if matrix.clone().cholesky().is_none() {
+            return Err(MassFault::NotPositive);
+        }
         Ok(Self {
             block: block as u32,
             first_node: nodes.start,
             size,
             // Symmetric: columns are rows.
             matrix: matrix.as_slice().to_vec(),
-            inverse: inverse.as_slice().to_vec(),
         })
     }
 
@@ -63,7 +57,7 @@ impl ConsistentMass {
     /// nodes, beyond it the highest of its elements with their own consistent
     /// matrices, which is an upper bound.
     #[must_use]
-    pub fn frequency<const D: usize>(
+    pub(crate) fn frequency<const D: usize>(
         &self,
         mesh: &Mesh<D>,
         sets: &[Box<dyn ElementSet<D>>],

@@ -16,25 +16,26 @@ use thiserror::Error;
 use crate::element::ElementSet;
 use crate::mesh::Mesh;
 use crate::scene::Mass;
-pub use consistent::ConsistentMass;
+pub(crate) use consistent::ConsistentMass;
 use fit::Fit;
 use inertia::Inertia;
 
 /// Every fitted mass is more than this share of the lumped one.
-pub const SMALLEST_FACTOR: f64 = 0.3;
+pub(crate) const SMALLEST_FACTOR: f64 = 0.3;
 
 /// Inertia errors above this are worth a cure, or a word to the user.
-pub const INERTIA_TOLERANCE: f64 = 0.01;
+pub(crate) const INERTIA_TOLERANCE: f64 = 0.01;
 
 /// `mass = "auto"` gives blocks up to so many nodes a dense mass matrix.
 const AUTO_CONSISTENT_NODES: usize = 64;
 
-/// The dense matrix and its inverse then take 16 MiB.
+/// The dense matrix and an inverse for each component then take 24 MiB in 2-D,
+/// 32 MiB in 3-D.
 const MAX_CONSISTENT_NODES: usize = 1024;
 
 /// Masses of all nodes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Masses {
+pub(crate) struct Masses {
     /// Lumped or fitted mass of each node, kg; row sums of the mass matrix in
     /// blocks with consistent mass.
     pub nodal: Vec<f64>,
@@ -111,7 +112,7 @@ pub enum MassFault {
 ///
 /// # Errors
 /// A mass matrix that was asked for but cannot be had: see [`MassFault`].
-pub fn build<const D: usize>(
+pub(crate) fn build<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
     requested: &[Mass],

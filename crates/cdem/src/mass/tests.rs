@@ -190,7 +190,7 @@ fn a_thick_layer_of_many_nodes_reports_its_error() {
 }
 
 #[test]
-fn consistent_masses_are_the_assembled_matrix_and_its_inverse() {
+fn consistent_masses_are_the_assembled_matrix() {
     for kind in kinds::<3>() {
         let mesh = box_mesh([2.0, 1.0, 1.0], [2, 1, 1], kind, 0.3);
         let masses = made(&mesh, Mass::Consistent);
@@ -198,13 +198,8 @@ fn consistent_masses_are_the_assembled_matrix_and_its_inverse() {
         let n = mesh.nodes.len();
         assert_eq!((dense.block, dense.first_node, dense.size), (0, 0, n));
         let matrix = nalgebra::DMatrix::from_row_slice(n, n, &dense.matrix);
-        let inverse = nalgebra::DMatrix::from_row_slice(n, n, &dense.inverse);
-        let unit = &matrix * &inverse;
-        assert!(
-            (unit - nalgebra::DMatrix::identity(n, n)).amax() < 1e-12,
-            "{kind:?}"
-        );
-        assert_eq!(inverse, inverse.transpose());
+        // Round-off of entries of some hundred kg.
+        assert!((&matrix - matrix.transpose()).amax() < 1e-12, "{kind:?}");
         for a in 0..n {
             let row: f64 = matrix.row(a).sum();
             assert!((row / masses.nodal[a] - 1.0).abs() < 1e-13, "{kind:?}");

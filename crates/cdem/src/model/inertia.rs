@@ -87,6 +87,12 @@ impl<const D: usize> Inertia<D> {
         &self.mass
     }
 
+    /// Memory of the dense matrices and their inverses, bytes.
+    pub(crate) fn dense_memory(&self) -> usize {
+        let entries = self.dense.iter().map(|dense| dense.size * dense.size);
+        (1 + D) * size_of::<f64>() * entries.sum::<usize>()
+    }
+
     /// Whether the node belongs to a block with a dense matrix.
     pub(crate) fn is_dense(&self, node: usize) -> bool {
         self.dense_of[node] != LUMPED
@@ -187,17 +193,23 @@ impl<const D: usize> Inertia<D> {
 
     /// Momentum M·v that belongs to `node`, N·s.
     pub(crate) fn momentum(&self, node: usize, velocity: &[[f64; D]]) -> [f64; D] {
+        self.weighted(node, |node| velocity[node])
+    }
+
+    /// Row of M of `node` times a vector `of` each node.
+    pub(crate) fn weighted(&self, node: usize, of: impl Fn(usize) -> [f64; D]) -> [f64; D] {
         match self.dense.get(self.dense_of[node] as usize) {
-            None => velocity[node].map(|v| self.mass[node] * v),
+            None => of(node).map(|v| self.mass[node] * v),
             Some(dense) => {
                 let row = (node - dense.first) * dense.size;
-                let mut momentum = [0.0; D];
+                let mut sum = [0.0; D];
                 for b in 0..dense.size {
+                    let vector = of(dense.first + b);
                     for c in 0..D {
-                        momentum[c] += dense.matrix[row + b] * velocity[dense.first + b][c];
+                        sum[c] += dense.matrix[row + b] * vector[c];
                     }
                 }
-                momentum
+                sum
             }
         }
     }

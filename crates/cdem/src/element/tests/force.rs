@@ -187,20 +187,3 @@ fn only_what_is_due_is_kicked() {
         }
     }
 }
-
-#[test]
-fn an_incremental_run_goes_on_from_its_history() {
-    let mesh = distorted([2, 2, 2], ElementKind::Tet4, 0.1);
-    let field = |t: f64| linear_field(&mesh, |i, j| t * 0.05 * noise(i, j));
-    let make = || sets_of(&mesh, rock(), Kinematics::Incremental, Plane::Strain);
-    let mut whole = make();
-    advance(&mut whole, &field(0.3));
-    let mut resumed = make();
-    resumed[0].history_mut().copy_from_slice(whole[0].history());
-    assert_eq!(
-        advance(&mut whole, &field(0.7)),
-        advance(&mut resumed, &field(0.7))
-    );
-    assert_eq!(whole[0].history(), resumed[0].history());
-    assert!(make()[0].history().iter().all(|&x| x == 0.0));
-}

@@ -50,11 +50,11 @@ fn assert_uniform<const D: usize>(
     tolerance: f64,
 ) {
     let scale = exact.iter().fold(0.0f64, |m, x| x.abs().max(m));
-    for set in sets {
+    for (number, set) in sets.iter().enumerate() {
         for i in 0..set.len() {
             for (s, e) in set.stress(i, displacement).into_iter().zip(exact) {
                 let error = (s - e).abs() / scale;
-                assert!(error < tolerance, "{:?} {i}: {s} {e}", set.kind());
+                assert!(error < tolerance, "set {number}, element {i}: {s} {e}");
             }
         }
     }
