@@ -15,6 +15,9 @@ use crate::quantity::quantity;
 use crate::setup;
 use crate::terminal::{complain, warn};
 
+/// Threads that step. Those asked for write frames.
+pub(crate) const STEPPING_THREADS: usize = 1;
+
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let folder = args
@@ -50,7 +53,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
             reason,
             setup_seconds: run.times.setup.as_secs_f64(),
             wall_seconds: run.times.wall.as_secs_f64(),
-            threads: rayon::current_num_threads(),
+            threads: STEPPING_THREADS,
             warnings: built.warnings,
         },
     );

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cdem::mesh::{Mesh, MeshError, assemble};
-use cdem::scene::{Geometry, KeyPath, Problem};
+use cdem::scene::{Geometry, KeyPath, Output, Problem};
 use cdem::{AnyMesh, ModelError, Simulation};
 use cdem_io::gmsh;
 use cdem_io::scene::SceneFile;
@@ -36,6 +36,14 @@ pub(crate) fn build(file: &SceneFile) -> Result<Built, Failure> {
     let simulation =
         Simulation::new(&file.scene, mesh).map_err(|error| model_failure(file, &error))?;
     warnings.extend(simulation.overview().warnings);
+    let seconds = file.scene.output.checkpoint;
+    if seconds != Output::CHECKPOINT && seconds != 0.0 {
+        warnings.push(
+            "`output.checkpoint` has no effect: checkpoints are not there yet, and a run that is \
+             interrupted begins anew"
+                .to_owned(),
+        );
+    }
     Ok(Built {
         simulation,
         warnings,

@@ -134,7 +134,7 @@ fn the_number_of_threads_does_not_change_the_results() {
         frame("on3").expect("a frame")
     );
     let summary: Value = serde_json::from_str(&place.read("on3/summary.json")).expect("JSON");
-    assert_eq!(summary["threads"], 3);
+    assert_eq!(summary["threads"], 1, "one thread steps");
 }
 
 #[test]
@@ -282,6 +282,24 @@ fn large_stretches_are_told_once_a_block() {
         Some(1),
         "{summary}"
     );
+}
+
+#[test]
+fn checkpoints_that_are_asked_for_are_said_to_be_missing() {
+    for (key, told) in [
+        ("", false),
+        ("checkpoint = 0", false),
+        ("checkpoint = \"5 min\"", true),
+    ] {
+        let place = Place::with_scene(&FALL.replace("frames = 4", &format!("frames = 4\n{key}")));
+        let ended = place.cdem("run scene.toml").done();
+        let warned = ended.stderr().contains("`output.checkpoint` has no effect");
+        assert_eq!(warned, told, "{key}: {}", ended.told());
+        let listed = summary(&place)["warnings"]
+            .to_string()
+            .contains("checkpoint");
+        assert_eq!(listed, told, "{key}");
+    }
 }
 
 /// A block that is pushed, and brought to rest again: no work in all.

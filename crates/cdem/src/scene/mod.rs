@@ -423,6 +423,11 @@ pub struct Output {
     pub checkpoint: f64,
 }
 
+impl Output {
+    /// Seconds between checkpoints where the scene does not say.
+    pub const CHECKPOINT: f64 = 60.0;
+}
+
 /// How often something is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cadence {

@@ -424,7 +424,8 @@ pub(crate) struct Output {
     pub(crate) block_list: Option<Vec<String>>,
     /// Fields of the frames.
     pub(crate) fields: Vec<Field>,
-    /// Wall-clock time between checkpoints, s; 0: none.
+    /// Wall-clock time between checkpoints, s; 0: none. Not there yet: without
+    /// effect.
     #[schemars(extend("minimum" = 0))]
     pub(crate) checkpoint: Quantity<Duration>,
 }
@@ -441,7 +442,7 @@ impl Default for Output {
             blocks_interval: None,
             block_list: None,
             fields: vec![Displacement, Velocity, Stress, Level],
-            checkpoint: Quantity::new(60.0),
+            checkpoint: Quantity::new(super::Output::CHECKPOINT),
         }
     }
 }
