@@ -73,7 +73,7 @@ impl Case {
     ///
     /// # Panics
     /// If the block is no box.
-    pub fn divide(&mut self, block: &str, into: [usize; 2], shape: cdem::mesh::ElementKind) {
+    pub fn divide(&mut self, block: &str, into: &[usize], shape: cdem::mesh::ElementKind) {
         match &mut self.block(block).geometry {
             Geometry::Box {
                 divisions, element, ..

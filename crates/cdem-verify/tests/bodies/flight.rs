@@ -6,7 +6,7 @@ use cdem::scene::{Kinematics, Mass};
 use cdem_verify::{Case, load};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::shared::{cross, divide, from_file, length, minus};
+use crate::shared::{cross, from_file, length, minus};
 
 const BOTH: [Kinematics; 2] = [Kinematics::Total, Kinematics::Incremental];
 
@@ -175,7 +175,7 @@ fn blocks_spin_in_the_plane() {
     for kinematics in BOTH {
         for (what, divisions, shape, mass) in shapes {
             let mut case = load("free-flight-2d");
-            divide(&mut case, 0, divisions, shape);
+            case.divide("block", divisions, shape);
             if mass == Mass::Fitted {
                 case.scene.time.end = 5.0;
             }
@@ -214,7 +214,7 @@ fn meshed_blocks_tumble(turns: f64) {
     for kinematics in BOTH {
         for (divisions, shape) in shapes {
             let mut case = load("free-flight-3d");
-            divide(&mut case, 0, divisions, shape);
+            case.divide("block", divisions, shape);
             case.scene.time.end *= turns / 10.0;
             case.scene.block[0].kinematics = kinematics;
             case.scene.block[0].mass = Mass::Auto;

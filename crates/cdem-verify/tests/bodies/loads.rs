@@ -5,7 +5,7 @@ use cdem::mesh::ElementKind;
 use cdem::scene::{LoadKind, Schedule};
 use cdem_verify::{Case, load, run};
 
-use crate::shared::{LameMode, divide, length};
+use crate::shared::{LameMode, length};
 
 #[test]
 fn traction_moves_the_centre_by_newton() {
@@ -60,7 +60,7 @@ fn pressure_on_a_closed_surface_has_no_resultant() {
     pressure_does_nothing_net(case.start(), 0.5e6);
     for shape in [ElementKind::Hex8, ElementKind::Wedge6, ElementKind::Tet4] {
         let mut case = load("loaded-block-3d");
-        divide(&mut case, 0, &[3, 2, 2], shape);
+        case.divide("block", &[3, 2, 2], shape);
         pressure_does_nothing_net(case.start(), 0.24e6);
     }
 }
@@ -113,7 +113,7 @@ fn mass_proportional_damping_slows_by_its_exponential() {
 
 /// Rate of decay of Lamé's mode over the exact βω²/2, less 1.
 fn decay_error(case: &mut Case, divisions: usize, safety: f64) -> f64 {
-    divide(case, 0, &[divisions; 2], ElementKind::Quad4);
+    case.divide("block", &[divisions; 2], ElementKind::Quad4);
     case.scene.time.safety = safety;
     let mode = LameMode::new(case);
     let beta = case.scene.material[0].damping.stiffness;

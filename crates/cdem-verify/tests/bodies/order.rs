@@ -4,7 +4,7 @@ use cdem::mesh::ElementKind;
 use cdem::scene::{Kinematics, Plane};
 use cdem_verify::{fit, load};
 
-use crate::shared::{LameMode, divide};
+use crate::shared::LameMode;
 
 /// Errors at the end for each number of divisions, and the fitted order.
 fn order(scene: &str, shape: ElementKind, kinematics: Kinematics, divisions: &[usize]) -> f64 {
@@ -13,7 +13,7 @@ fn order(scene: &str, shape: ElementKind, kinematics: Kinematics, divisions: &[u
         let mut case = load(scene);
         let into = [n, n, n / 4];
         let dimension = case.scene.dimension;
-        divide(&mut case, 0, &into[..dimension], shape);
+        case.divide("block", &into[..dimension], shape);
         case.scene.block[0].kinematics = kinematics;
         let mode = LameMode::new(&case);
         let mut simulation = mode.start(&mut case);
@@ -63,7 +63,7 @@ fn plane_stress_and_plane_strain_shear_alike() {
     for plane in [Plane::Strain, Plane::Stress] {
         let mut case = load("lame-mode-2d");
         case.scene.plane = plane;
-        divide(&mut case, 0, &[16, 16], ElementKind::Quad4);
+        case.divide("block", &[16, 16], ElementKind::Quad4);
         let mode = LameMode::new(&case);
         let mut simulation = mode.start(&mut case);
         while !simulation.finished() {

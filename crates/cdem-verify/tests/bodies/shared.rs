@@ -1,7 +1,6 @@
 //! What several of these tests need.
 
 use cdem::Simulation;
-use cdem::mesh::ElementKind;
 use cdem::sample::{FieldValues, Frame};
 use cdem::scene::{Field, Geometry};
 use cdem_verify::Case;
@@ -16,19 +15,6 @@ pub(crate) fn shear_wave_speed(case: &Case) -> f64 {
 pub(crate) fn p_wave_speed(case: &Case) -> f64 {
     let nu = case.scene.material[0].poisson_ratio;
     shear_wave_speed(case) * ((2.0 - 2.0 * nu) / (1.0 - 2.0 * nu)).sqrt()
-}
-
-/// Divides the block of the scene, a box, anew.
-pub(crate) fn divide(case: &mut Case, block: usize, into: &[usize], shape: ElementKind) {
-    match &mut case.scene.block[block].geometry {
-        Geometry::Box {
-            divisions, element, ..
-        } => {
-            *divisions = into.to_vec();
-            *element = shape;
-        }
-        other => panic!("no box: {other:?}"),
-    }
 }
 
 /// Takes the block's mesh from a file beside the scene instead.
@@ -121,22 +107,5 @@ impl LameMode {
             }
         }
         (sums[0] / sums[1]).sqrt()
-    }
-}
-
-/// Numbers in 0 … 1, the same in every run of a test (xorshift).
-pub(crate) struct Random(pub u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// A whole number in `low..=high`.
-    pub(crate) fn whole(&mut self, low: usize, high: usize) -> usize {
-        low + (self.next() * (high - low + 1) as f64) as usize
     }
 }

@@ -5,7 +5,7 @@ use cdem::mesh::ElementKind;
 use cdem::scene::{Boundary, BoundaryTarget, Motion, Schedule};
 use cdem_verify::{Case, load, run};
 
-use crate::shared::{divide, from_file, p_wave_speed};
+use crate::shared::{from_file, p_wave_speed};
 
 /// Time between the means of the pulse at the two probes.
 fn travel_time(case: &Case) -> f64 {
@@ -91,12 +91,12 @@ fn single_waves_disperse_as_central_differences_do() {
     let rod = || {
         let mut case = load("wave-in-strip");
         case.scene.material[0].poisson_ratio = 0.0;
-        divide(&mut case, 0, &[40, 1], ElementKind::Quad4);
+        case.divide("strip", &[40, 1], ElementKind::Quad4);
         case
     };
     let strain = || {
         let mut case = load("wave-in-strip");
-        divide(&mut case, 0, &[40, 1], ElementKind::Quad4);
+        case.divide("strip", &[40, 1], ElementKind::Quad4);
         case
     };
     let triangles = || {

@@ -62,7 +62,7 @@ fn measure(case: &Case) -> Figures {
 fn bars(rows: [usize; 2], element: ElementKind) -> Case {
     let mut case = load("two-bars");
     for (name, rows) in ["left", "right"].into_iter().zip(rows) {
-        case.divide(name, [10 * rows, rows], element);
+        case.divide(name, &[10 * rows, rows], element);
     }
     case
 }

@@ -12,7 +12,7 @@ fn bars_of_equal_transit_time_have_the_exact_force_from_the_first_step() {
         // 40: elements of the same transit time h/c as the left bar's; 20: of
         // the same size.
         let mut case = load("unequal-bars");
-        case.divide("right", [columns, 2], cdem::mesh::ElementKind::Quad4);
+        case.divide("right", &[columns, 2], cdem::mesh::ElementKind::Quad4);
         let mut simulation = case.start();
         let mut balance = Balance::new(&mut simulation);
         let mut forces = Vec::new();
@@ -50,7 +50,7 @@ fn a_bar_leaves_a_wall_as_it_came() {
     let mut lost = Vec::new();
     for rows in [2, 4] {
         let mut case = load("bar-on-wall");
-        case.divide("bar", [10 * rows, rows], cdem::mesh::ElementKind::Quad4);
+        case.divide("bar", &[10 * rows, rows], cdem::mesh::ElementKind::Quad4);
         let mut simulation = case.start();
         let step = simulation.overview().step;
         let energy = simulation.history().kinetic_energy;
@@ -113,7 +113,11 @@ fn the_last_bar_of_a_cradle_leaves_with_the_speed_of_the_first() {
     for columns in [40, 80] {
         let mut case = load("newtons-cradle");
         for bar in ["one", "two", "three", "four", "five"] {
-            case.divide(bar, [columns, columns / 20], cdem::mesh::ElementKind::Quad4);
+            case.divide(
+                bar,
+                &[columns, columns / 20],
+                cdem::mesh::ElementKind::Quad4,
+            );
         }
         let mut simulation = case.start();
         let mut balance = Balance::new(&mut simulation);

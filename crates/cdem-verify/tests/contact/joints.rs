@@ -43,7 +43,7 @@ fn a_joint_slips_at_its_cohesion_and_has_none_after() {
     // One element each, so that the two points share the shear evenly, and a
     // tensile strength that bears the moment.
     for block in ["lower", "upper"] {
-        case.divide(block, [1, 1], ElementKind::Quad4);
+        case.divide(block, &[1, 1], ElementKind::Quad4);
     }
     case.scene.contact.strength.tensile_strength = 1e9;
     case.scene.contact.strength.friction_angle = 0.0;

@@ -13,7 +13,7 @@ fn stands(divisions: usize, element: ElementKind, [mass, local]: [f64; 2]) {
     case.scene.material[0].damping.mass = mass;
     case.scene.material[0].damping.local = local;
     for k in 1..=10 {
-        case.divide(&format!("stone{k}"), [divisions; 2], element);
+        case.divide(&format!("stone{k}"), &[divisions; 2], element);
     }
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);

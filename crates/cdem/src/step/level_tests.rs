@@ -3,6 +3,7 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
+use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::Run;
@@ -54,21 +55,14 @@ fn run_of(scene: &Scene) -> Run<2> {
     Run::new(model, state, contacts)
 }
 
-/// Numbers in −1 … 1, the same in every run of a test (xorshift).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
+/// A number in −1 … 1.
+fn noise(random: &mut Rng) -> f64 {
+    2.0 * random.f64() - 1.0
 }
 
 /// Velocities of the lowest ten modes of vibration, of equal energy and
 /// random signs, for lumped masses.
-fn lowest_ten_modes(run: &Run<2>, noise: &mut Noise) -> Vec<[f64; 2]> {
+fn lowest_ten_modes(run: &Run<2>, random: &mut Rng) -> Vec<[f64; 2]> {
     let model = &run.model;
     let count = 2 * model.mesh.nodes.len();
     let root: Vec<f64> = (0..count)
@@ -96,7 +90,7 @@ fn lowest_ten_modes(run: &Run<2>, noise: &mut Noise) -> Vec<[f64; 2]> {
     let mut sum = DVector::<f64>::zeros(count);
     // The first three move the block as a whole.
     for &mode in &order[3..13] {
-        let sign = noise.next().signum();
+        let sign = noise(random).signum();
         sum += sign * modes.eigenvectors.column(mode);
     }
     let velocity = |node: usize| std::array::from_fn(|c| sum[2 * node + c] / root[2 * node]);
@@ -130,13 +124,13 @@ fn energy_after_level_changes(
         sum / 400.0
     };
     let before = mean_of_a_while(run);
-    let mut noise = Noise(7);
+    let mut random = Rng::with_seed(7);
     for change in 0..changes {
         for &element in &zone {
             run.model.base_level[element] = if change % 2 == 0 { 2 } else { 0 };
         }
         run.assign_levels();
-        for _ in 0..(dwell * (1.0 + 0.5 * noise.next())) as usize {
+        for _ in 0..(dwell * (1.0 + 0.5 * noise(&mut random))) as usize {
             run.step();
         }
     }
@@ -144,19 +138,22 @@ fn energy_after_level_changes(
 }
 
 /// Energies of smooth vibrations after so many changes, less 1: the worst.
-fn change_levels(changes: usize, dwell: f64, safety: f64) -> f64 {
+fn change_levels(changes: usize, dwell: f64) -> f64 {
     let mut worst = 0.0_f64;
     for element in [ElementKind::Tri3, ElementKind::Quad4] {
         let block = bar("bar", [0.0; 2], [1.0, 0.4], [15, 6], element);
-        let scene = scene(vec![block], safety);
-        let mut noise = Noise(1);
+        let scene = scene(vec![block], 0.5);
+        let mut random = Rng::with_seed(1);
         let mut smooth = run_of(&scene);
-        let modes = lowest_ten_modes(&smooth, &mut noise);
+        let modes = lowest_ten_modes(&smooth, &mut random);
         let smooth = energy_after_level_changes(&mut smooth, &modes, changes, dwell);
-        let rough: Vec<[f64; 2]> = modes.iter().map(|_| [noise.next(), noise.next()]).collect();
+        let rough: Vec<[f64; 2]> = modes
+            .iter()
+            .map(|_| [noise(&mut random), noise(&mut random)])
+            .collect();
         let rough = energy_after_level_changes(&mut run_of(&scene), &rough, changes, dwell);
         println!(
-            "{changes} changes of levels about every {dwell} steps, {}, safety {safety}: energy of \
+            "{changes} changes of levels about every {dwell} steps, {}: energy of \
              the lowest ten modes × {smooth:.4}, of grid-scale noise × {rough:.3}",
             element.name()
         );
@@ -166,18 +163,16 @@ fn change_levels(changes: usize, dwell: f64, safety: f64) -> f64 {
 }
 
 /// The design asks for 5 % at safety 0.5, which elements are given whose
-/// levels change; 0.8 is there to compare.
+/// levels change.
 #[test]
 fn raising_and_lowering_levels_hardly_pumps_energy() {
-    change_levels(200, 20.0, 0.8);
-    assert!(change_levels(200, 20.0, 0.5) < 0.05);
+    assert!(change_levels(200, 20.0) < 0.05);
 }
 
 #[test]
 #[ignore = "slow study: a thousand raisings and lowerings"]
 fn a_thousand_raisings_and_lowerings_hardly_pump_energy() {
-    assert!(change_levels(2000, 60.0, 0.5) < 0.05);
-    change_levels(2000, 60.0, 0.8);
+    assert!(change_levels(2000, 60.0) < 0.05);
 }
 
 /// The largest modulus of the eigenvalues of one coarse step, as a linear map
