@@ -4,6 +4,7 @@
 mod balance;
 pub mod fit;
 mod overlap;
+mod random;
 
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,7 @@ use cdem::{AnyMesh, Simulation};
 
 pub use balance::Balance;
 pub use overlap::deepest_overlap;
+pub use random::Random;
 
 /// A verification scene: to be varied, then started.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::time::Instant;
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
 use cdem::scene::{Geometry, Mass};
-use cdem_verify::{Case, fit, load};
+use cdem_verify::{Case, Random, fit, load};
 
 use crate::shared::{LameMode, displacements};
 
@@ -115,13 +115,13 @@ fn a_vibration_on_several_levels_keeps_its_energy_for_a_million_steps() {
 }
 
 /// A random pair of joined blocks of different element size.
-fn joined_pair(random: &mut fastrand::Rng) -> Case {
+fn joined_pair(random: &mut Random) -> Case {
     let mut case = load("joined-blocks");
     let shapes = [ElementKind::Tri3, ElementKind::Quad4];
     for block in 0..2 {
-        let across = random.usize(1..=3);
-        let along = across * random.usize(1..=3);
-        let shape = shapes[random.usize(0..=1)];
+        let across = random.whole(1, 3);
+        let along = across * random.whole(1, 3);
+        let shape = shapes[random.whole(0, 1)];
         case.divide(["left", "right"][block], &[along, across], shape);
         let Geometry::Box { min, max, .. } = &mut case.scene.block[block].geometry else {
             panic!("the blocks are boxes");
@@ -129,14 +129,14 @@ fn joined_pair(random: &mut fastrand::Rng) -> Case {
         let shift = if block == 0 {
             0.0
         } else {
-            0.4 * random.f64() - 0.2
+            random.between(-0.2, 0.2)
         };
-        let height = 0.3 + 0.4 * random.f64();
+        let height = random.between(0.3, 0.7);
         (min[1], max[1]) = (shift, shift + height);
-        case.scene.block[block].mass = [Mass::Auto, Mass::Lumped][random.usize(0..=1)];
+        case.scene.block[block].mass = [Mass::Auto, Mass::Lumped][random.whole(0, 1)];
     }
-    case.scene.material[1].young_modulus *= 10.0_f64.powf(random.f64());
-    case.scene.time.safety = 0.5 + 0.4 * random.f64();
+    case.scene.material[1].young_modulus *= 10.0_f64.powf(random.between(0.0, 1.0));
+    case.scene.time.safety = random.between(0.5, 0.9);
     case.scene.time.end = 1e3;
     case
 }
@@ -165,7 +165,7 @@ fn vibrate(case: &Case, steps: u64) -> Result<(usize, f64), String> {
 
 /// The pairs share the processors; each knows nothing of the others.
 fn joined_pairs(pairs: usize, steps: u64) {
-    let mut random = fastrand::Rng::with_seed(1);
+    let mut random = Random(1);
     let cases: Vec<Case> = (0..pairs).map(|_| joined_pair(&mut random)).collect();
     let workers = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let results: Vec<Result<(usize, f64), String>> = std::thread::scope(|scope| {

@@ -3,9 +3,7 @@
 
 use cdem::mesh::ElementKind;
 use cdem::scene::{Geometry, Mass};
-use cdem_verify::{Balance, Case, deepest_overlap, load, run};
-
-use crate::random::{between, polygon};
+use cdem_verify::{Balance, Case, Random, deepest_overlap, load, run};
 
 /// Runs and checks; returns the contacts begun.
 fn check(case: &Case, what: &str) -> u64 {
@@ -42,27 +40,27 @@ fn corners_that_meet_head_on_do_not_pass() {
 
 #[test]
 fn blocks_thrown_at_each_other_any_way_do_not_pass() {
-    let mut random = fastrand::Rng::with_seed(7);
+    let mut random = Random(7);
     let mut met = 0;
     for number in 0..60 {
         let mut case = load("corner-hits");
         case.scene.time.end = 0.12;
-        let corners = polygon(&mut random, [0.0, 0.0], 0.7, 3);
+        let corners = random.polygon([0.0, 0.0], 0.7, 3);
         let triangle = case.block("triangle");
         triangle.geometry = Geometry::Polygon {
             corners,
             size: 10.0,
             element: ElementKind::Tri3,
         };
-        triangle.translate = vec![-0.8, between(&mut random, -0.5, 0.5)];
-        triangle.angular_velocity = vec![between(&mut random, -5.0, 5.0)];
+        triangle.translate = vec![-0.8, random.between(-0.5, 0.5)];
+        triangle.angular_velocity = vec![random.between(-5.0, 5.0)];
         triangle.mass = Mass::Consistent;
         let square = case.block("square");
-        square.rotate.angle = between(&mut random, 0.0, 6.3);
+        square.rotate.angle = random.between(0.0, 6.3);
         let turn = square.rotate.angle;
         // The square's centre comes to (0.8, y).
         let centre = [turn.cos() - turn.sin(), turn.cos() + turn.sin()].map(|x| 0.5 * x);
-        square.translate = vec![0.8 - centre[0], between(&mut random, -0.5, 0.5) - centre[1]];
+        square.translate = vec![0.8 - centre[0], random.between(-0.5, 0.5) - centre[1]];
         met += u64::from(check(&case, &format!("throw {number}")) > 0);
     }
     println!("{met} of 60 met");

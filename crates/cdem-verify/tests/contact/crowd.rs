@@ -4,33 +4,31 @@ use std::time::Instant;
 
 use cdem::mesh::ElementKind;
 use cdem::scene::Geometry;
-use cdem_verify::{Balance, deepest_overlap, load, run};
-
-use crate::random::{between, polygon};
+use cdem_verify::{Balance, Random, deepest_overlap, load, run};
 
 /// The scene with other polygons and velocities, `across` in a row.
 fn fling(seed: u64, across: usize, corners: Option<usize>) {
     let mut case = load("crowd");
-    let mut random = fastrand::Rng::with_seed(seed);
+    let mut random = Random(seed);
     let model = case.scene.block[0].clone();
     case.scene.block.clear();
     let middle = 0.5 * (across - 1) as f64;
     for row in 0..across {
         for column in 0..across {
             let from_centre = [column, row].map(|i| 2.2 * (i as f64 - middle));
-            let count = corners.unwrap_or(between(&mut random, 3.0, 7.0) as usize);
+            let count = corners.unwrap_or(random.between(3.0, 7.0) as usize);
             let mut block = model.clone();
             block.name = format!("stone{}", case.scene.block.len() + 1);
             block.geometry = Geometry::Polygon {
-                corners: polygon(&mut random, from_centre, 1.0, count),
+                corners: random.polygon(from_centre, 1.0, count),
                 size: 10.0,
                 element: ElementKind::Tri3,
             };
             block.velocity = from_centre
                 .iter()
-                .map(|x| -1.5 * x + between(&mut random, -2.0, 2.0))
+                .map(|x| -1.5 * x + random.between(-2.0, 2.0))
                 .collect();
-            block.angular_velocity = vec![between(&mut random, -2.0, 2.0)];
+            block.angular_velocity = vec![random.between(-2.0, 2.0)];
             case.scene.block.push(block);
         }
     }

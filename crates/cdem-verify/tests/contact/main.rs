@@ -9,6 +9,5 @@ mod crowd;
 mod impacts;
 mod joints;
 mod paper;
-mod random;
 mod slope;
 mod stack;
