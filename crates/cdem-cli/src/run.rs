@@ -19,44 +19,16 @@ use crate::terminal::{complain, warn};
 pub(crate) const STEPPING_THREADS: usize = 1;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
-    let began = Instant::now();
-    let folder = args
-        .output
-        .clone()
-        .unwrap_or_else(|| Folder::beside(&args.scene));
-    // The scene first: a wrong path to it would be reported as no folder.
-    let file = setup::read(&args.scene)?;
-    let folder = Folder::claim(&folder, &args.scene, args.force).map_err(wrong_folder)?;
-    use_threads(args.threads)?;
-    let built = setup::build(&file)?;
-    for warning in &built.warnings {
-        warn(warning);
-    }
-    let mut run = Run {
-        simulation: built.simulation,
-        times: Times::default(),
-    };
-    let start = run.observed();
-    let interrupt = Interrupt::listen()?;
-    let mut recorder = Recorder::create(&folder, run.simulation.scene(), file.directory())
-        .map_err(|Unprepared { error, touched }| match touched {
-            false => wrong_folder(error),
-            true => full_disk(&error),
-        })?;
-    run.times.setup = began.elapsed();
-
+    let Started {
+        mut run,
+        mut recorder,
+        interrupt,
+        folder,
+        start,
+        warnings,
+    } = start(args)?;
     let (status, reason, failure) = run.drive(&mut recorder, &interrupt);
-    let summary = Summary::new(
-        &mut run.simulation,
-        Ending {
-            status,
-            reason,
-            setup_seconds: run.times.setup.as_secs_f64(),
-            wall_seconds: run.times.wall.as_secs_f64(),
-            threads: STEPPING_THREADS,
-            warnings: built.warnings,
-        },
-    );
+    let summary = run.summary(status, reason, warnings);
     for warning in run.simulation.warnings() {
         warn(&warning);
     }
@@ -82,6 +54,55 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
         Status::Done => Outcome::Done,
         Status::Stopped => Outcome::Stopped,
         Status::Interrupted => Outcome::Interrupted,
+    })
+}
+
+/// A run that has its folder.
+struct Started {
+    run: Run,
+    recorder: Recorder,
+    interrupt: Interrupt,
+    folder: Folder,
+    start: Observation,
+    /// What the user has been warned of.
+    warnings: Vec<String>,
+}
+
+/// Reads, checks and builds; only then the folder is touched.
+fn start(args: &RunArgs) -> Result<Started, Failure> {
+    let began = Instant::now();
+    let folder = args
+        .output
+        .clone()
+        .unwrap_or_else(|| Folder::beside(&args.scene));
+    // The scene first: a wrong path to it would be reported as no folder.
+    let file = setup::read(&args.scene)?;
+    let folder = Folder::claim(&folder, &args.scene, args.force).map_err(wrong_folder)?;
+    use_threads(args.threads)?;
+    let built = setup::build(&file)?;
+    for warning in &built.warnings {
+        warn(warning);
+    }
+    let mut run = Run {
+        simulation: built.simulation,
+        times: Times::default(),
+    };
+    let start = run.observed();
+    let interrupt = Interrupt::listen()?;
+    let recorder = Recorder::create(&folder, run.simulation.scene(), file.directory()).map_err(
+        |Unprepared { error, touched }| match touched {
+            false => wrong_folder(error),
+            true => full_disk(&error),
+        },
+    )?;
+    run.times.setup = began.elapsed();
+    Ok(Started {
+        run,
+        recorder,
+        interrupt,
+        folder,
+        start,
+        warnings: built.warnings,
     })
 }
 
@@ -124,6 +145,18 @@ impl Run {
             history: self.simulation.history(),
             blocks: self.simulation.block_rows(),
         }
+    }
+
+    fn summary(&mut self, status: Status, reason: String, warnings: Vec<String>) -> Summary {
+        let ending = Ending {
+            status,
+            reason,
+            setup_seconds: self.times.setup.as_secs_f64(),
+            wall_seconds: self.times.wall.as_secs_f64(),
+            threads: STEPPING_THREADS,
+            warnings,
+        };
+        Summary::new(&mut self.simulation, ending)
     }
 
     /// Steps and records until the run is done, stops itself, or is stopped.

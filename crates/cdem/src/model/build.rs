@@ -57,53 +57,17 @@ impl<const D: usize> Model<D> {
         make_contacts: MakeContacts<D>,
     ) -> Result<(Self, State<D>, Option<Contacts<D>>), ModelError> {
         names::refuse_unknown(scene, &mesh)?;
-        let materials: Vec<Elastic> = scene.material.iter().map(Elastic::new).collect();
-        let properties: Vec<BlockProperties> = mesh
-            .blocks
-            .iter()
-            .map(|block| properties(scene, block.source))
-            .collect();
         let thickness = if D == 2 { scene.thickness } else { 1.0 };
-        let sets = element::build(&mesh, &properties, &materials, scene.plane, thickness);
-        let place = places(&sets, mesh.elements.len());
-        let requested: Vec<_> = mesh
-            .blocks
-            .iter()
-            .map(|block| scene.block[block.source].mass)
-            .collect();
-        let masses = mass::build(&mesh, &sets, &requested).map_err(|source| {
-            let number = mesh.blocks[source.block].source;
-            ModelError::Mass {
-                key: format!("block[{number}].mass"),
-                source,
-            }
-        })?;
-        let blocks: Vec<BlockData> = (0..mesh.blocks.len())
-            .map(|b| BlockData {
-                material: properties[b].material,
-                fixed: scene.block[mesh.blocks[b].source].fixed,
-                damping: materials[properties[b].material].damping,
-                mass_kind: masses.kind[b],
-                inertia_error: masses.inertia_error[b],
-            })
-            .collect();
-        if blocks.iter().all(|block| block.fixed) {
-            return Err(ModelError::NothingMoves);
-        }
+        let Bodies {
+            sets,
+            masses,
+            blocks,
+        } = bodies(scene, &mesh, thickness)?;
         let pace = Pace::new(&mesh, &sets, &masses, &blocks, scene.time.safety)?;
         let (step, step_count) = pace.choose_step(scene)?;
         let limits = pace.extremes();
         let base_level = pace.levels(&mesh, step)?;
-        let tolerance = *scene
-            .contact
-            .tolerance
-            .get_or_insert_with(|| 1e-4 * mesh.smallest_boundary_edge());
-        refuse_tolerance(&mesh, tolerance)?;
-        refuse_overlap(scene, &mesh, tolerance)?;
-        let mut block_of = vec![0; mesh.nodes.len()];
-        for (number, block) in mesh.blocks.iter().enumerate() {
-            block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
-        }
+        let tolerance = contact_tolerance(scene, &mesh)?;
         let mut contacts = make_contacts(scene, &mesh, tolerance)?;
         let mut model = Self {
             inertia: inertia_of(&masses),
@@ -112,11 +76,11 @@ impl<const D: usize> Model<D> {
             prescribed: Vec::new(),
             warnings: warnings(&mesh, &blocks),
             limits,
+            place: places(&sets, mesh.elements.len()),
+            block_of: block_of(&mesh),
             mesh,
             sets,
-            place,
             blocks,
-            block_of,
             step,
             step_count,
             end: scene.time.end,
@@ -307,6 +271,70 @@ impl<const D: usize> Model<D> {
         }
         self.inertia.hold(&held);
     }
+}
+
+/// What the blocks are made of.
+struct Bodies<const D: usize> {
+    sets: Vec<Box<dyn ElementSet<D>>>,
+    masses: Masses,
+    blocks: Vec<BlockData>,
+}
+
+/// Elements and masses of all blocks, one of which may move.
+fn bodies<const D: usize>(
+    scene: &Scene,
+    mesh: &Mesh<D>,
+    thickness: f64,
+) -> Result<Bodies<D>, ModelError> {
+    let materials: Vec<Elastic> = scene.material.iter().map(Elastic::new).collect();
+    let sources = || mesh.blocks.iter().map(|block| block.source);
+    let properties: Vec<_> = sources().map(|number| properties(scene, number)).collect();
+    let sets = element::build(mesh, &properties, &materials, scene.plane, thickness);
+    let requested: Vec<_> = sources().map(|number| scene.block[number].mass).collect();
+    let masses = mass::build(mesh, &sets, &requested).map_err(|source| {
+        let number = mesh.blocks[source.block].source;
+        ModelError::Mass {
+            key: format!("block[{number}].mass"),
+            source,
+        }
+    })?;
+    let data = |(b, number): (usize, usize)| BlockData {
+        material: properties[b].material,
+        fixed: scene.block[number].fixed,
+        damping: materials[properties[b].material].damping,
+        mass_kind: masses.kind[b],
+        inertia_error: masses.inertia_error[b],
+    };
+    let blocks: Vec<_> = sources().enumerate().map(data).collect();
+    if blocks.iter().all(|block| block.fixed) {
+        return Err(ModelError::NothingMoves);
+    }
+    Ok(Bodies {
+        sets,
+        masses,
+        blocks,
+    })
+}
+
+/// Block of each node.
+fn block_of<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
+    let mut block_of = vec![0; mesh.nodes.len()];
+    for (number, block) in mesh.blocks.iter().enumerate() {
+        block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
+    }
+    block_of
+}
+
+/// The tolerance of contacts, m, filled in where the scene leaves it to the
+/// mesh, which must suit it.
+fn contact_tolerance<const D: usize>(scene: &mut Scene, mesh: &Mesh<D>) -> Result<f64, ModelError> {
+    let tolerance = *scene
+        .contact
+        .tolerance
+        .get_or_insert_with(|| 1e-4 * mesh.smallest_boundary_edge());
+    refuse_tolerance(mesh, tolerance)?;
+    refuse_overlap(scene, mesh, tolerance)?;
+    Ok(tolerance)
 }
 
 /// Key of the name of a block: where the scene shows which one is meant.
