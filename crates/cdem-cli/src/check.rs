@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cdem::{Overview, Simulation};
+use cdem::{Overview, Simulation, significant};
 use indicatif::{HumanBytes, HumanDuration};
 
 use crate::failure::{Failure, Outcome};
-use crate::quantity::{columns, count, counted, quantity, significant};
+use crate::quantity::{columns, count, counted, quantity};
 use crate::run::STEPPING_THREADS;
 use crate::setup;
 use crate::terminal::{print, strong, warn};

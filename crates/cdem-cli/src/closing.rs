@@ -3,15 +3,16 @@
 use std::path::Path;
 use std::time::Duration;
 
-use cdem::sample::HistoryRow;
+use cdem::sample::{BlockRow, HistoryRow};
+use cdem::significant;
 use cdem_io::results::{Status, Summary};
 use console::Style;
 
-use crate::quantity::{columns, count, counted, quantity, significant};
+use crate::quantity::{columns, count, counted, quantity};
 use crate::run::{Observation, Times};
 use crate::terminal::{print as line, strong};
 
-/// Most blocks of which the velocities are told.
+/// Most blocks of which the velocities are told: those that are fastest at the end.
 const BLOCKS: usize = 8;
 
 pub(crate) struct Closing<'a> {
@@ -95,13 +96,19 @@ fn contacts(summary: &Summary, end: &Observation) -> Vec<String> {
     if summary.contacts_begun == 0 {
         return vec!["contacts  none".to_owned()];
     }
+    let deepest = match summary.max_penetration {
+        depth if depth < NO_PENETRATION => "none".to_owned(),
+        depth => quantity(depth, "m"),
+    };
     vec![format!(
-        "contacts  {} begun, {} last, deepest penetration {}",
+        "contacts  {} begun, {} last, deepest penetration {deepest}",
         count(summary.contacts_begun),
         count(end.history.contacts),
-        quantity(summary.max_penetration, "m"),
     )]
 }
+
+/// Penetrations below this are round-off of positions, m.
+const NO_PENETRATION: f64 = 1e-12;
 
 /// Shares of the energy that sums gather as round-off, and nobody asks for.
 const ROUND_OFF: f64 = 1e-12;
@@ -142,8 +149,14 @@ fn energy(start: &HistoryRow, end: &HistoryRow, exchanged: f64) -> Vec<String> {
     lines
 }
 
+/// A share in per cent, with three digits at most and no exponent.
 fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 3))
+    match 100.0 * share {
+        0.0 => "0 %".to_owned(),
+        small if small.abs() < 0.001 => "< 0.001 %".to_owned(),
+        large if large.abs() >= 1000.0 => format!("{large:.0} %"),
+        other => format!("{} %", significant(other, 3)),
+    }
 }
 
 /// Change of momentum that no external impulse explains, against the larger of
@@ -157,9 +170,9 @@ fn momentum(start: &HistoryRow, end: &HistoryRow, possible: f64) -> Vec<String> 
     if scale.is_nan() || scale <= 0.0 {
         return vec![];
     }
-    let error = significant(norm(&unexplained) / scale, 2);
+    let share = percent(norm(&unexplained) / scale);
     vec![format!(
-        "momentum  unexplained change {error} of the impulse, or of √(2 m E) where that is more"
+        "momentum  not explained by external forces: {share}"
     )]
 }
 
@@ -176,7 +189,9 @@ fn velocities(closing: &Closing<'_>) -> Vec<String> {
     };
     let header = ["block", "start, m/s", "end, m/s", "turning, rad/s"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
-    for (before, after) in start.blocks.iter().zip(&end.blocks).take(BLOCKS) {
+    let fastest = fastest(&end.blocks, BLOCKS);
+    let told = start.blocks.iter().zip(&end.blocks).zip(&fastest);
+    for ((before, after), _) in told.filter(|(_, told)| **told) {
         rows.push(vec![
             after.block.clone(),
             components(&before.velocity[moving.clone()]),
@@ -186,10 +201,24 @@ fn velocities(closing: &Closing<'_>) -> Vec<String> {
     }
     let mut lines = columns(&rows);
     if end.blocks.len() > BLOCKS {
-        let more = end.blocks.len() - BLOCKS;
-        lines.push(format!("… and {more} more: blocks.csv"));
+        lines.push(format!(
+            "the {BLOCKS} fastest of {} blocks; all are in blocks.csv",
+            count(end.blocks.len() as u64)
+        ));
     }
     lines
+}
+
+/// Which blocks are the `most` fastest ones; among equals, the first.
+fn fastest(blocks: &[BlockRow], most: usize) -> Vec<bool> {
+    let speed = |&block: &usize| norm(&blocks[block].velocity);
+    let mut order: Vec<usize> = (0..blocks.len()).collect();
+    order.sort_by(|a, b| speed(b).total_cmp(&speed(a)));
+    let mut told = vec![false; blocks.len()];
+    for block in order.into_iter().take(most) {
+        told[block] = true;
+    }
+    told
 }
 
 /// Components with four decimals; what rounds to zero has no sign.
@@ -240,7 +269,7 @@ mod tests {
     fn momentum_of_a_block_that_spins_is_held_against_its_energy() {
         // 2 kg with 100 J could have 20 N s; round-off of 2e-15 N s is nothing.
         let told = momentum(&row(100.0, 0.0, 0.0), &row(100.0, 2e-15, 0.0), 20.0);
-        assert!(told[0].contains("change 1.0e-16 of"), "{told:?}");
+        assert!(told[0].ends_with("forces: < 0.001 %"), "{told:?}");
     }
 
     #[test]
@@ -256,11 +285,38 @@ mod tests {
     }
 
     #[test]
+    fn shares_are_told_without_exponents() {
+        for (share, text) in [
+            (0.0, "0 %"),
+            (5.7e-13, "< 0.001 %"),
+            (-9.9e-6, "< 0.001 %"),
+            (1.234_5e-5, "0.00123 %"),
+            (-0.123_45, "-12.3 %"),
+            (0.999_96, "100 %"),
+            (12_345.678, "1234568 %"),
+        ] {
+            assert_eq!(percent(share), text);
+        }
+    }
+
+    #[test]
+    fn the_fastest_blocks_are_told_in_their_order() {
+        let block = |speed: f64| BlockRow {
+            velocity: [0.0, speed, 0.0],
+            ..BlockRow::default()
+        };
+        let blocks = [1.0, -5.0, 0.0, 3.0, 3.0].map(block);
+        assert_eq!(fastest(&blocks, 3), [false, true, false, true, true]);
+        assert_eq!(fastest(&blocks, 2), [false, true, false, true, false]);
+        assert_eq!(fastest(&blocks, 9), [true; 5]);
+    }
+
+    #[test]
     fn the_impulse_of_the_first_row_was_there_before() {
         let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 4.0), 0.0);
-        assert!(told[0].contains("change 0 of"), "{told:?}");
+        assert!(told[0].ends_with("forces: 0 %"), "{told:?}");
         let told = momentum(&row(0.0, 1.0, 1.0), &row(0.0, 4.0, 3.0), 0.0);
-        assert!(told[0].contains("change 0.5 of"), "{told:?}");
+        assert!(told[0].ends_with("forces: 50 %"), "{told:?}");
     }
 
     #[test]

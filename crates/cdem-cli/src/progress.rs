@@ -3,10 +3,11 @@
 use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};
 
+use cdem::significant;
 use console::Term;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::quantity::{count, quantity, significant};
+use crate::quantity::{count, quantity};
 use crate::terminal::say;
 
 /// Time between two plain lines.

@@ -1,5 +1,7 @@
 //! Numbers for people: SI prefixes, thousands, columns.
 
+use cdem::significant;
+
 /// A quantity with three or four digits and an SI prefix: "74.8 kJ".
 pub(crate) fn quantity(value: f64, unit: &str) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -9,24 +11,6 @@ pub(crate) fn quantity(value: f64, unit: &str) -> String {
     let prefix = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"][(power + 5.0) as usize];
     let number = significant(value / 1000_f64.powf(power), 4);
     format!("{number} {prefix}{unit}")
-}
-
-/// A number with so many significant digits, without an exponent or zeros
-/// at the end, as long as it is of everyday size.
-pub(crate) fn significant(value: f64, digits: i32) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let order = value.abs().log10().floor() as i32;
-    if !value.is_finite() || !(-4..6).contains(&order) {
-        return format!("{value:.*e}", (digits - 1).max(0) as usize);
-    }
-    let decimals = (digits - 1 - order).max(0) as usize;
-    let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
 }
 
 /// A count with thin groups of thousands: "1 234 567".
@@ -91,20 +75,6 @@ mod tests {
             (f64::NAN, "NaN J"),
         ] {
             assert_eq!(quantity(value, "J"), text);
-        }
-    }
-
-    #[test]
-    fn numbers_keep_their_significant_digits() {
-        for (value, text) in [
-            (2.0, "2"),
-            (0.014_999, "0.015"),
-            (1234.5678, "1235"),
-            (1e-9, "1.000e-9"),
-            (100.0, "100"),
-            (0.0, "0"),
-        ] {
-            assert_eq!(significant(value, 4), text);
         }
     }
 

@@ -177,7 +177,10 @@ impl Run {
                 break (Status::Done, self.reason_of_end(), None);
             }
             if interrupt.asked() {
-                let reason = format!("interrupted at t = {:e} s", self.simulation.time());
+                let reason = format!(
+                    "interrupted at t = {}",
+                    quantity(self.simulation.time(), "s")
+                );
                 break (Status::Interrupted, reason, None);
             }
             if let Err(error) = self.step(recorder) {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cdem::mesh::{Mesh, MeshError, assemble};
+use cdem::mesh::{BlockFault, Mesh, MeshError, assemble};
 use cdem::scene::{Geometry, KeyPath, Output, Problem};
 use cdem::{AnyMesh, ModelError, Simulation};
 use cdem_io::gmsh;
@@ -35,14 +35,14 @@ pub(crate) fn build(file: &SceneFile) -> Result<Built, Failure> {
     };
     let simulation =
         Simulation::new(&file.scene, mesh).map_err(|error| model_failure(file, &error))?;
-    warnings.extend(simulation.overview().warnings);
+    let cautions = simulation.overview().warnings;
+    warnings.extend(cautions.iter().map(|caution| file.warning(caution)));
     let seconds = file.scene.output.checkpoint;
     if seconds != Output::CHECKPOINT && seconds != 0.0 {
-        warnings.push(
-            "`output.checkpoint` has no effect: checkpoints are not there yet, and a run that is \
-             interrupted begins anew"
-                .to_owned(),
-        );
+        let message = "has no effect: checkpoints are not there yet, and a run that is \
+                       interrupted begins anew";
+        let caution = Problem::new(key_path("output.checkpoint"), message);
+        warnings.push(file.warning(&caution));
     }
     Ok(Built {
         simulation,
@@ -57,26 +57,41 @@ fn read_meshes<const D: usize>(file: &SceneFile) -> Result<(Mesh<D>, Vec<String>
     Ok((mesh, notes))
 }
 
-/// The error at the block of the scene that it belongs to.
+/// The error at the block of the scene that it belongs to; of a file, the first
+/// that is made from it.
 fn mesh_failure(file: &SceneFile, error: &MeshError) -> Failure {
     let blocks = || file.scene.block.iter().enumerate();
+    let made_from = |mesh: &Path| {
+        blocks().find(|(_, block)| {
+            matches!(&block.geometry, Geometry::Mesh { path, .. }
+                if file.directory().join(path) == mesh)
+        })
+    };
     let block = match error {
         MeshError::Block { block: name, .. } => blocks().find(|(_, block)| block.name == *name),
-        MeshError::Unreadable { path, .. } => blocks().find(|(_, block)| {
-            matches!(&block.geometry, Geometry::Mesh { path: mesh, .. }
-                if file.directory().join(mesh) == *path)
-        }),
+        MeshError::Unreadable { path, .. } => made_from(path),
+        MeshError::Format { mesh, .. } | MeshError::Inconsistent { mesh, .. } => {
+            made_from(Path::new(mesh))
+        }
         _ => None,
     };
     let Some((index, block)) = block else {
         return Failure::wrong(Message::new(error, ""));
     };
-    let key = match block.geometry {
+    let whole = match block.geometry {
         Geometry::Mesh { .. } => "mesh",
         _ => "shape",
     };
-    let path = KeyPath::root().key("block").index(index).key(key);
-    Failure::wrong(file.error(vec![Problem::new(path, error.to_string())]))
+    let (key, message) = match error {
+        MeshError::Block { fault, .. } => match &**fault {
+            // The path says which key.
+            BlockFault::Shape { key, problem } => (*key, problem.clone()),
+            fault => (fault.key().unwrap_or(whole), error.to_string()),
+        },
+        _ => (whole, error.to_string()),
+    };
+    let path = key_path(&format!("block[{index}].{key}"));
+    Failure::wrong(file.error(vec![Problem::new(path, message)]))
 }
 
 /// The error at the key of the scene that it blames.

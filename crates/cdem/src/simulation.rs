@@ -11,7 +11,7 @@ use crate::model::{Model, ModelError};
 use crate::report::{Instant, nearest_node};
 use crate::rest::Rest;
 use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
-use crate::scene::{ContactModel, Scene};
+use crate::scene::{ContactModel, Problem, Scene};
 use crate::step::{Corrections, Run};
 
 /// A mesh of either dimension.
@@ -49,8 +49,9 @@ pub struct Overview {
     pub memory_bytes: u64,
     /// Contacts that are closed now.
     pub contacts: usize,
-    /// What the user should know.
-    pub warnings: Vec<String>,
+    /// What is not wrong, but should be looked at before a run: where in the
+    /// scene, and what.
+    pub warnings: Vec<Problem>,
 }
 
 /// A block in an [`Overview`].
@@ -393,10 +394,8 @@ impl<const D: usize> Driven<D> {
 
     fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
         let mut warnings = self.health.warnings.clone();
-        if !watch_energy {
-            let row = self.history();
-            warnings.extend(Health::ledger_warning(&row, &self.exchange));
-        }
+        let row = self.history();
+        warnings.extend(Health::ledger_warning(&row, &self.exchange, watch_energy));
         warnings
     }
 

@@ -293,7 +293,7 @@ fn checkpoints_that_are_asked_for_are_said_to_be_missing() {
     ] {
         let place = Place::with_scene(&FALL.replace("frames = 4", &format!("frames = 4\n{key}")));
         let ended = place.cdem("run scene.toml").done();
-        let warned = ended.stderr().contains("`output.checkpoint` has no effect");
+        let warned = ended.stderr().contains("output.checkpoint: has no effect");
         assert_eq!(warned, told, "{key}: {}", ended.told());
         let listed = summary(&place)["warnings"]
             .to_string()

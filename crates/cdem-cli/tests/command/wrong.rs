@@ -69,7 +69,9 @@ fn bad_meshes_end_with_status_2_their_place_and_no_folder() {
         ("a place beyond reason", "4 0 1 0", "4 0 1e300 0"),
         ("cut off", "$EndElements", ""),
         ("no element of the dimension", SQUARE, NO_ELEMENTS),
-        ("another format", "2.2 0 8", "3.0 0 8"),
+        ("another format", "2.2 0 8", "4.0 0 8"),
+        ("second order", "1 2 2 1 1 1 2 3", "1 9 2 1 1 1 2 3 1 2 3"),
+        ("a geometry", SQUARE, "Point(1) = {0, 0, 0};\n"),
     ] {
         assert!(SQUARE.contains(from), "{mistake}");
         place.write("stone.msh", &SQUARE.replacen(from, to, 1));
@@ -135,8 +137,44 @@ fn parts_that_a_split_does_not_give_are_shown_where_they_are_named() {
 }
 
 #[test]
+fn a_physical_group_that_is_not_there_is_shown_where_it_is_named() {
+    let scene = FALL.replace(
+        "shape = { box = { min = [0.0, 0.001], max = [1.0, 0.501], divisions = [4, 2] } }\nelement = \"quad4\"",
+        "mesh = \"stone.msh\"\ngroup = \"crade\"",
+    );
+    let place = Place::with_scene(&scene);
+    let mut told = String::new();
+    let named =
+        "$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"cradle\"\n1 2 \"crade\"\n$EndPhysicalNames\n";
+    for (mistake, mesh) in [
+        (
+            "a slip",
+            SQUARE.replace("$EndMeshFormat\n", &named.replace("\"crade\"", "\"base\"")),
+        ),
+        ("of curves", SQUARE.replace("$EndMeshFormat\n", named)),
+        (
+            "no groups",
+            SQUARE
+                .replace("2 2 1 1", "2 2 0 1")
+                .replace("2 2 1 1", "2 2 0 1"),
+        ),
+    ] {
+        place.write("stone.msh", &mesh);
+        told.push_str(&format!(
+            "{mistake}: {}\n",
+            place.cdem("check scene.toml").told()
+        ));
+    }
+    insta::assert_snapshot!(told);
+}
+
+#[test]
 fn blocks_that_overlap_are_named() {
     insta::assert_snapshot!(refused(&FALL.replace("[0.0, 0.001]", "[0.0, -0.1]")));
+    // Where it is a small part of an edge, the tolerance may be too tight.
+    insta::assert_snapshot!(refused(
+        &FALL.replace("[0.0, 0.001]", "[0.0, -0.012345678]")
+    ));
 }
 
 #[test]
@@ -188,6 +226,12 @@ fn counts_and_sizes_beyond_reason_are_refused_at_once() {
     let box_of_stone = "shape = { box = { min = [0.0, 0.001], max = [1.0, 0.501], divisions = [4, 2] } }\nelement = \"quad4\"";
     let polygon = "shape = { polygon = [[0.0, 0.001], [1e200, 0.001], [0.0, 1e200]], size = 0.1 }";
     insta::assert_snapshot!(refused(&FALL.replace(box_of_stone, polygon)));
+    let tiny = "shape = { polygon = [[0.0, 0.001], [1.0, 0.001], [0.0, 1.0]], size = 1.1e-4 }";
+    insta::assert_snapshot!("tiny_elements", refused(&FALL.replace(box_of_stone, tiny)));
+    // Thin as a hair, but with sides in a billion pieces.
+    let thin =
+        "shape = { polygon = [[0.0, 0.001], [1.0, 0.001], [1.0, 0.001000001]], size = 1e-9 }";
+    insta::assert_snapshot!("thin_polygon", refused(&FALL.replace(box_of_stone, thin)));
     insta::assert_snapshot!(refused(&FALL.replace("frames = 4", "frames = 99999999999")));
     insta::assert_snapshot!(refused(&FALL.replace("20 ms", "1e300 s")));
 }

@@ -62,13 +62,20 @@ impl Source {
 
     /// Problems with their places, in the order of the text.
     pub(super) fn invalid(&self, problems: Vec<Problem>) -> SceneError {
-        let located = problems.into_iter().map(|problem| {
-            let span = source::locate(self.text(), &problem.path, problem.place);
-            self.at(problem, span)
-        });
+        let located = problems.into_iter().map(|problem| self.located(problem));
         let mut located: Vec<_> = located.collect();
         located.sort_by_key(|problem| problem.span.offset());
         SceneError::Invalid(located)
+    }
+
+    /// A problem in a line of its own, with its place.
+    pub(super) fn line(&self, problem: &Problem) -> String {
+        list(&[self.located(problem.clone())])
+    }
+
+    fn located(&self, problem: Problem) -> SceneProblem {
+        let span = source::locate(self.text(), &problem.path, problem.place);
+        self.at(problem, span)
     }
 
     /// A problem at known bytes.

@@ -78,6 +78,13 @@ impl SceneFile {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
+    /// A line for something that is noticed and not wrong: file, line, column, what
+    /// it is, what to try.
+    #[must_use]
+    pub fn warning(&self, noticed: &Problem) -> String {
+        self.source.line(noticed)
+    }
+
     /// The error that shows these problems in this file.
     #[must_use]
     pub fn error(&self, problems: Vec<Problem>) -> SceneError {

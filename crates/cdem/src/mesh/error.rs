@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::number::short;
+
 /// Why a mesh cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -50,9 +52,14 @@ pub enum MeshError {
     },
     /// No group of the placed mesh has this name.
     #[error(
-        "no group \"{name}\"{}; the groups are: {}",
-        guess(nearest),
-        list(known)
+        "no group \"{name}\"; {}",
+        groups(
+            nearest,
+            known,
+            "",
+            "physical groups are made in Gmsh, and shapes have sides \
+         such as \"floor.ymax\"; a [[boundary]] may name a `block` instead"
+        )
     )]
     UnknownGroup {
         /// The name asked for.
@@ -92,9 +99,8 @@ pub enum MeshError {
 pub enum BlockFault {
     /// `block.group` names no physical group.
     #[error(
-        "no physical group \"{group}\"{}; the groups of {cells} are: {}",
-        guess(nearest),
-        list(known)
+        "no physical group \"{group}\"; {}",
+        groups(nearest, known, &format!(" of {cells}"), "leave `group` out to take the whole mesh")
     )]
     UnknownGroup {
         /// The name asked for.
@@ -129,8 +135,9 @@ pub enum BlockFault {
     },
     /// A 2-D mesh does not lie in a plane z = constant.
     #[error(
-        "node {node} at z = {z} lies out of the plane z = {plane} of the others; \
-         a 2-D mesh lies in the x-y plane: rotate it, or set dimension = 3"
+        "node {node} at z = {} lies out of the plane z = {} of the others; \
+         a 2-D mesh lies in the x-y plane: rotate it, or set dimension = 3",
+        short(*z), short(*plane)
     )]
     NotPlanar {
         /// The file's number of the node.
@@ -265,6 +272,18 @@ pub enum BlockFault {
 }
 
 impl BlockFault {
+    /// The key below the block of the scene that is to blame, e.g. `shape.size`;
+    /// `None`: its mesh or shape as a whole.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Self::UnknownGroup { .. } | Self::GroupDimension { .. } => Some("group"),
+            Self::Shape { key, .. } => Some(key),
+            Self::NameTaken { .. } => Some("name"),
+            _ => None,
+        }
+    }
+
     /// The fault with the block and mesh it belongs to.
     pub(super) fn of(self, block: &str, mesh: &str) -> MeshError {
         MeshError::Block {
@@ -277,13 +296,7 @@ impl BlockFault {
 
 /// A place as text, with six significant digits at most.
 pub(crate) fn coordinates(at: &[f64]) -> String {
-    let short = |x: &f64| {
-        let digits = format!("{x:.5e}");
-        // Zeros at the end go, and the exponent of everyday sizes.
-        let rounded: f64 = digits.parse().unwrap_or(*x);
-        format!("{:?}", rounded + 0.0)
-    };
-    let all: Vec<_> = at.iter().map(short).collect();
+    let all: Vec<_> = at.iter().map(|&x| short(x)).collect();
     format!("({})", all.join(", "))
 }
 
@@ -294,19 +307,21 @@ pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> O
     (distance <= name.chars().count().div_ceil(2)).then(|| best.to_owned())
 }
 
-fn guess(nearest: &Option<String>) -> String {
-    nearest
-        .as_ref()
-        .map_or_else(String::new, |name| format!(", do you mean \"{name}\"?"))
+/// What to take instead of a group that is not there: `nearest`, one of `known`,
+/// or, where there are none, what `otherwise` says.
+fn groups(nearest: &Option<String>, known: &[String], of: &str, otherwise: &str) -> String {
+    let all = list(known);
+    match nearest {
+        Some(name) => format!("do you mean \"{name}\"? The groups{of} are: {all}"),
+        None if known.is_empty() => format!("there are no groups{of}: {otherwise}"),
+        None => format!("the groups{of} are: {all}"),
+    }
 }
 
 /// At most this many names are listed in a message.
 const LISTED: usize = 20;
 
 fn list(names: &[String]) -> String {
-    if names.is_empty() {
-        return "none".into();
-    }
     let quoted: Vec<_> = names
         .iter()
         .take(LISTED)
@@ -324,17 +339,4 @@ fn list(names: &[String]) -> String {
 fn numbers(elements: &[u64]) -> String {
     let all: Vec<_> = elements.iter().take(LISTED).map(u64::to_string).collect();
     all.join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::coordinates;
-
-    #[test]
-    fn places_are_told_with_six_digits() {
-        let told = coordinates(&[2.0 / 3.0, -0.001, 1.0 / 3.0 * 1e300]);
-        assert_eq!(told, "(0.666667, -0.001, 3.33333e299)");
-        assert_eq!(coordinates(&[-0.0, f64::NAN]), "(0.0, NaN)");
-        assert_eq!(coordinates(&[123_456_789.0]), "(123457000.0)");
-    }
 }

@@ -126,15 +126,25 @@ impl<const D: usize> Mesh<D> {
     /// Length of the shortest edge of the boundary, m; infinite without blocks.
     #[must_use]
     pub fn smallest_boundary_edge(&self) -> f64 {
-        let mut smallest = f64::INFINITY;
-        for facet in self.boundary_facets() {
-            let nodes = self.facet_nodes(facet);
-            let next = nodes.clone().cycle().skip(1);
-            for (a, b) in nodes.zip(next) {
-                let length = distance(self.nodes[a as usize], self.nodes[b as usize]);
-                smallest = smallest.min(length);
-            }
-        }
-        smallest
+        let lengths = self.boundary_facets().into_iter();
+        let lengths = lengths.flat_map(|facet| self.edge_lengths(facet));
+        lengths.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Length of the longest edge of some elements, m; 0 without any.
+    pub(crate) fn largest_edge(&self, elements: std::ops::Range<u32>) -> f64 {
+        let facets = elements.flat_map(|element| {
+            let count = self.elements[element as usize].kind.facets().len();
+            (0..count as u8).map(move |local| Facet { element, local })
+        });
+        let lengths = facets.flat_map(|facet| self.edge_lengths(facet));
+        lengths.fold(0.0, f64::max)
+    }
+
+    fn edge_lengths(&self, facet: Facet) -> impl Iterator<Item = f64> {
+        let nodes = self.facet_nodes(facet);
+        let next = nodes.clone().cycle().skip(1);
+        let length = |(a, b): (u32, u32)| distance(self.nodes[a as usize], self.nodes[b as usize]);
+        nodes.zip(next).map(length)
     }
 }

@@ -28,6 +28,7 @@ pub use error::{BlockFault, MeshError};
 pub use kind::ElementKind;
 pub use overlap::{Overlap, overlap};
 pub use raw::{CellKind, RawCells, RawGroup, RawMesh};
+pub(crate) use shape::MOST_ELEMENTS;
 
 /// The mesh of all blocks of a scene, placed and checked.
 ///

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::assemble::Cell;
+use super::{Element, Mesh};
 use crate::scene::Split;
 
 /// Sorts `cells` by part and returns the cells of each; parts come in the
@@ -15,14 +16,27 @@ pub(super) fn parts(split: Split, cells: &mut [Cell], node_count: usize) -> Vec<
     }
 }
 
+impl<const D: usize> Mesh<D> {
+    /// Number of parts of a block that share no nodes.
+    pub(crate) fn part_count(&self, block: usize) -> usize {
+        let block = &self.blocks[block];
+        let elements = block.elements.start as usize..block.elements.end as usize;
+        let count = block.nodes.len();
+        let mut joined = Joined::new(count);
+        for element in &self.elements[elements] {
+            joined.join_all(element, block.nodes.start);
+        }
+        (0..count as u32)
+            .filter(|&node| joined.root(node) == node)
+            .count()
+    }
+}
+
 /// Parts connected through shared nodes.
 fn components(cells: &mut [Cell], node_count: usize) -> Vec<Range<usize>> {
-    let mut joined = Joined((0..node_count as u32).collect());
+    let mut joined = Joined::new(node_count);
     for cell in &*cells {
-        let nodes = cell.element.nodes();
-        nodes
-            .windows(2)
-            .for_each(|pair| joined.join(pair[0], pair[1]));
+        joined.join_all(&cell.element, 0);
     }
     // A component's number is that of its first cell.
     let mut first = vec![u32::MAX; node_count];
@@ -50,6 +64,17 @@ fn components(cells: &mut [Cell], node_count: usize) -> Vec<Range<usize>> {
 struct Joined(Vec<u32>);
 
 impl Joined {
+    fn new(node_count: usize) -> Self {
+        Self((0..node_count as u32).collect())
+    }
+
+    /// Joins the nodes of an element, which are counted from `first`.
+    fn join_all(&mut self, element: &Element, first: u32) {
+        for pair in element.nodes().windows(2) {
+            self.join(pair[0] - first, pair[1] - first);
+        }
+    }
+
     fn root(&mut self, mut node: u32) -> u32 {
         while self.0[node as usize] != node {
             let parent = self.0[node as usize];

@@ -1,5 +1,6 @@
 //! From scene and mesh to a model.
 
+use super::caution::cautions;
 use super::pace::Pace;
 use super::prescribed::Prescribed;
 use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad, names};
@@ -66,6 +67,7 @@ impl<const D: usize> Model<D> {
         let pace = Pace::new(&mesh, &sets, &masses, &blocks, scene.time.safety)?;
         let (step, step_count) = pace.choose_step(scene)?;
         let limits = pace.extremes();
+        let shortest = pace.shortest(&mesh);
         let base_level = pace.levels(&mesh, step)?;
         let tolerance = contact_tolerance(scene, &mesh)?;
         let mut contacts = make_contacts(scene, &mesh, tolerance)?;
@@ -74,7 +76,7 @@ impl<const D: usize> Model<D> {
             gravity: scene.gravity.clone(),
             loads: Vec::new(),
             prescribed: Vec::new(),
-            warnings: warnings(&mesh, &blocks),
+            warnings: Vec::new(),
             limits,
             place: places(&sets, mesh.elements.len()),
             block_of: block_of(&mesh),
@@ -90,6 +92,7 @@ impl<const D: usize> Model<D> {
         model.prescribed = model.prescribed_motions(scene)?;
         let state = model.initial_state(scene);
         model.refuse_speed(&state)?;
+        model.warnings = cautions(scene, &model, &shortest);
         model.hold(0.0);
         if let Some(contacts) = &mut contacts {
             contacts.close_initial(model.positions(&state), &model.inertia);
@@ -368,6 +371,7 @@ fn refuse_overlap<const D: usize>(
         at: pad(&overlap.point),
         depth: overlap.depth,
         tolerance,
+        edge: mesh.smallest_boundary_edge(),
     })
 }
 
@@ -399,19 +403,4 @@ fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
         .map(|block| (block.first_node as usize, block.matrix.clone()))
         .collect();
     Inertia::new(masses.nodal.clone(), dense)
-}
-
-fn warnings<const D: usize>(mesh: &Mesh<D>, blocks: &[BlockData]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for (block, data) in mesh.blocks.iter().zip(blocks) {
-        if data.inertia_error > 0.01 && !data.fixed {
-            warnings.push(format!(
-                "block \"{}\": moment of inertia off by {:.1} %; use two elements through its \
-                 thickness, or mass = \"consistent\"",
-                block.name,
-                100.0 * data.inertia_error
-            ));
-        }
-    }
-    warnings
 }

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::mass::MassError;
 use crate::mesh::MeshError;
+use crate::number::short;
 use crate::scene::Problem;
 
 /// Why a scene and its mesh make no model.
@@ -52,9 +53,10 @@ pub enum ModelError {
     },
     /// Blocks overlap at the start.
     #[error(
-        "blocks \"{}\" and \"{}\" overlap at {} by {depth:e} m, more than the contact tolerance of \
-         {tolerance:e} m; move one of them (`translate`), or raise `contact.tolerance`",
-        blocks[0], blocks[1], place(at)
+        "blocks \"{}\" and \"{}\" overlap at {} by {} m, more than the contact tolerance of \
+         {} m; move one of them (`translate`){}",
+        blocks[0], blocks[1], place(at), short(*depth), short(*tolerance),
+        if *depth <= RAISABLE * edge { ", or raise `contact.tolerance`" } else { "" }
     )]
     Overlap {
         /// Key of the scene: the second of the two.
@@ -67,6 +69,8 @@ pub enum ModelError {
         depth: f64,
         /// How deep they may, m.
         tolerance: f64,
+        /// Smallest boundary edge, m.
+        edge: f64,
     },
     /// Contact in 3-D is not there yet.
     #[error(
@@ -82,8 +86,9 @@ pub enum ModelError {
     },
     /// Points touch that are an edge apart.
     #[error(
-        "{tolerance:e} m is more than half of the smallest boundary edge, {edge:e} m: nodes would \
-         touch that are an edge apart; choose at most {:e} m, or leave it out", 0.5 * edge
+        "{} m is more than half of the smallest boundary edge, {} m: nodes would \
+         touch that are an edge apart; choose at most {} m, or leave it out",
+        short(*tolerance), short(*edge), short(0.5 * edge)
     )]
     Tolerance {
         /// Distance within which points touch, m.
@@ -111,9 +116,9 @@ pub enum ModelError {
     /// An element that no step is short enough for.
     #[error(
         "block \"{block}\", element {element} at {}: no step is short enough for it (its limit comes \
-         to {limit} s); its material is too stiff, too light or too damped: check the units of \
+         to {} s); its material is too stiff, too light or too damped: check the units of \
          `young_modulus`, `density` and `damping`, and the size of the mesh",
-        place(at)
+        place(at), short(*limit)
     )]
     Unstable {
         /// Key of the scene, e.g. `block[2].material`.
@@ -129,10 +134,10 @@ pub enum ModelError {
     },
     /// An element needs more levels than there are.
     #[error(
-        "block \"{block}\", element {element} at {} is stable up to {limit:e} s only: level {needed} \
-         of a step of {step:e} s, and there are 16; take a smaller `time.step`, or mend the mesh \
+        "block \"{block}\", element {element} at {} is stable up to {} s only: level {needed} \
+         of a step of {} s, and there are 16; take a smaller `time.step`, or mend the mesh \
          there (a sliver?)",
-        place(at)
+        place(at), short(*limit), short(*step)
     )]
     TooFine {
         /// Name of the block.
@@ -150,7 +155,8 @@ pub enum ModelError {
     },
     /// The run would take more steps than can be counted.
     #[error(
-        "{count:e} steps of {step:e} s to t = {end:?} s are too many; raise `time.step` or lower `time.end`"
+        "{} steps of {} s to t = {} s are too many; raise `time.step` or lower `time.end`",
+        short(*count), short(*step), short(*end)
     )]
     TooManySteps {
         /// Steps.
@@ -162,8 +168,9 @@ pub enum ModelError {
     },
     /// A start that no body can have; its energy may not be a number.
     #[error(
-        "block \"{block}\" starts at {speed:e} m/s, faster than light; check the units of \
-         `velocity` and `angular_velocity`, and of what is prescribed at t = 0"
+        "block \"{block}\" starts at {} m/s, faster than light; check the units of \
+         `velocity` and `angular_velocity`, and of what is prescribed at t = 0",
+        short(*speed)
     )]
     TooFast {
         /// Key of the scene, e.g. `block[2].velocity`.
@@ -177,6 +184,10 @@ pub enum ModelError {
     #[error("the scene has no block that may move")]
     NothingMoves,
 }
+
+/// Share of the smallest boundary edge up to which a deeper overlap may be meant:
+/// the tolerance of a mesh that fits badly.
+const RAISABLE: f64 = 0.1;
 
 /// A line for each problem.
 fn list(problems: &[Problem]) -> String {

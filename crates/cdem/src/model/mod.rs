@@ -1,6 +1,7 @@
 //! The model: arrays that a step reads and changes.
 
 pub(crate) mod build;
+mod caution;
 mod error;
 pub(crate) mod inertia;
 mod load;
@@ -19,7 +20,7 @@ use crate::contact::surface::Positions;
 use crate::element::ElementSet;
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
-use crate::scene::{Damping, Schedule};
+use crate::scene::{Damping, Problem, Schedule};
 
 /// What a run never changes, and the arrays of [`State`] that it does.
 pub(crate) struct Model<const D: usize> {
@@ -44,7 +45,8 @@ pub(crate) struct Model<const D: usize> {
     pub(crate) base_level: Vec<u8>,
     /// Largest stable step of an element and smallest, s.
     pub(crate) limits: [f64; 2],
-    pub(crate) warnings: Vec<String>,
+    /// What the user should look at before a run.
+    pub(crate) warnings: Vec<Problem>,
 }
 
 /// What the model knows of a block beside its mesh.

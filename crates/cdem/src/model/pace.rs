@@ -4,7 +4,7 @@
 use super::{BlockData, ModelError};
 use crate::element::{ElementSet, stable_step};
 use crate::mass::{MassKind, Masses};
-use crate::mesh::Mesh;
+use crate::mesh::{Block, Mesh};
 use crate::scene::Scene;
 use crate::step::levels::level_of;
 use crate::vector::pad;
@@ -112,6 +112,16 @@ impl Pace {
         finite.fold([0.0_f64, f64::INFINITY], |[high, low], &limit| {
             [high.max(limit), low.min(limit)]
         })
+    }
+
+    /// Shortest stable step in each block, s; infinite in fixed ones.
+    pub(super) fn shortest<const D: usize>(&self, mesh: &Mesh<D>) -> Vec<f64> {
+        let shortest = |block: &Block| {
+            let elements = block.elements.start as usize..block.elements.end as usize;
+            let limits = self.limit[elements].iter().copied();
+            limits.fold(f64::INFINITY, f64::min)
+        };
+        mesh.blocks.iter().map(shortest).collect()
     }
 
     /// The coarse step, s, and the number of steps; fills in the scene's.

@@ -2,6 +2,7 @@
 
 use super::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
+use crate::number::short;
 
 /// A box between two corners, of `divisions` cells along each axis.
 ///
@@ -64,7 +65,7 @@ impl<const D: usize> Lattice<D> {
             let finite = min[i].is_finite() && max[i].is_finite();
             if !finite || max[i] <= min[i] {
                 let axis = ["x", "y", "z"][i];
-                let (low, high) = (min[i], max[i]);
+                let (low, high) = (short(min[i]), short(max[i]));
                 let problem = format!("{axis} of max, {high}, must be above that of min, {low}");
                 return Err(fault("shape.box", problem));
             }
@@ -79,8 +80,9 @@ impl<const D: usize> Lattice<D> {
         let elements = cells * cut(element, 0).len() as f64;
         if elements > MOST_ELEMENTS {
             let problem = format!(
-                "{divisions:?} make {elements:.3e} elements, more than {MOST_ELEMENTS:.0e}; \
-                 use fewer divisions"
+                "{divisions:?} make {} elements, more than {}; use fewer divisions",
+                short(elements),
+                short(MOST_ELEMENTS)
             );
             return Err(fault("shape.box.divisions", problem));
         }

@@ -10,7 +10,8 @@ use spade::{
 
 use super::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
 use crate::mesh::vector::{between, centre, distance};
-use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
+use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh, coordinates};
+use crate::number::{short, significant};
 use crate::vector::{cross2, dot, sub};
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
@@ -87,28 +88,34 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
     let far = |corner: &&[f64; 2]| !corner.iter().all(|x| x.abs() <= FARTHEST);
     if let Some(corner) = corners.iter().find(far) {
         return wrong(format!(
-            "corner {corner:?} is not within {FARTHEST:e} m of the origin"
+            "corner {} is not within {} m of the origin",
+            coordinates(corner),
+            short(FARTHEST)
         ));
     }
     if !(size.is_finite() && size > 0.0) {
         return Err(fault(
             "shape.size",
-            format!("{size} must be a positive length"),
+            format!("{} m must be a positive length", short(size)),
         ));
     }
     for k in 0..count {
         let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % count]);
         if a == b {
             let problem = format!(
-                "side {} has no length: corner {a:?} is given twice in a row \
+                "side {} has no length: corner {} is given twice in a row \
                  (the last corner is joined to the first by itself)",
-                k + 1
+                k + 1,
+                coordinates(&a)
             );
             return wrong(problem);
         }
         let straight = turn(a, b, c) == 0.0;
         if straight && dot(&sub(&b, &a), &sub(&c, &b)) < 0.0 {
-            return wrong(format!("the boundary turns back on itself at corner {b:?}"));
+            let corner = coordinates(&b);
+            return wrong(format!(
+                "the boundary turns back on itself at corner {corner}"
+            ));
         }
     }
     for i in 0..count {
@@ -122,13 +129,32 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
             }
         }
     }
-    let estimate = area(corners) / (0.3 * size * size);
+    let estimate = estimate(corners, size);
     // What is not a number is too many, too.
     if !matches!(estimate.partial_cmp(&MOST_ELEMENTS), Some(Ordering::Less)) {
-        let problem = format!("{size} makes about {estimate:.1e} elements; choose a larger size");
+        let problem = format!(
+            "{} m makes about {} elements, more than {}; choose a larger size",
+            short(size),
+            significant(estimate, 2),
+            short(MOST_ELEMENTS)
+        );
         return Err(fault("shape.size", problem));
     }
     Ok(())
+}
+
+/// Elements of a polygon, about: as many equilateral triangles as fill it, and no
+/// fewer than pieces of its sides, which are many where it is thin.
+fn estimate(corners: &[[f64; 2]], size: f64) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    let sides: f64 = corners
+        .iter()
+        .zip(next)
+        .map(|(&a, &b)| distance(a, b))
+        .sum();
+    let triangles = area(corners) / (0.25 * 3.0_f64.sqrt() * size * size);
+    // No maximum: it would drop what is not a number.
+    triangles + sides / size
 }
 
 /// Twice the area of the triangle abc, exact in sign.

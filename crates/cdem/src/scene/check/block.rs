@@ -5,10 +5,8 @@ use super::super::{Block, Geometry, KeyPath, Problem, Rotation};
 use super::Check;
 use super::names::Sort;
 use super::value::{OneOf, POSITIVE};
-use crate::mesh::ElementKind;
-
-/// Cells of a box, at most: their nodes are counted in 32 bits.
-const MOST_CELLS: f64 = 1e9;
+use crate::mesh::{ElementKind, MOST_ELEMENTS};
+use crate::number::short;
 
 impl Check {
     pub(super) fn block(&mut self, at: &KeyPath, input: &input::Block) -> Option<Block> {
@@ -198,11 +196,10 @@ impl Check {
             return None;
         }
         let cells: f64 = divisions.iter().map(|n| f64::from(*n)).product();
-        if cells > MOST_CELLS {
-            self.report(
-                path.clone(),
-                format!("{cells:.0e} cells are too many: at most 1e9"),
-            );
+        if cells > MOST_ELEMENTS {
+            let (cells, most) = (short(cells), short(MOST_ELEMENTS));
+            let message = format!("{cells} cells are too many: at most {most}");
+            self.report(path.clone(), message);
             return None;
         }
         Some(divisions.iter().map(|n| *n as usize).collect())

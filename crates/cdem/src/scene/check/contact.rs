@@ -5,6 +5,7 @@ use super::super::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strengt
 use super::Check;
 use super::names::Sort;
 use super::value::{BETWEEN_ZERO_AND_ONE, NOT_NEGATIVE, POSITIVE};
+use crate::number::short;
 
 /// Deepest level of refinement that can be asked for.
 const DEEPEST_LEVEL: u32 = 16;
@@ -225,9 +226,13 @@ fn stiffness_hint(scene: &input::Scene) -> String {
     if scene.dimension == Some(2) {
         let thickness = scene.thickness.map_or(1.0, Quantity::si);
         let value = stiffest * thickness;
-        return format!("about young_modulus × thickness: normal_stiffness = {value:e}, in N/m");
+        return format!(
+            "about young_modulus × thickness: normal_stiffness = {}, in N/m",
+            short(value)
+        );
     }
     format!(
-        "about young_modulus × the edge of an element: {stiffest:e} times its length in m, in N/m"
+        "about young_modulus × the edge of an element: {} times its length in m, in N/m",
+        short(stiffest)
     )
 }
