@@ -355,7 +355,7 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactModel {
-    /// Unified nodes on refined sub-elements.
+    /// Unified nodes on refined sub-elements; not there yet.
     TwoScale,
     /// Unified nodes on the given mesh.
     UnifiedNode,

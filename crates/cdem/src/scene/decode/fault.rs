@@ -41,10 +41,10 @@ impl Fault {
     pub(super) fn into_problem(self) -> Problem {
         let table = self.path.unwrap_or_default();
         let Some(key) = self.key else {
-            let problem = Problem::new(table, self.message);
+            let example = || example(&table).map(|form| format!("for example: {form}"));
             return Problem {
-                help: self.help,
-                ..problem
+                help: self.help.or_else(example),
+                ..Problem::new(table, self.message)
             };
         };
         let path = table.key(&key);
@@ -57,6 +57,47 @@ impl Fault {
             help: self.help,
             ..Problem::new(path, self.message).of_key()
         }
+    }
+}
+
+/// How the value of a key is written, where its form is no matter of course.
+fn example(path: &KeyPath) -> Option<&'static str> {
+    let (Some(Step::Key(table)), Some(Step::Key(key))) =
+        (path.steps().first(), path.steps().last())
+    else {
+        return None;
+    };
+    Some(match (table.as_str(), key.as_str()) {
+        ("gravity", "gravity") => "gravity = [0.0, -9.81]",
+        ("boundary", "velocity") => "velocity = { x = 1.0 }, which leaves y free",
+        ("block", "velocity") => "velocity = [3.0, 0.0], or velocity = [\"10 km/h\", 0.0]",
+        ("block", "translate") => "translate = [1.0, 0.0]",
+        ("block", "shape") => {
+            "shape = { box = { min = [0, 0], max = [2, 1], divisions = [4, 2] } }"
+        }
+        ("block", "box") => "box = { min = [0, 0], max = [2, 1], divisions = [4, 2] }",
+        ("block", "min" | "max") => "min = [0.0, 0.0]",
+        ("block", "divisions") => "divisions = [4, 2]",
+        ("block", "polygon") => "polygon = [[0, 0], [1, 0], [0, 1]]",
+        ("material", "damping") => "damping = { mass = 0.5, stiffness = 1e-5 }, in 1/s and s",
+        ("time", "stop_when") => "stop_when = { kinetic_energy_below = 1e-6 }, in J",
+        ("boundary" | "probe", "point") => "point = [0.0, 0.0]",
+        ("load", "traction") => "traction = [0.0, 1e5]",
+        ("contact", "between") => "between = [\"left\", \"right\"]",
+        ("output", "fields") => "fields = [\"velocity\", \"stress\"]",
+        ("output", "block_list") => "block_list = [\"left\"]",
+        _ => return None,
+    })
+}
+
+/// The key that is meant by a symbol of the textbooks.
+fn of_symbol(symbol: &str) -> Option<&'static str> {
+    match symbol {
+        "E" => Some("young_modulus"),
+        "nu" | "ν" => Some("poisson_ratio"),
+        "rho" | "ρ" => Some("density"),
+        "phi" | "φ" => Some("friction_angle"),
+        _ => None,
     }
 }
 
@@ -124,14 +165,16 @@ impl Error for Fault {
 
     fn unknown_field(key: &str, keys: &'static [&'static str]) -> Self {
         let known = || keys.iter().copied();
-        let help = match (nearest(key, known()), home(key)) {
+        let symbol = of_symbol(key).filter(|meant| keys.contains(meant));
+        let symbol = symbol.map(|meant| format!("did you mean `{meant}`?"));
+        let help = symbol.unwrap_or_else(|| match (nearest(key, known()), home(key)) {
             _ if key == "block" && known().any(|known| known == "pressure") => {
                 "did you mean `group`? Sides of a shape are groups, as in group = \"floor.ymax\""
                     .to_owned()
             }
             (None, Some(home)) => format!("it belongs {home}"),
             _ => suggestion(key, known()),
-        };
+        });
         Self::custom("unknown key").of_key(key).help(help)
     }
 

@@ -31,7 +31,7 @@ pub(crate) struct Scene {
     pub(crate) version: Option<u32>,
     /// Free text.
     pub(crate) title: String,
-    /// Dimension of space: 2 or 3.
+    /// Dimension of space: 2 or 3. Contact between blocks in 3-D is not there yet.
     #[schemars(extend("enum" = [2, 3]))]
     pub(crate) dimension: Option<u32>,
     /// 2-D: what is assumed out of the plane.
@@ -324,15 +324,16 @@ pub(crate) struct Contact {
     /// first slip or opening.
     #[schemars(extend("minimum" = 0))]
     pub(crate) tensile_strength: Quantity<Pressure>,
-    /// Two-scale: accepted loss of a touch, share of its impact energy, in (0, 1).
+    /// Two-scale (not there yet): accepted loss of a touch, share of its impact
+    /// energy, in (0, 1).
     #[schemars(extend("default" = 0.01))]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) energy_loss: Option<Quantity<Ratio>>,
-    /// Two-scale: deepest level of refinement.
+    /// Two-scale (not there yet): deepest level of refinement.
     #[schemars(extend("default" = 5))]
     #[schemars(extend("maximum" = 16))]
     pub(crate) max_level: Option<u32>,
-    /// Two-scale: extent of the refined zone.
+    /// Two-scale (not there yet): extent of the refined zone.
     #[schemars(extend("default" = "graded"))]
     pub(crate) zone: Option<Zone>,
     /// Penalty: normal stiffness of a contact point, N/m; larger than 0.
@@ -456,6 +457,7 @@ pub(crate) struct Probe {
     pub(crate) name: Option<String>,
     /// Its block.
     pub(crate) block: Option<String>,
-    /// A point of the mesh as placed, m.
+    /// A point of the mesh as placed, m. Where the nearest node is farther away
+    /// than the block's largest element edge, a warning tells how far.
     pub(crate) point: Option<Vec<Quantity<Length>>>,
 }

@@ -20,12 +20,15 @@ pub(crate) trait Dimension: Copy + fmt::Debug + Default + PartialEq {
     const UNIT: &'static str;
     /// A text with a unit.
     const EXAMPLE: &'static str;
+    /// The usual units, smallest first.
+    const UNITS: &'static [&'static str];
     /// Powers of metre, kilogram, second and radian.
     const EXPONENTS: [i32; 4];
 }
 
 macro_rules! dimensions {
-    ($($name:ident, $measures:literal, $unit:literal, $example:literal, $exponents:expr;)*) => {
+    ($($name:ident, $measures:literal, $unit:literal, $example:literal, $exponents:expr,
+       [$($units:literal),*];)*) => {
         $(
             #[doc = concat!("In ", $unit, ".")]
             #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,6 +39,7 @@ macro_rules! dimensions {
                 const MEASURES: &'static str = $measures;
                 const UNIT: &'static str = $unit;
                 const EXAMPLE: &'static str = $example;
+                const UNITS: &'static [&'static str] = &[$($units),*];
                 const EXPONENTS: [i32; 4] = $exponents;
             }
         )*
@@ -49,18 +53,30 @@ macro_rules! dimensions {
 }
 
 dimensions! {
-    Ratio, "a plain number", "1", "25 %", [0, 0, 0, 0];
-    Length, "a length", "m", "5 mm", [1, 0, 0, 0];
-    Duration, "a time", "s", "0.2 ms", [0, 0, 1, 0];
-    Velocity, "a velocity", "m/s", "10 km/h", [1, 0, -1, 0];
-    Acceleration, "an acceleration", "m/s²", "9.81 m/s^2", [1, 0, -2, 0];
-    Angle, "an angle", "degrees", "30 deg", [0, 0, 0, 1];
-    AngularVelocity, "an angular velocity", "rad/s", "10 rpm", [0, 0, -1, 1];
-    Rate, "a rate", "1/s", "10 Hz", [0, 0, -1, 0];
-    Pressure, "a pressure", "Pa", "40 GPa", [-1, 1, -2, 0];
-    Density, "a density", "kg/m³", "2.7 t/m^3", [-3, 1, 0, 0];
-    Energy, "an energy", "J", "5 kJ", [2, 1, -2, 0];
-    Stiffness, "a stiffness", "N/m", "10 MN/m", [0, 1, -2, 0];
+    Ratio, "a plain number", "1", "25 %", [0, 0, 0, 0],
+        ["%"];
+    Length, "a length", "m", "5 mm", [1, 0, 0, 0],
+        ["µm", "mm", "cm", "m", "km"];
+    Duration, "a time", "s", "0.2 ms", [0, 0, 1, 0],
+        ["µs", "ms", "s", "min", "h"];
+    Velocity, "a velocity", "m/s", "10 km/h", [1, 0, -1, 0],
+        ["mm/s", "m/s", "km/h", "km/s"];
+    Acceleration, "an acceleration", "m/s²", "9.81 m/s^2", [1, 0, -2, 0],
+        ["mm/s^2", "m/s^2"];
+    Angle, "an angle", "degrees", "30 deg", [0, 0, 0, 1],
+        ["deg", "rad"];
+    AngularVelocity, "an angular velocity", "rad/s", "10 rpm", [0, 0, -1, 1],
+        ["deg/s", "rad/s", "rpm"];
+    Rate, "a rate", "1/s", "10 Hz", [0, 0, -1, 0],
+        ["1/s", "Hz", "kHz"];
+    Pressure, "a pressure", "Pa", "40 GPa", [-1, 1, -2, 0],
+        ["Pa", "kPa", "bar", "MPa", "GPa"];
+    Density, "a density", "kg/m³", "2.7 t/m^3", [-3, 1, 0, 0],
+        ["kg/m^3", "g/cm^3", "t/m^3"];
+    Energy, "an energy", "J", "5 kJ", [2, 1, -2, 0],
+        ["mJ", "J", "kJ", "MJ"];
+    Stiffness, "a stiffness", "N/m", "10 MN/m", [0, 1, -2, 0],
+        ["N/m", "kN/m", "MN/m", "GN/m"];
 }
 
 /// A number in SI units (angles: radians) that a scene gives as a number or as
@@ -106,23 +122,46 @@ impl<M: Dimension> Quantity<M> {
     }
 
     fn from_text<E: Error>(text: &str) -> Result<Self, E> {
-        let advice = |what: String| {
-            let (measures, example) = (M::MEASURES, M::EXAMPLE);
-            let unit = match M::UNIT {
-                "1" => String::new(),
-                unit => format!(" in {unit}"),
-            };
-            E::custom(format_args!(
-                "expected {measures}, but {what}\n\
-                 write a number{unit}, or text such as \"{example}\""
-            ))
+        let wrong = |what: &str, help: String| {
+            let measures = M::MEASURES;
+            E::custom(format_args!("expected {measures}, but {what}\n{help}"))
         };
-        let measured = units::read(text).map_err(advice)?;
+        let measured = units::read(text).map_err(|misread| {
+            let help = misread.unit.as_deref().map_or_else(Self::form, Self::units);
+            wrong(&misread.message, help)
+        })?;
         if measured.exponents == M::EXPONENTS {
             return Ok(Self::new(measured.value));
         }
         let found = measures(measured.exponents);
-        Err(advice(format!("\"{text}\" is {found}")))
+        Err(wrong(&format!("\"{text}\" is {found}"), Self::form()))
+    }
+
+    /// How to write it.
+    fn form() -> String {
+        let example = M::EXAMPLE;
+        match M::UNIT {
+            "1" => format!("write a number, or text such as \"{example}\""),
+            unit => format!("write a number in {unit}, or text such as \"{example}\""),
+        }
+    }
+
+    /// What to write instead of a unit that is not known.
+    fn units(unknown: &str) -> String {
+        let (measures, all) = (M::MEASURES, M::UNITS.join(", "));
+        // Units differ by their capitals: the same letters are nearest.
+        let letters = |unit: &&&str| unit.to_lowercase() == unknown.to_lowercase();
+        let same = M::UNITS.iter().find(letters).copied();
+        // One slip; with two, "mph" would be "km/h".
+        let slip =
+            |unit: &&&str| unknown.len() > 2 && strsim::damerau_levenshtein(unknown, unit) < 2;
+        match same.or_else(|| M::UNITS.iter().find(slip).copied()) {
+            Some(unit) => format!("did you mean `{unit}`? Units of {measures}: {all}"),
+            None => format!(
+                "units of {measures}: {all}; or write a number in {}",
+                M::UNIT
+            ),
+        }
     }
 }
 
@@ -247,6 +286,49 @@ mod tests {
         );
         let message = read::<Length>(json!("5 kg m")).expect_err("kg m");
         assert!(message.contains("is something else"), "{message}");
+    }
+
+    #[test]
+    fn unknown_units_are_answered_with_known_ones() {
+        let told = |text: &str| read::<Pressure>(json!(text)).expect_err(text);
+        let message = told("40 GPA");
+        assert!(message.contains("did you mean `GPa`?"), "{message}");
+        let message = told("5 ksi");
+        assert!(
+            message
+                .contains("units of a pressure: Pa, kPa, bar, MPa, GPa; or write a number in Pa"),
+            "{message}"
+        );
+        let message = read::<Velocity>(json!("30 mph")).expect_err("miles");
+        assert!(
+            message.contains("\nunits of a velocity: mm/s, m/s"),
+            "{message}"
+        );
+        let message = read::<Velocity>(json!("30 km/hr")).expect_err("hr");
+        assert!(message.contains("did you mean `km/h`?"), "{message}");
+    }
+
+    fn listed<M: Dimension>() {
+        for unit in M::UNITS {
+            let read = read::<M>(json!(format!("1 {unit}")));
+            assert!(read.is_ok(), "{unit}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn the_units_that_are_listed_are_known() {
+        listed::<Ratio>();
+        listed::<Length>();
+        listed::<Duration>();
+        listed::<Velocity>();
+        listed::<Acceleration>();
+        listed::<Angle>();
+        listed::<AngularVelocity>();
+        listed::<Rate>();
+        listed::<Pressure>();
+        listed::<Density>();
+        listed::<Energy>();
+        listed::<Stiffness>();
     }
 
     #[test]

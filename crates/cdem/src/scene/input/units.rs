@@ -12,6 +12,15 @@ pub(crate) struct Measured {
     pub(crate) exponents: Exponents,
 }
 
+/// Why a text is no quantity.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Misread {
+    /// As a part of a sentence.
+    pub(crate) message: String,
+    /// The unit, where it is not known.
+    pub(crate) unit: Option<String>,
+}
+
 /// A unit: a power of ten, a factor that is none, and powers of base units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit {
@@ -65,18 +74,25 @@ const PREFIXES: [(char, i32); 10] = [
 /// divides.
 ///
 /// # Errors
-/// What is wrong, as a sentence.
-pub(crate) fn read(text: &str) -> Result<Measured, String> {
+/// What is wrong.
+pub(crate) fn read(text: &str) -> Result<Measured, Misread> {
     let text = text.trim();
     let (number, unit) = text.split_at(number_length(text));
+    let wrong = |message: String| Misread {
+        message,
+        unit: None,
+    };
     if number.is_empty() {
-        return Err(format!("\"{text}\" does not begin with a number"));
+        return Err(wrong(format!("\"{text}\" does not begin with a number")));
     }
     let unit = unit.trim();
     if unit.is_empty() {
-        return Err(format!("\"{text}\" has no unit"));
+        return Err(wrong(format!("\"{text}\" has no unit")));
     }
-    let unit = compound(unit)?;
+    let unit = compound(unit).map_err(|message| Misread {
+        message,
+        unit: Some(unit.to_owned()),
+    })?;
     let (digits, tens) = match number.split_once(['e', 'E']) {
         None => (number, Some(0)),
         Some((digits, tens)) => (digits, tens.parse::<i32>().ok()),
@@ -89,8 +105,8 @@ pub(crate) fn read(text: &str) -> Result<Measured, String> {
             value,
             exponents: unit.exponents,
         }),
-        Some(_) => Err(format!("\"{text}\" is too large")),
-        None => Err(format!("\"{number}\" is not a number")),
+        Some(_) => Err(wrong(format!("\"{text}\" is too large"))),
+        None => Err(wrong(format!("\"{number}\" is not a number"))),
     }
 }
 
@@ -263,7 +279,7 @@ mod tests {
             ("nan m", "does not begin with a number"),
         ] {
             let message = read(text).expect_err(text);
-            assert!(message.contains(part), "{text}: {message}");
+            assert!(message.message.contains(part), "{text}: {message:?}");
         }
     }
 

@@ -1,10 +1,11 @@
 //! Values that a scene gives in two ways: constant or as a table in time,
 //! single or by component.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -12,14 +13,31 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::quantity::{Angle, Dimension, Duration, Quantity, Ratio};
 
 /// A quantity, or something else that is an array or a table.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged, bound(serialize = "M: Dimension, T: Serialize"))]
-#[schemars(inline, bound = "M: Dimension, T: JsonSchema")]
 pub(crate) enum QuantityOr<M, T> {
     /// A number, or text with a unit.
     Quantity(Quantity<M>),
     /// A table in time, a vector, or axis and angle.
     Other(T),
+}
+
+impl<M: Dimension, T: JsonSchema + OtherForm> JsonSchema for QuantityOr<M, T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}Or{}", M::NAME, T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut other = T::json_schema(generator);
+        other.insert("description".to_owned(), T::description().into());
+        json_schema!({
+            "anyOf": [generator.subschema_for::<Quantity<M>>(), other],
+        })
+    }
 }
 
 /// A row `[time, value]` of a table.
@@ -45,9 +63,8 @@ pub(crate) struct AxisAngle {
 }
 
 /// A vector, or a table of `[time, vector]`.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged, bound(serialize = "M: Dimension"))]
-#[schemars(inline, bound = "M: Dimension")]
 pub(crate) enum VaryingVector<M> {
     /// The same at all times.
     Constant(Vec<Quantity<M>>),
@@ -55,26 +72,80 @@ pub(crate) enum VaryingVector<M> {
     Table(Vec<Row<Vec<Quantity<M>>>>),
 }
 
-/// The form beside a number, in a sentence.
+impl<M: Dimension> JsonSchema for VaryingVector<M> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}VectorOrTable", M::NAME).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut constant = Vec::<Quantity<M>>::json_schema(generator);
+        let text = format!("A vector in {}, the same at all times.", M::UNIT);
+        constant.insert("description".to_owned(), text.into());
+        let mut table = Vec::<Row<Vec<Quantity<M>>>>::json_schema(generator);
+        let text = format!(
+            "A table [[time, vector], …] in s and {}: linear between its rows, held beyond \
+             its ends.",
+            M::UNIT
+        );
+        table.insert("description".to_owned(), text.into());
+        json_schema!({ "anyOf": [constant, table] })
+    }
+}
+
+/// "pressure", without its article.
+fn measured<M: Dimension>() -> &'static str {
+    M::MEASURES
+        .split_once(' ')
+        .map_or(M::MEASURES, |(_, rest)| rest)
+}
+
+/// The form beside a number.
 pub(crate) trait OtherForm {
-    /// "an array of numbers"
+    /// In a sentence: "an array of numbers".
     const FORM: &'static str;
+
+    /// In the schema.
+    fn description() -> String;
 }
 
-impl<M> OtherForm for Vec<Quantity<M>> {
+impl<M: Dimension> OtherForm for Vec<Quantity<M>> {
     const FORM: &'static str = "an array of numbers";
+
+    fn description() -> String {
+        format!("3-D: a vector [x, y, z] in {}.", M::UNIT)
+    }
 }
 
-impl<M> OtherForm for Vec<Row<Quantity<M>>> {
+impl<M: Dimension> OtherForm for Vec<Row<Quantity<M>>> {
     const FORM: &'static str = "a table [[time, value], …]";
+
+    fn description() -> String {
+        format!(
+            "A table [[time, {}], …] in s and {}: linear between its rows, held beyond its ends.",
+            measured::<M>(),
+            M::UNIT
+        )
+    }
 }
 
-impl<M> OtherForm for Row<Vec<Quantity<M>>> {
+impl<M: Dimension> OtherForm for Row<Vec<Quantity<M>>> {
     const FORM: &'static str = "a row [time, [x, y, …]]";
+
+    fn description() -> String {
+        format!("A row [time, vector] of a table in s and {}.", M::UNIT)
+    }
 }
 
 impl OtherForm for AxisAngle {
     const FORM: &'static str = "in 3-D { axis = [x, y, z], angle = … }";
+
+    fn description() -> String {
+        "3-D: axis and angle.".to_owned()
+    }
 }
 
 impl<'de, M, T> Deserialize<'de> for QuantityOr<M, T>
