@@ -1,4 +1,5 @@
-"""Draw a run: snapshots side by side, and the energies over time.
+"""Draw a run: snapshots side by side (of long models: above each other), and the
+energies over time.
 
     .venv/bin/python tools/picture.py RESULTS                      # RESULTS.png, beside it
     .venv/bin/python tools/picture.py RESULTS --field stress:xx --at 0.1 0.2 -o hit.png
@@ -10,6 +11,7 @@ current positions of the points, all with one colour scale.
 
 import argparse
 import csv
+import shlex
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -18,6 +20,7 @@ from typing import NamedTuple
 import matplotlib
 import numpy as np
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import ListedColormap
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
@@ -29,6 +32,11 @@ UNITS = {
     "displacement": "m", "velocity": "m/s", "contact_force": "N",
     "stress": "Pa", "von_mises": "Pa", "principal_stress": "Pa",
 }
+# Fields of numbers that are names: neighbours in number are nothing alike.
+NAMED = {"block", "material"}
+# Inches, of 150 pixels: width of a panel in a single row, and of a page; the
+# lowest that a panel should be, and its title.
+PANEL_WIDTH, PAGE_WIDTH, PANEL_HEIGHT, TITLE = 3.2, 12.8, 1.7, 0.4
 VOIGT = ["xx", "yy", "zz", "xy", "yz", "zx"]
 AXES = ["x", "y", "z"]
 
@@ -87,6 +95,8 @@ def read(time, file, field):
     reader.SetFileName(str(file))
     reader.Update()
     grid = reader.GetOutput()
+    if grid.GetNumberOfCells() > 0 and grid.GetCell(0).GetCellDimension() > 2:
+        raise Mistake(f"{file} is of a 3-D run, and only 2-D runs can be drawn: open frames.pvd in ParaView")
     points = vtk_to_numpy(grid.GetPoints().GetData())[:, :2]
     cells = [vtk_to_numpy(part) for part in (grid.GetCells().GetConnectivityArray(), grid.GetCells().GetOffsetsArray())]
     corners = [cells[0][begin:end] for begin, end in zip(cells[1][:-1], cells[1][1:])]
@@ -104,32 +114,58 @@ def read(time, file, field):
     return Frame(time, [points[cell] for cell in corners], values)
 
 
-def draw_snapshots(frames, field, file):
-    """Draw frames side by side with one colour scale; stress is centred on zero."""
+def colours(values, named):
+    """Colour map and limits: distinct colours for names, centred on zero for signs."""
+    least, most = values.min(), values.max()
+    if named:
+        distinct = [pyplot.get_cmap("tab20")(int(value) % 20) for value in np.arange(least, most + 1)]
+        return ListedColormap(distinct), least - 0.5, most + 0.5
+    if least < 0 < most:
+        most = max(-least, most)
+        return "RdBu_r", -most, most
+    return "viridis", least, most
+
+
+def layout(width, height, count):
+    """Rows and columns of panels, and the size of one in inches: one row, unless its
+    panels would be lower than PANEL_HEIGHT; then as many columns as fit on a page
+    with panels of that height, or one where even a page is too narrow."""
+    panel = PANEL_WIDTH
+    columns = count
+    while columns > 1 and panel * height / width < PANEL_HEIGHT:
+        columns -= 1
+        panel = PAGE_WIDTH / columns
+    return -(-count // columns), columns, (panel, panel * min(max(height / width, 0.02), 2.0))
+
+
+def draw_snapshots(frames, field, file, command):
+    """Draw frames with one colour scale; the picture remembers its command."""
     corners = np.concatenate([polygon for frame in frames for polygon in frame.polygons])
     low, high = corners.min(axis=0), corners.max(axis=0)
     margin = 0.03 * max(high - low)
     values = np.concatenate([frame.values for frame in frames])
-    least, most = values.min(), values.max()
-    signed = least < 0 < most
-    if signed:
-        most = max(-least, most)
-        least = -most
+    named = field in NAMED
+    colour_map, least, most = colours(values, named)
 
     width, height = high - low + 2 * margin
-    panel = 3.2
-    size = (panel * len(frames) + 1.0, panel * min(max(height / width, 0.35), 2.0) + 0.6)
-    figure, panels = pyplot.subplots(1, len(frames), figsize=size, layout="constrained", squeeze=False)
-    for axes, frame in zip(panels[0], frames):
-        cells = PolyCollection(frame.polygons, array=frame.values, cmap="RdBu_r" if signed else "viridis")
+    rows, columns, (across, down) = layout(width, height, len(frames))
+    size = (across * columns + 1.0, (down + TITLE) * rows + 0.2)
+    figure, panels = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    for axes in panels.flat[len(frames):]:
+        axes.set_axis_off()
+    for axes, frame in zip(panels.flat, frames):
+        cells = PolyCollection(frame.polygons, array=frame.values, cmap=colour_map)
         cells.set(clim=(least, most), edgecolor="0.25", linewidth=0.5)
         axes.add_collection(cells)
         axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
         axes.set(aspect="equal", xticks=[], yticks=[], title=f"{1e3 * frame.time:.4g} ms")
     unit = UNITS.get(field.partition(":")[0])
     title = field.replace("_", " ").replace(":", " ")
-    figure.colorbar(cells, ax=panels[0].tolist(), label=f"{title}, {unit}" if unit else title, shrink=0.9)
-    figure.savefig(file, dpi=150)
+    bar = figure.colorbar(cells, ax=panels.ravel().tolist(), label=f"{title}, {unit}" if unit else title, shrink=0.9)
+    if named:
+        bar.set_ticks(range(int(values.min()), int(values.max()) + 1, 1 + int(np.ptp(values)) // 20))
+        bar.minorticks_off()
+    figure.savefig(file, dpi=150, metadata={"Description": f"tools/picture.py {command}"})
     pyplot.close(figure)
 
 
@@ -170,11 +206,12 @@ def main(arguments=None):
     parser.add_argument("--snapshots", type=int, default=4, help="how many, evenly spread (4)")
     parser.add_argument("--at", type=float, nargs="+", help="these times instead, s")
     parser.add_argument("--energies", type=Path, help="also draw the energies, into this file")
+    arguments = sys.argv[1:] if arguments is None else arguments
     wanted = parser.parse_args(arguments)
     try:
         chosen = choose(series(wanted.results), wanted.snapshots, wanted.at)
         frames = [read(time, file, wanted.field) for time, file in chosen]
-        draw_snapshots(frames, wanted.field, wanted.output or beside(wanted.results))
+        draw_snapshots(frames, wanted.field, wanted.output or beside(wanted.results), shlex.join(arguments))
         if wanted.energies:
             draw_energies(wanted.results, wanted.energies)
     except Mistake as mistake:

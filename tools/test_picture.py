@@ -9,8 +9,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 from matplotlib import image
+from PIL import Image
 
 import picture
+
+EXAMPLE = Path(__file__).resolve().parent.parent / "examples/two-prisms-2d"
 
 HISTORY = """step,time,kinetic_energy,strain_energy,impact_loss,friction_loss,energy_residual
 0,0.0,10.0,0.0,0.0,0.0,0.0
@@ -75,6 +78,33 @@ class Picture(unittest.TestCase):
             pixels = image.imread(beside / name)
             self.assertGreater(len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)), 10, name)
         self.assertEqual(sorted(self.folder.iterdir()), before, "the folder is the run's")
+
+    def test_a_3d_run_is_refused(self):
+        solid = meshio.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float), [("tetra", np.array([[0, 1, 2, 3]]))])
+        for frame in (self.folder / "frames").iterdir():
+            solid.write(frame)
+        status, said = self.run_main()
+        self.assertEqual(status, 2)
+        self.assertIn("3-D run", said)
+
+    def test_names_have_distinct_colours_and_numbers_a_scale(self):
+        colour_map, least, most = picture.colours(np.array([0, 2, 1]), named=True)
+        self.assertEqual((colour_map.N, least, most), (3, -0.5, 2.5))
+        self.assertEqual(len({tuple(colour) for colour in colour_map.colors}), 3)
+        self.assertEqual(picture.colours(np.array([-1.0, 4.0]), named=False)[1:], (-4.0, 4.0))
+
+    def test_long_models_are_drawn_above_each_other(self):
+        self.assertEqual(picture.layout(1.0, 0.6, 4)[:2], (1, 4))
+        rows, columns, (across, down) = picture.layout(4.0, 1.2, 4)
+        self.assertEqual((rows, columns), (2, 2))
+        self.assertAlmostEqual(across / down, 4.0 / 1.2)
+        self.assertGreaterEqual(down, picture.PANEL_HEIGHT)
+        self.assertEqual(picture.layout(40.0, 1.0, 5)[:2], (5, 1))
+
+    def test_the_picture_of_the_example_is_made_as_its_readme_says(self):
+        command = Image.open(EXAMPLE / "picture.png").text["Description"]
+        readme = " ".join((EXAMPLE / "README.md").read_text().replace("\\\n", " ").split())
+        self.assertIn(command, readme)
 
     def test_an_unknown_field_is_answered_with_the_known_ones(self):
         status, said = self.run_main("--field", "speed")
