@@ -10,7 +10,7 @@ use crate::number::{short, significant};
 use crate::sample::HistoryRow;
 use crate::scene::{Kinematics, Scene};
 use crate::step::Run;
-use crate::vector::{add_scaled, dot, scale, sub};
+use crate::vector::{add_scaled, dot, pad, scale, sub};
 
 /// Why a run stopped itself.
 #[derive(Clone, Debug, Error)]
@@ -55,6 +55,19 @@ pub enum StepError {
         element: u32,
         jacobian: f64,
     },
+    /// Blocks lie in each other, deeper than contact leaves them.
+    #[error(
+        "t = {time:e} s: block \"{}\" lies {depth:.3e} m deep in block \"{}\" at ({:.6}, {:.6}, \
+         {:.6}): a contact was missed; report the scene as a defect, and try a smaller `time.step`",
+        blocks[0], blocks[1], at[0], at[1], at[2]
+    )]
+    #[allow(missing_docs)] // the message names them
+    Penetration {
+        time: f64,
+        blocks: [String; 2],
+        at: [f64; 3],
+        depth: f64,
+    },
     /// Energy has come from nowhere, or gone there.
     #[error(
         "t = {} s: {} J of {} J are unaccounted for in the energy ledger; \
@@ -86,6 +99,14 @@ const STRETCHES: [f64; 2] = [0.8, 1.1];
 /// A node may leave its block at so many times the speed of waves and of the
 /// fastest block at the start. Nothing that is stable comes near.
 const RUNAWAY: f64 = 10.0;
+
+/// Coarse steps between two looks for blocks in each other: one costs as much as
+/// some ten steps.
+const OVERLAP_INTERVAL: u64 = 1024;
+
+/// Depth at which blocks lie in each other, over the contact tolerance: what a
+/// solved contact leaves is less than one.
+const OVERLAP_LIMIT: f64 = 10.0;
 
 /// Strains below this share are round-off: what they and the speeds that go
 /// with them hold of energy, no ledger can tell from nothing.
@@ -232,6 +253,37 @@ impl Health {
         })?;
         self.looked = Some(number);
         Ok(())
+    }
+
+    /// The look at what no contact knows of: blocks in each other. Dear, so
+    /// every [`OVERLAP_INTERVAL`] steps, at the end, and where nodes have
+    /// outrun the search.
+    pub(crate) fn check_overlap<const D: usize>(run: &mut Run<D>) -> Result<(), StepError> {
+        let number = run.state.number;
+        let due = number.is_multiple_of(OVERLAP_INTERVAL) || number == run.model.step_count;
+        let Some(contacts) = &mut run.contacts else {
+            return Ok(());
+        };
+        if !contacts.take_outrun() && !due {
+            return Ok(());
+        }
+        let contacts = &*contacts;
+        let at = run.model.positions(&run.state);
+        let mut mesh = run.model.mesh.clone();
+        for (node, place) in (0..).zip(&mut mesh.nodes) {
+            *place = at.at(node);
+        }
+        let apart = |a: usize, b: usize| contacts.keeps_apart(a as u32, b as u32);
+        let depth = OVERLAP_LIMIT * contacts.tolerance();
+        match crate::mesh::overlap(&mesh, depth, &apart) {
+            None => Ok(()),
+            Some(found) => Err(StepError::Penetration {
+                time: run.time(),
+                blocks: found.blocks.map(|block| run.block_name(block)),
+                at: pad(&found.point),
+                depth: found.depth,
+            }),
+        }
     }
 
     /// The look at the ledger: it must balance where it is `enforced`, and

@@ -66,8 +66,9 @@ impl<const D: usize> Run<D> {
         }
         if let Some(contacts) = &self.contacts {
             row.strain_energy += contacts.spring_energy(at);
-            row.impact_loss = contacts.books().impact_loss;
-            row.friction_loss = contacts.books().friction_loss + instant.state.friction;
+            row.impact_loss = contacts.books().impact_loss + instant.state.impact_loss;
+            row.friction_loss = contacts.books().friction_loss + instant.state.friction_loss;
+            row.fracture_loss = contacts.books().fracture_loss;
             row.contacts = contacts.live().count() as u64;
         }
         row.energy_residual = row.kinetic_energy
@@ -75,6 +76,7 @@ impl<const D: usize> Run<D> {
             + row.impact_loss
             + row.friction_loss
             + row.damping_loss
+            + row.fracture_loss
             + row.correction_loss
             - row.external_work
             - row.gravity_work

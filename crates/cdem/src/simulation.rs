@@ -382,6 +382,7 @@ impl<const D: usize> Driven<D> {
         self.exchange
             .count(ledger.external_work, ledger.gravity_work);
         self.health.check_motion(&self.run)?;
+        Health::check_overlap(&mut self.run)?;
         let number = self.run.state.number;
         if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
             return Ok(());
@@ -394,6 +395,8 @@ impl<const D: usize> Driven<D> {
 
     fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
         let mut warnings = self.health.warnings.clone();
+        let contacts = self.run.contacts.as_ref();
+        warnings.extend(contacts.and_then(|contacts| contacts.books().warning()));
         let row = self.history();
         warnings.extend(Health::ledger_warning(&row, &self.exchange, watch_energy));
         warnings

@@ -8,6 +8,7 @@ mod corners;
 mod crowd;
 mod impacts;
 mod joints;
+mod many;
 mod paper;
 mod slope;
 mod stack;

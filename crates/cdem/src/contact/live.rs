@@ -148,10 +148,64 @@ impl<const D: usize> Live<D> {
         }
     }
 
+    /// The constraint at the instant of an impact before a drift of `drift`
+    /// seconds. A pair that was closed already bears what its last kick has left
+    /// of its impulse, and a joint its strength over that drift besides.
+    pub(crate) fn impact(&self, operator: Operator<D>, drift: f64) -> Constraint<D> {
+        let mut constraint = self.constraint(operator, drift, 0.0);
+        constraint.impulse = [0.0; D];
+        if self.fresh {
+            constraint.target = [0.0; D];
+            return constraint;
+        }
+        let strength = self.limit(drift);
+        let spare = self.law.friction * self.impulse[0] - shear_norm(&self.impulse);
+        constraint.limit = Limit {
+            friction: strength.friction,
+            cohesion: strength.cohesion + spare.max(0.0),
+            tension: strength.tension + self.impulse[0].max(0.0),
+        };
+        constraint
+    }
+
+    /// What an impact leaves: a slip, a broken joint, less of the last kick's
+    /// impulse.
+    pub(crate) fn take_impact(
+        &mut self,
+        solved: &Constraint<D>,
+        velocity: &[[f64; D]],
+        least: f64,
+    ) {
+        if std::mem::take(&mut self.fresh) {
+            if solved.slips(velocity, least) && !self.joint {
+                self.slide();
+            }
+        } else {
+            self.breaks(solved, velocity, least);
+            self.impulse[0] += solved.impulse[0].min(0.0);
+        }
+    }
+
     /// Binds the pair to the material point of the target where it is now.
     pub(crate) fn stick(&mut self) {
         self.sticks = true;
         self.offset[1..].fill(0.0);
+    }
+
+    /// Breaks a joint that its solved constraint has found too weak; whether it
+    /// did.
+    pub(crate) fn breaks(
+        &mut self,
+        constraint: &Constraint<D>,
+        velocity: &[[f64; D]],
+        least: f64,
+    ) -> bool {
+        let breaks =
+            self.joint && (constraint.opens(velocity, least) || constraint.slips(velocity, least));
+        if breaks {
+            self.slide();
+        }
+        breaks
     }
 
     /// Frees the tangent; cohesion and tensile strength are lost.

@@ -3,6 +3,7 @@
 
 mod broad_phase;
 mod direct;
+mod impact;
 pub(crate) mod island;
 pub(crate) mod law;
 pub(crate) mod live;
@@ -12,6 +13,7 @@ mod outline_tests;
 mod penalty;
 mod solve;
 pub(crate) mod surface;
+mod touches;
 
 use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
@@ -22,6 +24,7 @@ use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::scene::{ContactModel, Scene};
+use crate::step::kick::Velocity;
 use crate::step::levels::Joined;
 
 /// Relative motion, in units of the fastest node's over a coarse step, within
@@ -54,13 +57,17 @@ pub(crate) struct Jump<'a, const D: usize> {
 
 /// What lies behind the surfaces.
 pub(crate) trait Interior<const D: usize> {
-    /// A touch has changed the velocities of an island. Returns the impulses
-    /// of elements on its nodes that the touch brings forward, N·s, for
-    /// the island to apply.
+    /// A touch has changed the velocities of an island. Returns the impulses of
+    /// elements that go with it, N·s, on its nodes and others.
     fn split(&mut self, motion: &mut Motion<D>, jump: &Jump<D>) -> Vec<(u32, [f64; D])>;
 
-    /// The same touch with its impulses applied. Returns how much less it has
-    /// lost than velocities in the middle of the drift say, J.
+    /// The same touch with these impulses. Returns the factor on them that
+    /// balances the energy.
+    fn balance(&mut self, motion: &Motion<D>) -> f64;
+
+    /// The same touch with that, `remaining` seconds before the end of the
+    /// drift. Returns how much less it has taken than the impulses of the
+    /// contacts have, J.
     fn settle(&mut self, motion: &mut Motion<D>, remaining: f64) -> f64;
 }
 
@@ -80,6 +87,10 @@ pub(crate) struct Contacts<const D: usize> {
     candidates: Vec<Pair>,
     /// Relative motion that the last search still covers, m.
     covered: f64,
+    /// Relative motion within which pairs were taken for near in the last step,
+    /// m, and whether nodes have moved farther in any since last asked.
+    reach: f64,
+    outrun: bool,
     /// Those of them that may touch in this coarse step, sorted.
     near: Vec<Pair>,
     /// Pairs whose nodes share a level, with the step that last needed it.
@@ -153,6 +164,8 @@ impl<const D: usize> Contacts<D> {
                 .collect(),
             candidates: Vec::new(),
             covered: f64::NEG_INFINITY,
+            reach: f64::INFINITY,
+            outrun: false,
             near: Vec::new(),
             joins: Vec::new(),
             islands: Vec::new(),
@@ -173,7 +186,7 @@ impl<const D: usize> Contacts<D> {
         for &pair in &self.candidates {
             let projection = self.terms.surface.project(pair, at);
             if projection.gap.abs() <= self.terms.tolerance
-                && projection.outside <= 1e-9 * self.terms.surface.target_size(pair.target, at)
+                && projection.outside <= self.terms.tolerance
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();
@@ -188,21 +201,25 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Before a coarse step: searches when the last search no longer covers
-    /// what may move, and finds the pairs that may come in contact. `speed` is
-    /// that of the fastest node, m/s. Returns whether other nodes than before
-    /// count as one in the levels.
+    /// what may move, and finds the pairs that may come in contact. Speeds are
+    /// those of the fastest node, now and to reckon with in the step, m/s.
+    /// Returns whether other nodes than before count as one in the levels.
     pub(crate) fn find(
         &mut self,
         at: Positions<D>,
-        (speed, step, number): (f64, f64, u64),
+        [speed, ahead]: [f64; 2],
+        (step, number): (f64, u64),
     ) -> bool {
-        let reach = REACH * speed * step + 0.1 * self.terms.tolerance;
+        // Two bodies that approach; the margin of REACH is for kicks.
+        self.outrun |= 2.0 * speed * step > self.reach;
+        let reach = REACH * ahead * step + 0.1 * self.terms.tolerance;
+        self.reach = reach;
         if self.covered < reach {
             let margin = MARGIN * reach + self.terms.tolerance;
             self.search(at, margin);
             self.covered = margin - self.terms.tolerance;
         }
-        self.covered -= REACH * speed * step;
+        self.covered -= REACH * ahead * step;
         let near: Vec<Pair> = self
             .candidates
             .iter()
@@ -374,7 +391,7 @@ impl<const D: usize> Contacts<D> {
         }
         let setting = self.terms.setting(inertia);
         for island in &mut self.islands {
-            self.books.impact_loss += island.collide(&setting, motion, step, &|_| {}, receive);
+            island.meet_initial(&setting, motion, step, receive, &mut self.books);
         }
     }
 
@@ -412,8 +429,8 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// The same without leaving a trace; returns what it would have cost in
-    /// friction, J.
+    /// The same without leaving a trace; returns what it would have cost, as
+    /// works done at the velocities before.
     pub(crate) fn peek(
         &self,
         motion: &mut Motion<D>,
@@ -421,9 +438,12 @@ impl<const D: usize> Contacts<D> {
         before: &[[f64; D]],
         timing: Timing,
         receive: Receive<D>,
-    ) -> f64 {
+    ) -> Books {
         let setting = self.terms.setting(inertia);
-        let mut books = Books::default();
+        let mut books = Books {
+            at: Velocity::Before,
+            ..Books::default()
+        };
         for island in &self.islands {
             let Some(timing) = island.nodes.first().and_then(|&node| timing(node)) else {
                 continue;
@@ -444,7 +464,7 @@ impl<const D: usize> Contacts<D> {
                 }
             }
         }
-        books.friction_loss
+        books
     }
 
     /// Drifts the islands that are due, touch by touch.
@@ -531,6 +551,24 @@ impl<const D: usize> Contacts<D> {
     /// Contacts that have ended since the last call.
     pub(crate) fn take_ended(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.ended)
+    }
+
+    /// Whether nodes have moved farther in a step than its search had reached
+    /// since the last call.
+    pub(crate) fn take_outrun(&mut self) -> bool {
+        std::mem::take(&mut self.outrun)
+    }
+
+    /// Whether two blocks may never lie in each other.
+    pub(crate) fn keeps_apart(&self, a: u32, b: u32) -> bool {
+        self.model != ContactModel::Penalty
+            && !(self.fixed[a as usize] && self.fixed[b as usize])
+            && self.terms.laws.between(a, b).enabled
+    }
+
+    /// d_tol, m.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.terms.tolerance
     }
 
     /// Energies so far, J.

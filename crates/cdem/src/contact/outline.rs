@@ -121,6 +121,25 @@ impl Outline {
         }
     }
 
+    /// When the foot of a pair passes an end of its edge, at constant velocities.
+    fn entries(&self, pair: Pair, at: Positions<2>, velocity: &[[f64; 2]]) -> [Option<f64>; 4] {
+        let p = self.main_node(pair);
+        let ends = self.edges[pair.target as usize];
+        let [a, b] = ends.map(|end| at.at(end));
+        let [va, vb] = ends.map(|end| velocity[end as usize]);
+        let (along, stretch) = (sub(&b, &a), sub(&vb, &va));
+        let passes = ends.map(|end| {
+            let from = sub(&at.at(p), &at.at(end));
+            let relative = sub(&velocity[p as usize], &velocity[end as usize]);
+            roots([
+                dot(&from, &along),
+                dot(&relative, &along) + dot(&from, &stretch),
+                dot(&relative, &stretch),
+            ])
+        });
+        [passes[0][0], passes[0][1], passes[1][0], passes[1][1]]
+    }
+
     /// At a convex corner of the target, a point that glides along one edge
     /// crosses the line of the other: `true` if the pair's touch within `zone`
     /// of an end is such a ghost, seen from the positions `then` after it.
@@ -292,19 +311,26 @@ impl Surface<2> for Outline {
         if area[0] < -depth * length {
             return None;
         }
-        let (time, foot) = if area[0] <= 0.0 && area[1] < 0.0 {
-            (0.0, foot_at(0.0)?)
-        } else {
-            // Only where the gap falls: a point that is on its way out, and
-            // may come back, does not touch as it leaves.
-            let falls = |t: &f64| {
-                let rate = area[1] + 2.0 * area[2] * t;
-                rate < 0.0 || rate == 0.0 && area[2] < 0.0
-            };
-            let touches = roots(area).into_iter().flatten();
-            let mut touches = touches.filter(|t| (0.0..=duration).contains(t) && falls(t));
-            touches.find_map(|t| foot_at(t).map(|foot| (t, foot)))?
+        // Only where the gap falls: a point that is on its way out, and may come
+        // back, does not touch as it leaves.
+        let falls = |t: f64| {
+            let rate = area[1] + 2.0 * area[2] * t;
+            rate < 0.0 || rate == 0.0 && area[2] < 0.0
         };
+        let in_time = |t: &f64| (0.0..=duration).contains(t) && falls(*t);
+        let behind = (area[0] <= 0.0 && area[1] < 0.0).then_some(0.0);
+        // A corner that comes in round an end is behind the line as it comes.
+        let enters = self.entries(pair, at, velocity).into_iter().flatten();
+        let enters = enters.filter(|t| {
+            let gap = (area[0] + t * (area[1] + t * area[2])) / length;
+            gap <= 0.0 && gap >= -depth
+        });
+        let crosses = roots(area).into_iter().flatten();
+        let touch = behind
+            .into_iter()
+            .chain(crosses.chain(enters).filter(in_time));
+        let touch = touch.filter_map(|t| foot_at(t).map(|foot| (t, foot)));
+        let (time, foot) = touch.min_by(|a, b| a.0.total_cmp(&b.0))?;
         if self.belongs_to_other_edge(pair, foot, depth, at.after(velocity, duration)) {
             return None;
         }

@@ -85,6 +85,9 @@ impl<const D: usize> Live<D> {
         let bond = if self.joint { self.record.area } else { 0.0 };
         let normal = self.law.normal_stiffness * overlap;
         if normal <= -self.law.tensile_strength * bond {
+            // What the springs hold goes with the contact.
+            let left = self.spring_energy(surface, motion.positions());
+            *books.slip_loss(self.joint) += left;
             return false;
         }
         let row_velocity = |r: usize, velocity: &[[f64; D]]| {
@@ -105,7 +108,7 @@ impl<const D: usize> Live<D> {
         let bound = (normal * self.law.friction + self.law.cohesion * bond).max(0.0);
         let shear = shear_norm(&force);
         if shear >= bound && shear > 0.0 {
-            self.joint = false;
+            let was_joint = std::mem::take(&mut self.joint);
             let bound = (normal * self.law.friction).max(0.0);
             let kept = (bound / shear).min(1.0);
             for r in 1..D {
@@ -113,7 +116,8 @@ impl<const D: usize> Live<D> {
                 let new = kept * trial;
                 // Work of the mean force, less what the spring then holds more.
                 let work = 0.5 * stiffness * (old + new) * (trial - old);
-                books.friction_loss += work - 0.5 * stiffness * (new * new - old * old);
+                let loss = work - 0.5 * stiffness * (new * new - old * old);
+                *books.slip_loss(was_joint) += loss;
                 self.record.slip += (1.0 - kept) * trial.abs();
                 self.shear_spring[r] = new;
                 force[r] *= kept;

@@ -76,9 +76,20 @@ impl<const D: usize> Constraint<D> {
         on
     }
 
-    /// Whether the shear impulse is at its limit.
-    pub(crate) fn slips(&self) -> bool {
-        self.limit.slips(&self.impulse)
+    /// Whether the contact bears no more, and parts by more than `least`, m/s.
+    pub(crate) fn opens(&self, velocity: &[[f64; D]], least: f64) -> bool {
+        self.impulse[0] <= -self.limit.tension
+            && self.relative_velocity(0, velocity) - self.target[0] > least
+    }
+
+    /// Whether the shear impulse is at its limit, and not enough: the tangent
+    /// misses the velocity asked for by more than `least`, m/s.
+    pub(crate) fn slips(&self, velocity: &[[f64; D]], least: f64) -> bool {
+        let mut missing = [0.0; D];
+        for r in 1..D {
+            missing[r] = self.relative_velocity(r, velocity) - self.target[r];
+        }
+        self.limit.slips(&self.impulse) && shear_norm(&missing) > least
     }
 }
 
@@ -97,7 +108,7 @@ const RESIDUAL: f64 = 1e-8;
 /// contradict each other a little, as flush faces with more points than
 /// freedoms do, go on changing by the same amount in each sweep until one opens
 /// or slips, after 1/RESIDUAL sweeps or so. The next step starts from there.
-const GOOD_ENOUGH: f64 = 1e-4;
+pub(super) const GOOD_ENOUGH: f64 = 1e-4;
 
 /// Sweeps in which the residual halves, or they do not get on.
 const PATIENCE: u32 = 32;
@@ -118,17 +129,12 @@ const SWEEPS_OF_A_LEAP: f64 = 1.0 / 60.0;
 /// Finds the impulses of an island and adds them to the velocities. Returns
 /// the residual: the largest change of a relative velocity in the last sweep
 /// over the largest that the impulses make.
-///
-/// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients (Silcowitz,
-/// Niebe, Erleben 2010): two vertices that all but coincide, each on an edge of
-/// the other, are nearly dependent constraints, on which sweeps alone crawl.
-/// What takes as long as a factorisation is leapt over.
 pub(crate) fn solve<const D: usize>(
     constraints: &mut [Constraint<D>],
     mobility: Mobility<D>,
     velocity: &mut [[f64; D]],
 ) -> f64 {
-    let mut system = System::new(constraints, mobility, velocity);
+    let mut system = System::new(constraints, mobility, |node| velocity[node as usize]);
     let residual = system.solve();
     for (&node, solved) in system.nodes.iter().zip(&system.velocity) {
         velocity[node as usize] = *solved;
@@ -140,7 +146,7 @@ pub(crate) fn solve<const D: usize>(
 }
 
 /// An island on its own: nodes numbered anew, velocities side by side.
-pub(super) struct System<const D: usize> {
+pub(crate) struct System<const D: usize> {
     /// Nodes that impulses move, sorted.
     nodes: Vec<u32>,
     /// Their velocities, m/s.
@@ -171,7 +177,12 @@ struct Column<const D: usize> {
 }
 
 impl<const D: usize> System<D> {
-    fn new(constraints: &[Constraint<D>], mobility: Mobility<D>, velocity: &[[f64; D]]) -> Self {
+    /// The constraints and what `velocity` their nodes have, m/s.
+    pub(crate) fn new(
+        constraints: &[Constraint<D>],
+        mobility: Mobility<D>,
+        velocity: impl Fn(u32) -> [f64; D],
+    ) -> Self {
         let mut columns: Vec<Column<D>> = Vec::with_capacity(constraints.len() * MAX_NODES);
         let mut points: Vec<Point<D>> = Vec::with_capacity(constraints.len());
         for constraint in constraints {
@@ -231,14 +242,28 @@ impl<const D: usize> System<D> {
             }
         }
         Self {
-            velocity: nodes.iter().map(|&node| velocity[node as usize]).collect(),
+            velocity: nodes.iter().map(|&node| velocity(node)).collect(),
             nodes,
             points,
             columns,
         }
     }
 
-    fn solve(&mut self) -> f64 {
+    /// Nodes and their velocities, m/s.
+    pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
+        self.nodes
+            .iter()
+            .copied()
+            .zip(self.velocity.iter().copied())
+    }
+
+    /// Finds the impulses; returns the residual.
+    ///
+    /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
+    /// (Silcowitz, Niebe, Erleben 2010): two vertices that all but coincide,
+    /// each on an edge of the other, are nearly dependent constraints, on which
+    /// sweeps alone crawl. What takes as long as a factorisation is leapt over.
+    pub(crate) fn solve(&mut self) -> f64 {
         for point in &self.points {
             point.apply(&point.impulse, &self.columns, &mut self.velocity);
         }
@@ -252,7 +277,7 @@ impl<const D: usize> System<D> {
             let (change, scale) = self.sweep();
             residual = change / scale;
             if change <= RESIDUAL * scale + ROUND_OFF * fastest {
-                break;
+                return residual.min(RESIDUAL); // of round-off alone it says nothing
             }
             if sweep == next_leap {
                 next_leap *= 4;
@@ -380,7 +405,7 @@ impl<const D: usize> Search<D> {
             }
         }
         // A change that grows says that bounds have changed hands: start anew.
-        let goes_on = square <= self.square;
+        let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };
         self.square = square;
         let changes = self.before.iter().zip(&mut self.direction);

@@ -117,19 +117,14 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         work[0] += step.work;
     }
 
-    /// σ = β·C:d with the rate of deformation d.
-    fn viscous_force(
-        element: View<D, N, Q>,
-        u: &Nodal<D, N>,
-        velocity: &Nodal<D, N>,
-    ) -> Nodal<D, N> {
+    /// σ̇ = C:d with the rate of deformation d.
+    fn force_rate(element: View<D, N, Q>, u: &Nodal<D, N>, velocity: &Nodal<D, N>) -> Nodal<D, N> {
         let mut force = [[0.0; D]; N];
         for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
             let rate = current_gradient(gradients, u, velocity);
             let stress = element.moduli.stress(&tensor::symmetric(&rate));
             let first_piola = first_piola(&stress, gradients, u);
-            let scale = element.moduli.damping * volume;
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, scale);
+            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
         }
         geometry::balance(&mut force);
         force

@@ -102,9 +102,19 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// on it up to its last kick and from there straight to `displacement`.
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64;
 
-    /// Energy ½∫Ė:C:Ė of the strain rate of element `i`, Ė = sym(Fᵀ Ḟ), W/s:
-    /// in one second at these velocities so much strain energy, to second order.
-    fn rate_energy(&self, i: usize, displacement: &[[f64; D]], velocity: &[[f64; D]]) -> f64;
+    /// Nodal forces of element `i`, N, without a trace in the history: as many
+    /// as it has nodes, to the head of `force`.
+    fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]);
+
+    /// What strain rates change of them in a second, −K·v, N/s, for velocities v
+    /// of its nodes.
+    fn force_rate(
+        &self,
+        i: usize,
+        displacement: &[[f64; D]],
+        velocity: &[[f64; D]],
+        rate: &mut [[f64; D]],
+    );
 
     /// Cauchy stress of element `i`, averaged over its current volume:
     /// xx yy zz xy yz zx, Pa; zz of plane strain is there in 2-D too.

@@ -3,9 +3,9 @@
 use super::frequency;
 use super::geometry::{self, Geometry, Nodal, View};
 use super::tensor::{self, Tensor};
-use super::total;
 use super::{Deformation, ElementSet};
 use crate::scene::Kinematics;
+use crate::vector::sub;
 
 /// How an element turns nodal displacements into forces.
 ///
@@ -37,8 +37,9 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         update: Self::Update,
     );
 
-    /// Nodal forces of stiffness-proportional damping, N.
-    fn viscous_force(
+    /// What strain rates change of the nodal forces in a second, N/s; times β,
+    /// the forces of stiffness-proportional damping.
+    fn force_rate(
         element: View<D, N, Q>,
         displacement: &Nodal<D, N>,
         velocity: &Nodal<D, N>,
@@ -148,10 +149,11 @@ where
         viscous: &mut [[f64; D]],
     ) {
         let element = self.geometry.view(i);
-        if element.moduli.damping > 0.0 {
+        let damping = element.moduli.damping;
+        if damping > 0.0 {
             let velocity = self.relative(i, velocity);
-            let force = F::viscous_force(element, displacement, &velocity);
-            self.scatter(i, interval, &force, viscous);
+            let rate = F::force_rate(element, displacement, &velocity);
+            self.scatter(i, damping * interval, &rate, viscous);
         }
     }
 }
@@ -228,16 +230,22 @@ where
         self.formulation.strain_energy(i, self.geometry.view(i), &u)
     }
 
-    fn rate_energy(&self, i: usize, displacement: &[[f64; D]], velocity: &[[f64; D]]) -> f64 {
-        let (u, velocity) = (self.relative(i, displacement), self.relative(i, velocity));
-        let element = self.geometry.view(i);
-        let mut energy = 0.0;
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
-            let h = geometry::gradient(gradients, &u);
-            let rate = total::green_lagrange_rate(&h, &geometry::gradient(gradients, &velocity));
-            energy += 0.5 * volume * tensor::contraction(&element.moduli.stress(&rate), &rate);
-        }
-        energy
+    fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]) {
+        let u = self.relative(i, displacement);
+        let (now, _) = self.formulation.respond(i, self.geometry.view(i), &u);
+        force[..N].copy_from_slice(&now);
+    }
+
+    fn force_rate(
+        &self,
+        i: usize,
+        displacement: &[[f64; D]],
+        velocity: &[[f64; D]],
+        rate: &mut [[f64; D]],
+    ) {
+        let u = self.relative(i, displacement);
+        let velocity = std::array::from_fn(|a| sub(&velocity[a], &velocity[0]));
+        rate[..N].copy_from_slice(&F::force_rate(self.geometry.view(i), &u, &velocity));
     }
 
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6] {

@@ -30,21 +30,16 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     #[inline]
     fn commit(&mut self, _: usize, _: &Nodal<D, N>, _: &Nodal<D, N>, (): ()) {}
 
-    /// S = β·C:sym(Fᵀ Ḟ).
+    /// Ṡ = C:sym(Fᵀ Ḟ).
     #[inline]
-    fn viscous_force(
-        element: View<D, N, Q>,
-        u: &Nodal<D, N>,
-        velocity: &Nodal<D, N>,
-    ) -> Nodal<D, N> {
+    fn force_rate(element: View<D, N, Q>, u: &Nodal<D, N>, velocity: &Nodal<D, N>) -> Nodal<D, N> {
         let mut force = [[0.0; D]; N];
         for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
             let h = geometry::gradient(gradients, u);
             let rate = geometry::gradient(gradients, velocity);
             let second_piola = element.moduli.stress(&green_lagrange_rate(&h, &rate));
             let first_piola = push_forward(&h, &second_piola);
-            let scale = element.moduli.damping * volume;
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, scale);
+            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
         }
         geometry::balance(&mut force);
         force

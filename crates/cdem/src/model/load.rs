@@ -37,6 +37,17 @@ impl<const D: usize> SurfaceLoad<D> {
         }
     }
 
+    /// Whether the load is another at `end` than at `start`, s.
+    pub(crate) fn changes(&self, start: f64, end: f64) -> bool {
+        let acts =
+            |time: f64| time >= self.load.start && self.load.end.is_none_or(|end| time < end);
+        let varies = match &self.load.kind {
+            LoadKind::Pressure(pressure) => pressure.value(start) != pressure.value(end),
+            LoadKind::Traction(traction) => traction.value(start) != traction.value(end),
+        };
+        acts(start) != acts(end) || acts(end) && varies
+    }
+
     /// Calls `push(node, force)` with the nodal forces, N, at `time`; `at`
     /// gives current positions.
     pub(crate) fn forces(

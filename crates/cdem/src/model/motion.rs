@@ -1,7 +1,6 @@
 //! Where the nodes are and how they move.
 
 use crate::contact::surface::Positions;
-use crate::vector::dot;
 
 /// Displacements and velocities of all nodes: what a step changes.
 pub(crate) struct Motion<'a, const D: usize> {
@@ -34,13 +33,5 @@ impl<const D: usize> Motion<'_, D> {
                 self.displacement[node][c] = new;
             }
         }
-    }
-
-    /// Largest speed of `nodes`, m/s.
-    pub(crate) fn fastest(&self, nodes: impl Iterator<Item = usize>) -> f64 {
-        nodes
-            .map(|node| dot(&self.velocity[node], &self.velocity[node]))
-            .fold(0.0, f64::max)
-            .sqrt()
     }
 }

@@ -9,6 +9,7 @@ pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
 pub(crate) mod levels;
+mod outlook;
 pub(crate) mod plan;
 mod split;
 mod synchronise;
@@ -22,7 +23,7 @@ pub(crate) use synchronise::Synchronised;
 use crate::contact::Contacts;
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
-use crate::vector::{add, add_scaled, cross, dot, pad, scale, sub};
+use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
 pub(crate) struct Run<const D: usize> {
@@ -169,13 +170,14 @@ impl<const D: usize> Run<D> {
 
     /// Section 4: search. Returns whether the levels must follow.
     fn find_contacts(&mut self) -> bool {
-        let nodes = 0..self.model.mesh.nodes.len();
-        let Some(contacts) = &mut self.contacts else {
+        if self.contacts.is_none() {
             return false;
-        };
-        let speed = self.model.motion(&mut self.state).fastest(nodes);
+        }
+        let speeds = [self.fastest(), self.fastest_ahead()];
         let at = self.model.positions(&self.state);
-        contacts.find(at, (speed, self.model.step, self.state.number))
+        let instant = (self.model.step, self.state.number);
+        let contacts = self.contacts.as_mut();
+        contacts.is_some_and(|contacts| contacts.find(at, speeds, instant))
     }
 
     /// Section 5: penetration that several simultaneous hits have left goes
@@ -280,8 +282,10 @@ impl<const D: usize> Run<D> {
             &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
         );
         for (node, impulse) in &received {
-            let contact = &mut self.impulses.contact[*node as usize];
-            add_scaled(contact, 1.0, impulse);
+            if self.model.inertia.held(*node as usize).contains(&true) {
+                let contact = &mut self.impulses.contact[*node as usize];
+                add_scaled(contact, 1.0, impulse);
+            }
         }
         if self.model.blocks.iter().any(|b| b.damping.local > 0.0) {
             self.remember_contact(substep, &received);
@@ -305,7 +309,10 @@ impl<const D: usize> Run<D> {
 
     /// Drift: the nodes of contacts touch by touch, the others freely.
     fn drift(&mut self, substep: &Substep) {
-        let momenta = self.held_momenta(substep);
+        let momenta = match &self.contacts {
+            Some(_) => self.held_momenta(substep),
+            None => Vec::new(),
+        };
         let mut received = Vec::new();
         let (model, state) = (&mut self.model, &mut self.state);
         let mut motion = Motion {
@@ -325,19 +332,17 @@ impl<const D: usize> Run<D> {
         }
         let Some(contacts) = contacts else { return };
         let mut split = Split {
-            sets: &mut model.sets,
+            sets: &model.sets,
             place: &model.place,
             elements: &model.mesh.elements,
             around: &self.around,
             inertia: &model.inertia,
             levels: &substep.plan.levels,
-            interval: &mut state.element_interval,
+            interval: &state.element_interval,
             on_held: Vec::new(),
             parts: Vec::new(),
-            due: Vec::new(),
+            scale: 1.0,
             ring: Vec::new(),
-            force: &mut self.impulses.total,
-            viscous: &mut self.impulses.viscous,
         };
         contacts.drift(
             &mut motion,
@@ -375,18 +380,21 @@ impl<const D: usize> Run<D> {
         given: &[(u32, [f64; D])],
     ) {
         let inertia = &self.model.inertia;
+        for (node, impulse) in given {
+            add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
+        }
         for (&node, old) in substep.held().iter().zip(momenta) {
             let change = sub(&inertia.momentum(node as usize, &self.state.velocity), old);
-            let known: [f64; D] = given
-                .iter()
-                .filter(|(on, _)| *on == node)
-                .fold([0.0; D], |sum, (_, impulse)| add(&sum, impulse));
+            let known = self.impulses.contact[node as usize];
             let held = inertia.held(node as usize);
             let reaction =
                 std::array::from_fn(|c| if held[c] { change[c] - known[c] } else { 0.0 });
             let velocity = &self.state.velocity[node as usize];
             self.ledger
                 .book(Account::External, &reaction, velocity, velocity);
+        }
+        for (node, _) in given {
+            self.impulses.contact[*node as usize] = [0.0; D];
         }
     }
 

@@ -1,17 +1,20 @@
 //! The step of an impact inside the bodies (the paper's section 3): the
 //! elements around a point that touches in the middle of a drift.
 //!
-//! Forces act at the ends of a drift only. Let a touch change velocities from
-//! w₀ to w₁, r seconds before the end. An element's energy ½v⁻·M·v⁺ + U, which
-//! central differences keep, stays in balance when its force at the end acts
-//! for the interval L' = r + ρ(L − r) that precedes, not for the whole interval
-//! L: ρ is the energy of its strain rate before the touch over that after it, 0
-//! for a body that flies undeformed. The impulse α f, α = ½(L − L'), that is taken
-//! there is given at the touch, so that no force is lost; it makes velocities w₂.
-//! And the touch loses its energy at its instant, not in the middle of the
-//! drift for which velocities stand: (L/2 − r)·f·(w₂ − w₀) − ½α f·(w₂ − w₁) less,
-//! and r·((L − r) q₀ − (L' − r) q₂) less with the rates' energies q₀ and q₂ at w₀
-//! and w₂, which is nothing unless ρ had to be cut.
+//! Forces act at the ends of a drift of L seconds only. Let a touch change
+//! velocities from w₀ to w₁, r seconds before the end. The force f then changes
+//! along two slopes, and its true impulse over the drift, ∫f dt, is more than
+//! ½L of that at either end by p = c K (w₁ − w₀), c = ½ r (L − r). It is given
+//! at the touch, which makes velocities w₂; so an impact in the middle of a
+//! drift is of second order, as the rest is.
+//!
+//! The ledger's energy, ½v⁻·M·v⁺ + U, takes velocities for those of the middle
+//! of the drift and forces for those of its ends. What the touch takes of it is
+//! the work of the contacts less
+//! p·½(w₀ + w₂) + c (w₀·K·w₀ − w₂·K·w₂) + (L/2 − r) f·(w₂ − w₀), with the force f
+//! at the touch. From bodies that fly undeformed it should take no more than
+//! without p: p is scaled, by 1 + O((ωL)²), to s p with
+//! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
 
 use crate::contact::{Interior, Jump};
 use crate::element::ElementSet;
@@ -19,10 +22,10 @@ use crate::mesh::Element;
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::step::levels::Levels;
-use crate::vector::{dot, scale, sub};
+use crate::vector::{add, dot, scale, sub};
 
-/// Largest ρ: a force never acts for longer than its interval.
-const MAX_RATIO: f64 = 1.0;
+/// Most nodes of an element.
+const MAX_NODES: usize = 8;
 
 /// Elements around each node, as one list.
 #[derive(Clone, Debug, Default)]
@@ -64,33 +67,37 @@ impl Around {
 
 /// What a touch needs of the bodies.
 pub(crate) struct Split<'a, const D: usize> {
-    pub(crate) sets: &'a mut [Box<dyn ElementSet<D>>],
+    pub(crate) sets: &'a [Box<dyn ElementSet<D>>],
     pub(crate) place: &'a [(u32, u32)],
     pub(crate) elements: &'a [Element],
     pub(crate) around: &'a Around,
     pub(crate) inertia: &'a Inertia<D>,
     pub(crate) levels: &'a Levels,
-    /// Interval before the last kick of each element, s.
-    pub(crate) interval: &'a mut [f64],
+    /// Interval before the next kick of each element, s.
+    pub(crate) interval: &'a [f64],
     /// Impulses of elements on nodes that are held, N·s.
     pub(crate) on_held: Vec<(u32, [f64; D])>,
-    /// Forces and viscous forces of the element in hand, N; zero between.
-    pub(crate) force: &'a mut [[f64; D]],
-    pub(crate) viscous: &'a mut [[f64; D]],
-    /// The touch in hand: elements, their numbers, nodes beyond the island.
+    /// The touch in hand: elements, s, nodes beyond the island.
     pub(crate) parts: Vec<Part<D>>,
-    pub(crate) due: Vec<u32>,
+    pub(crate) scale: f64,
     pub(crate) ring: Vec<u32>,
 }
 
+/// A value for each node of an element, and zeros.
+type Nodal<const D: usize> = [[f64; D]; MAX_NODES];
+
 /// An element in a touch.
 pub(crate) struct Part<const D: usize> {
-    /// L and α, s, and q₀, W/s.
-    last: f64,
-    given: f64,
-    rate: f64,
-    /// Nodes: force, N, and w₀ and w₁, m/s.
-    nodes: Vec<(u32, [[f64; D]; 3])>,
+    element: u32,
+    /// c, s².
+    share: f64,
+    /// f, N, and p, N·s.
+    force: Nodal<D>,
+    impulse: Nodal<D>,
+    /// w₀ and w₁, m/s.
+    velocity: [Nodal<D>; 2],
+    /// −K·w₀ and −K·w₁, N/s.
+    rate: [Nodal<D>; 2],
 }
 
 impl<const D: usize> Interior<D> for Split<'_, D> {
@@ -98,58 +105,60 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         let due = self.elements_behind(motion, jump);
         self.ring = self.ring(&due, jump);
         motion.drift(&self.ring, -jump.remaining);
-        let old = self.rates(&due, motion, Some(jump));
-        let new = self.rates(&due, motion, None);
+        let mut parts: Vec<Part<D>> = due
+            .iter()
+            .map(|&e| self.part(e, motion, jump.remaining))
+            .collect();
+        let after = jump.swap(motion.velocity);
         let mut impulses = Vec::new();
-        self.parts.clear();
-        for (&element, (old, new)) in due.iter().zip(old.iter().zip(new)) {
-            let ratio = if new > 0.0 { old / new } else { 1.0 };
-            let last = self.interval[element as usize];
-            let next = jump.remaining + ratio.min(MAX_RATIO) * (last - jump.remaining);
-            self.interval[element as usize] = next;
-            let given = 0.5 * (last - next);
-            let nodes = self.forces(element, motion).into_iter();
-            let nodes = nodes.map(|(node, force)| {
-                impulses.push((node, scale(given, &force)));
-                let after = motion.velocity[node as usize];
-                (node, [force, jump.before(node).unwrap_or(after), after])
-            });
-            self.parts.push(Part {
-                last,
-                given,
-                rate: *old,
-                nodes: nodes.collect(),
-            });
-        }
-        for (node, impulse) in &impulses {
-            if self.inertia.held(*node as usize).contains(&true) {
-                self.on_held.push((*node, *impulse));
+        for part in &mut parts {
+            part.velocity[0] = self.velocities(part.element, motion);
+            part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
+            let nodes = self.elements[part.element as usize].nodes().iter();
+            for (k, &node) in nodes.enumerate() {
+                part.impulse[k] = scale(part.share, &sub(&part.rate[0][k], &part.rate[1][k]));
+                impulses.push((node, part.impulse[k]));
             }
         }
-        impulses.retain(|(node, impulse)| {
-            let inside = jump.before(*node).is_some();
-            if !inside {
-                self.inertia.push(*node as usize, impulse, motion.velocity);
-            }
-            inside
-        });
-        self.due = due;
+        for (&node, velocity) in jump.nodes.iter().zip(after) {
+            motion.velocity[node as usize] = velocity;
+        }
+        self.parts = parts;
         impulses
     }
 
+    fn balance(&mut self, motion: &Motion<D>) -> f64 {
+        let (mut work, mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0, 0.0);
+        for part in &self.parts {
+            let now = self.velocities(part.element, motion);
+            let change = std::array::from_fn(|k| sub(&now[k], &part.velocity[1][k]));
+            let rate = self.force_rate(part.element, &change, motion);
+            work += product(&part.impulse, &part.velocity[1]);
+            square += product(&part.impulse, &change);
+            slope -= part.share * product(&part.rate[1], &change);
+            curvature -= part.share * product(&rate, &change);
+        }
+        self.scale = root(0.5 * square - curvature, work - 2.0 * slope, work);
+        self.scale
+    }
+
     fn settle(&mut self, motion: &mut Motion<D>, remaining: f64) -> f64 {
-        let rates = self.rates(&self.due, motion, None);
         let mut recovered = 0.0;
-        for (part, rate) in self.parts.iter().zip(rates) {
-            let (before, after) = (
-                part.last - remaining,
-                part.last - 2.0 * part.given - remaining,
-            );
-            recovered += remaining * (before * part.rate - after * rate);
-            for (node, [force, before, after]) in &part.nodes {
-                let now = &motion.velocity[*node as usize];
-                recovered += (0.5 * part.last - remaining) * dot(force, &sub(now, before))
-                    - 0.5 * part.given * dot(force, &sub(now, after));
+        for part in &self.parts {
+            let timing = 0.5 * self.interval[part.element as usize] - remaining;
+            let before = &part.velocity[0];
+            let now = self.velocities(part.element, motion);
+            let rate = self.force_rate(part.element, &now, motion);
+            recovered += part.share * (product(&rate, &now) - product(&part.rate[0], before));
+            for k in 0..MAX_NODES {
+                recovered += timing * dot(&part.force[k], &sub(&now[k], &before[k]))
+                    + 0.5 * self.scale * dot(&part.impulse[k], &add(&before[k], &now[k]));
+            }
+            let nodes = self.elements[part.element as usize].nodes().iter();
+            for (&node, impulse) in nodes.zip(&part.impulse) {
+                if self.inertia.held(node as usize).contains(&true) {
+                    self.on_held.push((node, scale(self.scale, impulse)));
+                }
             }
         }
         motion.drift(&self.ring, remaining);
@@ -157,14 +166,31 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
     }
 }
 
+/// The root of a s² + b s = c near 1; 1 where there is none within a factor
+/// of two.
+fn root(a: f64, b: f64, c: f64) -> f64 {
+    let discriminant = b * b + 4.0 * a * c;
+    let root = 2.0 * c / (b + discriminant.sqrt().copysign(b));
+    if (0.5..=2.0).contains(&root) {
+        root
+    } else {
+        1.0
+    }
+}
+
+/// Sum of the scalar products of two fields of an element.
+fn product<const D: usize>(a: &Nodal<D>, b: &Nodal<D>) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+}
+
 impl<const D: usize> Split<'_, D> {
     /// Elements with a node that jumps, all of whose nodes are where the jump
     /// is in time: of the same level, and in no other island.
     fn elements_behind(&self, motion: &Motion<D>, jump: &Jump<D>) -> Vec<u32> {
-        let jumps = |node: &&u32| jump.before(**node) != Some(motion.velocity[**node as usize]);
-        let around = jump.nodes.iter().filter(jumps);
-        let mut due: Vec<u32> = around
-            .flat_map(|&node| self.around.of(node))
+        let nodes = jump.nodes.iter().zip(jump.before);
+        let jumps = nodes.filter(|(node, before)| motion.velocity[**node as usize] != **before);
+        let mut due: Vec<u32> = jumps
+            .flat_map(|(&node, _)| self.around.of(node))
             .copied()
             .collect();
         due.sort_unstable();
@@ -194,58 +220,44 @@ impl<const D: usize> Split<'_, D> {
         ring
     }
 
-    /// Energy of the strain rate of elements, W/s: before the jump, or now.
-    fn rates(&self, due: &[u32], motion: &mut Motion<D>, jump: Option<&Jump<D>>) -> Vec<f64> {
-        let now: Vec<[f64; D]> = jump
-            .iter()
-            .flat_map(|jump| jump.swap(motion.velocity))
-            .collect();
-        let rate = |&e: &u32| {
-            let (set, i) = self.place[e as usize];
-            self.sets[set as usize].rate_energy(i as usize, motion.displacement, motion.velocity)
-        };
-        let rates = due.iter().map(rate).collect();
-        if let Some(jump) = jump {
-            for (&node, velocity) in jump.nodes.iter().zip(now) {
-                motion.velocity[node as usize] = velocity;
-            }
+    /// An element at the touch, `remaining` seconds before the end of the drift,
+    /// with the velocities after it.
+    fn part(&self, element: u32, motion: &Motion<D>, remaining: f64) -> Part<D> {
+        let zero = [[0.0; D]; MAX_NODES];
+        let mut force = zero;
+        let (set, i) = self.place[element as usize];
+        self.sets[set as usize].force(i as usize, motion.displacement, &mut force);
+        let after = self.velocities(element, motion);
+        Part {
+            element,
+            share: 0.5 * remaining * (self.interval[element as usize] - remaining),
+            force,
+            impulse: zero,
+            velocity: [zero, after],
+            rate: [zero, self.force_rate(element, &after, motion)],
         }
-        rates
     }
 
-    /// Internal forces of an element, N, node by node.
-    fn forces(&mut self, element: u32, motion: &Motion<D>) -> Vec<(u32, [f64; D])> {
+    /// Velocities of the nodes of an element, m/s.
+    fn velocities(&self, element: u32, motion: &Motion<D>) -> Nodal<D> {
+        let mut velocities = [[0.0; D]; MAX_NODES];
+        let nodes = self.elements[element as usize].nodes();
+        for (velocity, &node) in velocities.iter_mut().zip(nodes) {
+            *velocity = motion.velocity[node as usize];
+        }
+        velocities
+    }
+
+    /// −K·w of an element for velocities w of its nodes, N/s.
+    fn force_rate(&self, element: u32, velocity: &Nodal<D>, motion: &Motion<D>) -> Nodal<D> {
+        let mut rate = [[0.0; D]; MAX_NODES];
         let (set, i) = self.place[element as usize];
-        let (force, viscous) = (&mut *self.force, &mut *self.viscous);
-        let set = &mut self.sets[set as usize];
-        set.kick(
-            &[i],
-            &[1.0],
-            motion.displacement,
-            motion.velocity,
-            force,
-            viscous,
-        );
-        let nodes = self.elements[element as usize].nodes().iter();
-        nodes
-            .map(|&node| {
-                self.viscous[node as usize] = [0.0; D];
-                (
-                    node,
-                    std::mem::replace(&mut self.force[node as usize], [0.0; D]),
-                )
-            })
-            .collect()
+        self.sets[set as usize].force_rate(i as usize, motion.displacement, velocity, &mut rate);
+        rate
     }
 }
 
 impl<const D: usize> Jump<'_, D> {
-    /// Velocity of a node of the island before the touch, m/s.
-    fn before(&self, node: u32) -> Option<[f64; D]> {
-        let number = self.nodes.binary_search(&node).ok()?;
-        Some(self.before[number])
-    }
-
     /// Puts the velocities before the touch back; returns those after it.
     fn swap(&self, velocity: &mut [[f64; D]]) -> Vec<[f64; D]> {
         let nodes = self.nodes.iter().zip(self.before);

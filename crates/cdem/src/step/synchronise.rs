@@ -3,6 +3,7 @@
 use super::Run;
 use super::kick::{Purpose, Velocity};
 use super::ledger::Ledger;
+use crate::contact::island::Books;
 use crate::model::motion::Motion;
 use crate::vector::{add_scaled, dot, pad};
 
@@ -17,8 +18,9 @@ pub(crate) struct Synchronised<const D: usize> {
     pub(crate) kinetic_energy: f64,
     /// What the ledger holds then.
     pub(crate) ledger: Ledger,
-    /// Friction of the kick up to then, J.
-    pub(crate) friction: f64,
+    /// What contact has taken of the kick up to then, J.
+    pub(crate) impact_loss: f64,
+    pub(crate) friction_loss: f64,
 }
 
 impl<const D: usize> Run<D> {
@@ -36,7 +38,7 @@ impl<const D: usize> Run<D> {
             Purpose::Report,
         );
         let mut half = Ledger::default();
-        let mut friction = 0.0;
+        let mut books = Books::default();
         let mut held_contact: Vec<(u32, [f64; D])> = Vec::new();
         if let Some(contacts) = &self.contacts
             && self.state.number > 0
@@ -48,7 +50,7 @@ impl<const D: usize> Run<D> {
                 carry: &mut self.state.carry,
                 velocity: &mut velocity,
             };
-            friction = contacts.peek(
+            books = contacts.peek(
                 &mut motion,
                 &self.model.inertia,
                 &self.impulses.before,
@@ -87,7 +89,8 @@ impl<const D: usize> Run<D> {
             velocity,
             kinetic_energy,
             ledger,
-            friction: 0.5 * friction,
+            impact_loss: 0.5 * books.impact_loss,
+            friction_loss: 0.5 * books.friction_loss,
         }
     }
 

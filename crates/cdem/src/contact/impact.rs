@@ -1,0 +1,153 @@
+//! Impacts: what the pairs of an island do at the instant at which some of them
+//! touch, (4) and (5) of the paper.
+
+use crate::contact::Jump;
+use crate::contact::island::{Bodies, Books, Island, Receive, Setting, deliver, relative};
+use crate::contact::live::Live;
+use crate::contact::solve::{Constraint, solve};
+use crate::model::motion::Motion;
+
+/// An impact, to be solved as often as it takes.
+struct Impact<const D: usize> {
+    constraints: Vec<Constraint<D>>,
+    /// Nodes that it may move, those of the island first, and their velocities
+    /// before it, m/s.
+    start: Vec<(u32, [f64; D])>,
+}
+
+impl<const D: usize> Impact<D> {
+    /// The velocities after it, `scale` times `impulses` of the bodies acting at
+    /// the same instant, N·s; returns the solved contacts.
+    fn solve(
+        &self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        (impulses, scale): (&[(u32, [f64; D])], f64),
+        books: &mut Books,
+    ) -> Vec<Constraint<D>> {
+        for (node, velocity) in &self.start {
+            motion.velocity[*node as usize] = *velocity;
+        }
+        for (node, impulse) in impulses {
+            let impulse = impulse.map(|x| scale * x);
+            setting
+                .inertia
+                .push(*node as usize, &impulse, motion.velocity);
+        }
+        let mut solved = self.constraints.clone();
+        books.solved(solve(&mut solved, setting.mobility(0.0), motion.velocity));
+        solved
+    }
+}
+
+impl<const D: usize> Island<D> {
+    /// The impact of the pairs that have just touched, in a drift of `duration`
+    /// seconds of which `remaining` are left, and what it does to the bodies
+    /// behind them.
+    pub(super) fn meet(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        (duration, remaining): (f64, f64),
+        bodies: &mut Bodies<D>,
+        receive: Receive<D>,
+        books: &mut Books,
+    ) {
+        let mut impact = self.impact(setting, motion, duration);
+        let mut solved = impact.solve(setting, motion, (&[], 0.0), books);
+        let before: Vec<[f64; D]> = impact.start.iter().map(|start| start.1).collect();
+        let jump = Jump {
+            nodes: &self.nodes,
+            before: &before,
+            taken: bodies.taken,
+            remaining,
+        };
+        let impulses = bodies.interior.split(motion, &jump);
+        if !impulses.is_empty() {
+            let beyond = impulses.iter().map(|impulse| impulse.0);
+            let beyond = beyond.filter(|node| self.nodes.binary_search(node).is_err());
+            let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
+            impact.start.extend(beyond.map(with_velocity));
+            impact.solve(setting, motion, (&impulses, 1.0), books);
+            let scale = bodies.interior.balance(motion);
+            solved = impact.solve(setting, motion, (&impulses, scale), books);
+        }
+        self.end_impact(
+            setting,
+            motion,
+            (&impact, &solved, duration),
+            receive,
+            books,
+        );
+        books.impact_loss -= bodies.interior.settle(motion, remaining);
+    }
+
+    /// The impact of pairs that are closed at t = 0 and approach, before a drift
+    /// of `duration` seconds.
+    pub(super) fn meet_initial(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        duration: f64,
+        receive: Receive<D>,
+        books: &mut Books,
+    ) {
+        let impact = self.impact(setting, motion, duration);
+        let solved = impact.solve(setting, motion, (&[], 0.0), books);
+        self.end_impact(
+            setting,
+            motion,
+            (&impact, &solved, duration),
+            receive,
+            books,
+        );
+    }
+
+    /// Perfectly inelastic for the points that touch, within the shear limit;
+    /// those that were closed stay so as far as their last kick's impulse bears.
+    fn impact(&self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
+        let constraint = |live: &Live<D>| {
+            let operator = live.operator(setting.surface, motion.positions());
+            live.impact(operator, duration)
+        };
+        let velocities = self.velocities(motion).into_iter();
+        Impact {
+            constraints: self.live.iter().map(constraint).collect(),
+            start: self.nodes.iter().copied().zip(velocities).collect(),
+        }
+    }
+
+    /// Takes the impulses of a solved impact into the records and the books.
+    fn end_impact(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        (impact, solved, duration): (&Impact<D>, &[Constraint<D>], f64),
+        receive: Receive<D>,
+        books: &mut Books,
+    ) {
+        let relatives = |motion: &Motion<D>| -> Vec<[f64; D]> {
+            let velocities = solved.iter().map(|c| relative(c, motion.velocity));
+            velocities.collect()
+        };
+        let new = relatives(motion);
+        // The island's nodes come first; those beyond touch nothing.
+        let own = &impact.start[..self.nodes.len()];
+        let after = self.velocities(motion);
+        for (node, velocity) in own {
+            motion.velocity[*node as usize] = *velocity;
+        }
+        let old = relatives(motion);
+        for (&node, velocity) in self.nodes.iter().zip(after) {
+            motion.velocity[node as usize] = velocity;
+        }
+        let least = setting.least_speed(duration);
+        let velocities = old.iter().zip(&new);
+        for ((live, constraint), (old, new)) in self.live.iter_mut().zip(solved).zip(velocities) {
+            books.spend(&constraint.impulse, old, new, true);
+            live.record.count(&constraint.impulse);
+            deliver(constraint, &constraint.impulse, receive);
+            live.take_impact(constraint, motion.velocity, least);
+        }
+    }
+}

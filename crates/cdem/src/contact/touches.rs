@@ -1,0 +1,114 @@
+//! Which open pairs of an island touch first, and when.
+
+use crate::contact::island::{Island, Setting};
+use crate::contact::surface::Pair;
+use crate::model::motion::Motion;
+
+/// When the open pairs of an island touch in a drift.
+pub(super) struct Touches {
+    /// One for each near pair of the island.
+    touch: Vec<Touch>,
+    near: Vec<Pair>,
+}
+
+/// When a pair touches, s from the start of the drift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Touch {
+    Never,
+    At(f64),
+    /// It would, but its surroundings do not let it as they move now.
+    Refused,
+    Closed,
+}
+
+impl Touches {
+    /// Touches within `duration` from now.
+    pub(super) fn new<const D: usize>(
+        island: &Island<D>,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        duration: f64,
+    ) -> Self {
+        let mut closed: Vec<Pair> = island.live.iter().map(|live| live.pair).collect();
+        closed.sort_unstable();
+        let touch = |pair: &Pair| match closed.binary_search(pair) {
+            Ok(_) => Touch::Closed,
+            Err(_) => touch(island, setting, motion, *pair, (0.0, duration)),
+        };
+        Self {
+            touch: island.near.iter().map(touch).collect(),
+            near: island.near.clone(),
+        }
+    }
+
+    /// The first instant at which pairs touch, s from the start of the drift,
+    /// and those that do within `window` seconds from then, in order of time.
+    pub(super) fn first(&mut self, window: f64) -> Option<(f64, Vec<Pair>)> {
+        let times = self.touch.iter().filter_map(|touch| match touch {
+            Touch::At(time) => Some(*time),
+            _ => None,
+        });
+        let first = times.min_by(f64::total_cmp)?;
+        let mut due = Vec::new();
+        for (touch, &pair) in self.touch.iter_mut().zip(&self.near) {
+            if let Touch::At(time) = *touch
+                && time <= first + window
+            {
+                due.push((time, pair));
+                *touch = Touch::Closed;
+            }
+        }
+        due.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        Some((first, due.into_iter().map(|(_, pair)| pair).collect()))
+    }
+
+    /// After an event at `elapsed` that has changed the velocities `before` of
+    /// the island: pairs of nodes that go on as they did touch as they would.
+    pub(super) fn update<const D: usize>(
+        &mut self,
+        island: &Island<D>,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        (before, elapsed, duration): (&[[f64; D]], f64, f64),
+    ) {
+        let changed = |node: &u32| match island.nodes.binary_search(node) {
+            Ok(number) => motion.velocity[*node as usize] != before[number],
+            Err(_) => false,
+        };
+        for (state, &pair) in self.touch.iter_mut().zip(&self.near) {
+            let main = setting.surface.main_nodes(pair.main).iter();
+            let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
+            let again = match state {
+                Touch::Closed => false,
+                Touch::Refused => true,
+                _ => nodes.any(changed),
+            };
+            if again {
+                *state = touch(island, setting, motion, pair, (elapsed, duration));
+            }
+        }
+    }
+}
+
+/// When an open pair touches from `elapsed` on, at constant velocities.
+fn touch<const D: usize>(
+    island: &Island<D>,
+    setting: &Setting<D>,
+    motion: &Motion<D>,
+    pair: Pair,
+    (elapsed, duration): (f64, f64),
+) -> Touch {
+    let (surface, at, depth) = (setting.surface, motion.positions(), setting.tolerance);
+    let remaining = duration - elapsed;
+    let Some(wait) = surface.time_of_impact(pair, at, motion.velocity, remaining, depth) else {
+        return Touch::Never;
+    };
+    let then = at.after(motion.velocity, wait);
+    let mut live = island.live.iter();
+    if surface.admits(pair, then) && !live.any(|l| surface.same_contact(l.pair, pair, then, depth))
+    {
+        Touch::At(elapsed + wait)
+    } else {
+        Touch::Refused
+    }
+}
