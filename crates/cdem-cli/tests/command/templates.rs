@@ -116,7 +116,8 @@ fn a_slider_of_more_friction_than_slope_stays() {
 #[test]
 fn a_boulder_is_stopped_by_the_wall() {
     let velocity = final_velocity("wall-2d", "boulder");
-    assert!(velocity.abs() < 1.0, "it came with 6 m/s, now {velocity}");
+    // Stones and boulder are elastic: a ninth of its energy at most comes back.
+    assert!(velocity.abs() < 2.0, "it came with 6 m/s, now {velocity}");
 }
 
 #[test]

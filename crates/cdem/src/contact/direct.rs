@@ -10,17 +10,17 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::solve::{System, shear_norm};
 use crate::vector::{add, add_scaled};
 
-/// Added to the diagonal, over it, one after the other: of contacts that say the
-/// same, all take their share. The error is this share of an impulse's velocity.
-const SHIFTS: [f64; 4] = [1e-12, 1e-10, 1e-8, 1e-6];
+/// Added to the diagonal, over it, so that of contacts that say the same all take
+/// their share.
+const SHIFT: f64 = 1e-6;
 
-/// Most that impulses may grow over what they and the missing velocities say:
-/// contacts that all but contradict each other press and pull without bound, and
-/// what cancels between them leaves round-off in the momenta.
-const GROWTH: f64 = 1e3;
+/// Refinements of a solution, each of which takes the shift's error down by the
+/// shift over the equations' eigenvalue: what nearly contradicts itself is left,
+/// where impulses would press and pull without bound.
+const REFINEMENTS: u32 = 3;
 
 /// Most times that contacts beyond a bound change their state.
-const PASSES: u32 = 8;
+pub(super) const PASSES: u32 = 4;
 
 /// What a contact does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,12 +130,7 @@ fn changes<const D: usize>(system: &System<D>, states: &[State<D>]) -> Option<Ve
         return Some(changes);
     }
     let (matrix, missing) = equations(system, &unknowns, &velocity);
-    let there = unknowns.iter().enumerate().map(|(i, unknown)| {
-        let impulse = system.points[unknown.point].impulse[unknown.row];
-        (impulse * matrix[(i, i)]).abs()
-    });
-    let scale = there.fold(missing.amax(), f64::max);
-    let solution = solve(&matrix, &missing, GROWTH * scale)?;
+    let solution = solve(&matrix, &missing)?;
     for (unknown, &change) in unknowns.iter().zip(solution.iter()) {
         add_scaled(&mut changes[unknown.point], change, &unknown.direction);
     }
@@ -191,17 +186,15 @@ fn equations<const D: usize>(
     (matrix, missing)
 }
 
-/// The solution with the least shift whose terms' own velocities are at most
-/// `bound`, m/s.
-fn solve(matrix: &DMatrix<f64>, missing: &DVector<f64>, bound: f64) -> Option<DVector<f64>> {
-    SHIFTS.iter().find_map(|shift| {
-        let mut shifted = matrix.clone();
-        for i in 0..shifted.nrows() {
-            shifted[(i, i)] *= 1.0 + shift;
-        }
-        let change = shifted.lu().solve(missing)?;
-        let terms = change.iter().enumerate();
-        let tame = |(i, x): (usize, &f64)| (x * matrix[(i, i)]).abs() <= bound;
-        terms.into_iter().all(tame).then_some(change)
-    })
+fn solve(matrix: &DMatrix<f64>, missing: &DVector<f64>) -> Option<DVector<f64>> {
+    let mut shifted = matrix.clone();
+    for i in 0..shifted.nrows() {
+        shifted[(i, i)] *= 1.0 + SHIFT;
+    }
+    let factors = shifted.lu();
+    let mut solution = factors.solve(missing)?;
+    for _ in 0..REFINEMENTS {
+        solution += factors.solve(&(missing - matrix * &solution))?;
+    }
+    solution.iter().all(|x| x.is_finite()).then_some(solution)
 }

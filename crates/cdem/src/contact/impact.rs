@@ -19,7 +19,7 @@ impl<const D: usize> Impact<D> {
     /// The velocities after it, `scale` times `impulses` of the bodies acting at
     /// the same instant, N·s; returns the solved contacts.
     fn solve(
-        &self,
+        &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (impulses, scale): (&[(u32, [f64; D])], f64),
@@ -34,9 +34,9 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        let mut solved = self.constraints.clone();
-        books.solved(solve(&mut solved, setting.mobility(0.0), motion.velocity));
-        solved
+        let mobility = setting.mobility(0.0);
+        books.solved(solve(&mut self.constraints, mobility, motion.velocity));
+        self.constraints.clone()
     }
 }
 
@@ -92,7 +92,7 @@ impl<const D: usize> Island<D> {
         receive: Receive<D>,
         books: &mut Books,
     ) {
-        let impact = self.impact(setting, motion, duration);
+        let mut impact = self.impact(setting, motion, duration);
         let solved = impact.solve(setting, motion, (&[], 0.0), books);
         self.end_impact(
             setting,

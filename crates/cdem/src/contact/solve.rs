@@ -123,8 +123,8 @@ const MAX_SWEEPS: u32 = 2000;
 const SWEEPS_TO_LEAP: u32 = 16;
 
 /// Sweeps that cost as much as a leap, over the square of its unknowns: 2/3 n³
-/// operations against some 40 for each unknown in a sweep.
-const SWEEPS_OF_A_LEAP: f64 = 1.0 / 60.0;
+/// operations a pass against some 40 for each unknown in a sweep.
+const SWEEPS_OF_A_LEAP: f64 = direct::PASSES as f64 / 60.0;
 
 /// Finds the impulses of an island and adds them to the velocities. Returns
 /// the residual: the largest change of a relative velocity in the last sweep
@@ -324,16 +324,26 @@ impl<const D: usize> System<D> {
 
 impl<const D: usize> Point<D> {
     /// Relative velocity of row `r`, m/s.
+    #[inline]
     pub(super) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
-        (0..self.count)
-            .map(|k| dot(&self.rows[k][r], &velocity[self.nodes[k] as usize]))
-            .sum()
+        let mut sum = 0.0;
+        for k in 0..self.count {
+            let node = &velocity[self.nodes[k] as usize];
+            for c in 0..D {
+                sum += self.rows[k][r][c] * node[c];
+            }
+        }
+        sum
     }
 
+    #[inline]
     fn apply(&self, change: &[f64; D], columns: &[Column<D>], velocity: &mut [[f64; D]]) {
         for column in &columns[self.columns.clone()] {
-            for (gain, change) in column.gain.iter().zip(change) {
-                add_scaled(&mut velocity[column.node as usize], *change, gain);
+            let node = &mut velocity[column.node as usize];
+            for r in 0..D {
+                for c in 0..D {
+                    node[c] += change[r] * column.gain[r][c];
+                }
             }
         }
     }
