@@ -10,21 +10,22 @@ use crate::model::motion::Motion;
 /// An impact, to be solved as often as it takes.
 struct Impact<const D: usize> {
     constraints: Vec<Constraint<D>>,
-    /// Nodes that it may move, those of the island first, and their velocities
-    /// before it, m/s.
+    /// Relative velocities of their points before it, m/s.
+    approach: Vec<[f64; D]>,
+    /// Nodes that it may move, and their velocities before it, m/s.
     start: Vec<(u32, [f64; D])>,
 }
 
 impl<const D: usize> Impact<D> {
     /// The velocities after it, `scale` times `impulses` of the bodies acting at
-    /// the same instant, N·s; returns the solved contacts.
+    /// the same instant, N·s.
     fn solve(
         &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (impulses, scale): (&[(u32, [f64; D])], f64),
         books: &mut Books,
-    ) -> Vec<Constraint<D>> {
+    ) {
         for (node, velocity) in &self.start {
             motion.velocity[*node as usize] = *velocity;
         }
@@ -36,7 +37,6 @@ impl<const D: usize> Impact<D> {
         }
         let mobility = setting.mobility(0.0);
         books.solved(solve(&mut self.constraints, mobility, motion.velocity));
-        self.constraints.clone()
     }
 }
 
@@ -54,7 +54,7 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        let mut solved = impact.solve(setting, motion, (&[], 0.0), books);
+        impact.solve(setting, motion, (&[], 0.0), books);
         let before: Vec<[f64; D]> = impact.start.iter().map(|start| start.1).collect();
         let jump = Jump {
             nodes: &self.nodes,
@@ -70,15 +70,9 @@ impl<const D: usize> Island<D> {
             impact.start.extend(beyond.map(with_velocity));
             impact.solve(setting, motion, (&impulses, 1.0), books);
             let scale = bodies.interior.balance(motion);
-            solved = impact.solve(setting, motion, (&impulses, scale), books);
+            impact.solve(setting, motion, (&impulses, scale), books);
         }
-        self.end_impact(
-            setting,
-            motion,
-            (&impact, &solved, duration),
-            receive,
-            books,
-        );
+        self.end_impact(setting, motion, (&impact, duration), receive, books);
         books.impact_loss -= bodies.interior.settle(motion, remaining);
     }
 
@@ -93,14 +87,8 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        let solved = impact.solve(setting, motion, (&[], 0.0), books);
-        self.end_impact(
-            setting,
-            motion,
-            (&impact, &solved, duration),
-            receive,
-            books,
-        );
+        impact.solve(setting, motion, (&[], 0.0), books);
+        self.end_impact(setting, motion, (&impact, duration), receive, books);
     }
 
     /// Perfectly inelastic for the points that touch, within the shear limit;
@@ -110,10 +98,13 @@ impl<const D: usize> Island<D> {
             let operator = live.operator(setting.surface, motion.positions());
             live.impact(operator, duration)
         };
+        let constraints: Vec<_> = self.live.iter().map(constraint).collect();
+        let approach = constraints.iter().map(|c| relative(c, motion.velocity));
         let velocities = self.velocities(motion).into_iter();
         Impact {
-            constraints: self.live.iter().map(constraint).collect(),
+            approach: approach.collect(),
             start: self.nodes.iter().copied().zip(velocities).collect(),
+            constraints,
         }
     }
 
@@ -121,30 +112,16 @@ impl<const D: usize> Island<D> {
     fn end_impact(
         &mut self,
         setting: &Setting<D>,
-        motion: &mut Motion<D>,
-        (impact, solved, duration): (&Impact<D>, &[Constraint<D>], f64),
+        motion: &Motion<D>,
+        (impact, duration): (&Impact<D>, f64),
         receive: Receive<D>,
         books: &mut Books,
     ) {
-        let relatives = |motion: &Motion<D>| -> Vec<[f64; D]> {
-            let velocities = solved.iter().map(|c| relative(c, motion.velocity));
-            velocities.collect()
-        };
-        let new = relatives(motion);
-        // The island's nodes come first; those beyond touch nothing.
-        let own = &impact.start[..self.nodes.len()];
-        let after = self.velocities(motion);
-        for (node, velocity) in own {
-            motion.velocity[*node as usize] = *velocity;
-        }
-        let old = relatives(motion);
-        for (&node, velocity) in self.nodes.iter().zip(after) {
-            motion.velocity[node as usize] = velocity;
-        }
         let least = setting.least_speed(duration);
-        let velocities = old.iter().zip(&new);
-        for ((live, constraint), (old, new)) in self.live.iter_mut().zip(solved).zip(velocities) {
-            books.spend(&constraint.impulse, old, new, true);
+        let solved = impact.constraints.iter().zip(&impact.approach);
+        for (live, (constraint, old)) in self.live.iter_mut().zip(solved) {
+            let new = relative(constraint, motion.velocity);
+            books.spend(&constraint.impulse, old, &new, true);
             live.record.count(&constraint.impulse);
             deliver(constraint, &constraint.impulse, receive);
             live.take_impact(constraint, motion.velocity, least);

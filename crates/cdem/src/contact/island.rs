@@ -9,7 +9,7 @@ use crate::contact::touches::Touches;
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::step::kick::Velocity;
-use crate::vector::{add_scaled, pad};
+use crate::vector::pad;
 
 /// First touches within one substep that are taken at their own instants. Where
 /// there are more, as when long faces meet at a small angle, those of the next
@@ -384,8 +384,6 @@ pub(super) fn deliver<const D: usize>(
     receive: Receive<D>,
 ) {
     for (k, &node) in constraint.operator.nodes().iter().enumerate() {
-        let mut on = [0.0; D];
-        add_scaled(&mut on, 1.0, &constraint.impulse_on(k, impulse));
-        receive(node, &on);
+        receive(node, &constraint.impulse_on(k, impulse));
     }
 }
