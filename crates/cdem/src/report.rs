@@ -49,6 +49,7 @@ impl<const D: usize> Run<D> {
             gravity_work: instant.state.ledger.gravity_work,
             damping_loss: instant.state.ledger.damping_loss,
             correction_loss: instant.state.ledger.correction_loss,
+            remesh_loss: instant.state.ledger.remesh_loss,
             impulse: instant.state.ledger.impulse,
             elements: self.plan.histogram().iter().sum(),
             ..HistoryRow::default()
@@ -77,6 +78,7 @@ impl<const D: usize> Run<D> {
             + row.friction_loss
             + row.damping_loss
             + row.fracture_loss
+            + row.remesh_loss
             + row.correction_loss
             - row.external_work
             - row.gravity_work

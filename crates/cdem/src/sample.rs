@@ -20,6 +20,7 @@ pub struct HistoryRow {
     pub friction_loss: f64,
     pub damping_loss: f64,
     pub fracture_loss: f64,
+    /// What changes of the mesh or of time levels take.
     pub remesh_loss: f64,
     pub correction_loss: f64,
     pub energy_residual: f64,

@@ -31,6 +31,9 @@ use total::Total;
 
 pub(crate) use frequency::{highest_frequency, stable_step};
 
+/// Most nodes of an element: a hexahedron's.
+pub(crate) const MAX_NODES: usize = 8;
+
 /// What the elements of a block are made of and how they deform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BlockProperties {

@@ -9,6 +9,8 @@ pub(crate) struct Ledger {
     pub(crate) gravity_work: f64,
     pub(crate) damping_loss: f64,
     pub(crate) correction_loss: f64,
+    /// What changes of time levels take of the energy as it is measured.
+    pub(crate) remesh_loss: f64,
     pub(crate) impulse: [f64; 3],
 }
 
@@ -52,6 +54,7 @@ impl Ledger {
         self.gravity_work += share * other.gravity_work;
         self.damping_loss += share * other.damping_loss;
         self.correction_loss += share * other.correction_loss;
+        self.remesh_loss += share * other.remesh_loss;
         add_scaled(&mut self.impulse, share, &other.impulse);
     }
 }

@@ -62,37 +62,56 @@ pub(crate) struct Levels {
     pub(crate) node: Vec<u8>,
 }
 
-/// Levels in use from the elements' own (`base`): one pass of raising.
+/// Levels in use from the elements' own (`base`): one pass of raising; and
+/// elements at joined nodes go as fine as these. Nodes in contact are pressed
+/// together by the forces of elements: of elements that act every other substep
+/// only, they would part in one and collide in the next.
 pub(crate) fn assign<'a>(
     base: &[u8],
     nodes_of: impl Fn(usize) -> &'a [u32],
     node_count: usize,
     joined: &Joined,
 ) -> Levels {
+    let root = |node: &u32| joined.root(*node) as usize;
     let finest = |element: &[u8]| {
         let mut level = vec![0; node_count];
         for (e, &l) in element.iter().enumerate() {
-            for &node in nodes_of(e) {
-                let root = joined.root(node) as usize;
+            for root in nodes_of(e).iter().map(root) {
                 level[root] = level[root].max(l);
             }
         }
         level
     };
-    let at_root = finest(base);
-    let element: Vec<u8> = (0..base.len())
-        .map(|e| {
-            let around = nodes_of(e)
-                .iter()
-                .map(|&node| at_root[joined.root(node) as usize]);
-            around.max().unwrap_or(0)
-        })
+    let mut at_root = finest(base);
+    let mut element: Vec<u8> = (0..base.len())
+        .map(|e| nodes_of(e).iter().map(|n| at_root[root(n)]).max())
+        .map(Option::unwrap_or_default)
         .collect();
-    let at_root = finest(&element);
-    let node = (0..node_count as u32)
-        .map(|node| at_root[joined.root(node) as usize])
-        .collect();
-    Levels { element, node }
+    let is_joined = {
+        let mut size = vec![0_u32; node_count];
+        (0..node_count as u32).for_each(|node| size[root(&node)] += 1);
+        move |root: usize| size[root] > 1
+    };
+    loop {
+        at_root = finest(&element);
+        let mut raised = false;
+        for (e, level) in element.iter_mut().enumerate() {
+            let roots = nodes_of(e).iter().map(root);
+            let wanted = roots.filter(|&r| is_joined(r)).map(|r| at_root[r]).max();
+            if wanted.is_some_and(|wanted| wanted > *level) {
+                *level = wanted.unwrap_or_default();
+                raised = true;
+            }
+        }
+        if !raised {
+            break;
+        }
+    }
+    let node = (0..node_count as u32).map(|node| at_root[root(&node)]);
+    Levels {
+        node: node.collect(),
+        element,
+    }
 }
 
 /// Items of each level, finest first, so that those due at a substep are a
@@ -166,6 +185,19 @@ mod tests {
         let touching = assign(&base, |e| &nodes[e], 8, &joined);
         assert_eq!(touching.element, [0, 0, 2, 2, 2, 2]);
         assert_eq!(touching.node, [0, 0, 2, 2, 2, 2, 2, 2]);
+    }
+
+    #[test]
+    fn elements_on_both_sides_of_joined_nodes_have_one_level() {
+        // Three bars in a row, the last finer: its level goes through the middle
+        // one, of one element, and on to the nearest element of the first.
+        let nodes: Vec<[u32; 2]> = vec![[0, 1], [1, 2], [3, 4], [5, 6], [6, 7]];
+        let mut joined = Joined::new(8);
+        joined.join(2, 3);
+        joined.join(4, 5);
+        let levels = assign(&[0, 0, 0, 1, 1], |e| &nodes[e], 8, &joined);
+        assert_eq!(levels.element, [0, 1, 1, 1, 1]);
+        assert_eq!(levels.node, [0, 1, 1, 1, 1, 1, 1, 1]);
     }
 
     #[test]

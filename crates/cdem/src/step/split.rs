@@ -17,15 +17,12 @@
 //! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
 
 use crate::contact::{Interior, Jump};
-use crate::element::ElementSet;
+use crate::element::{ElementSet, MAX_NODES};
 use crate::mesh::Element;
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::step::levels::Levels;
 use crate::vector::{add, dot, scale, sub};
-
-/// Most nodes of an element.
-const MAX_NODES: usize = 8;
 
 /// Elements around each node, as one list.
 #[derive(Clone, Debug, Default)]
