@@ -101,3 +101,10 @@ fn waves_slower_or_faster_than_in_any_solid_are_told() {
     }
     insta::assert_snapshot!(told);
 }
+
+#[test]
+fn tensile_strength_without_cohesion_is_told() {
+    let strong = |strengths: &str| FALL.replace("[contact]", &format!("[contact]\n{strengths}"));
+    insta::assert_snapshot!(of(&strong("tensile_strength = 1e6")));
+    assert_eq!(of(&strong("tensile_strength = 1e6\ncohesion = 1e6")), "");
+}

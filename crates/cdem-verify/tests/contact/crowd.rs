@@ -56,9 +56,10 @@ fn fling(seed: u64, across: usize, corners: Option<usize>) {
     );
     assert!(balance.momentum < 1e-12, "{balance:?}");
     assert!(balance.angular_momentum < 1e-12, "{balance:?}");
-    // Blocks of one to a few elements, not refined: design, section 7.
-    assert!(balance.residual < 2e-2, "{balance:?}");
-    assert!(balance.growth < 2e-2, "{balance:?}");
+    // Blocks of one to a few elements, not refined: 2e-2 by the design, section
+    // 7; an order below it, as nothing but strains of a per cent is left.
+    assert!(balance.residual < 2e-3, "{balance:?}");
+    assert!(balance.growth < 2e-3, "{balance:?}");
     assert!(overlap <= tolerance, "{overlap:e} deep");
 }
 

@@ -26,6 +26,7 @@ pub(super) fn cautions<const D: usize>(
 ) -> Vec<Problem> {
     let mut found = blocks(scene, model);
     found.extend(materials(scene));
+    found.extend(joints(scene));
     found.extend(damping(scene, model, shortest));
     found.extend(late(scene));
     found.extend(intervals(scene, model.step));
@@ -68,6 +69,20 @@ fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
         }
     }
     found
+}
+
+/// Joints that any shear breaks before they are pulled.
+fn joints(scene: &Scene) -> Option<Problem> {
+    let strength = &scene.contact.strength;
+    let pulls = strength.tensile_strength > 0.0 && strength.cohesion == 0.0;
+    let message = "without `cohesion` the first shear breaks a joint, and its tensile strength is \
+                   lost with it; give it cohesion too";
+    pulls.then(|| {
+        Problem::new(
+            KeyPath::root().key("contact").key("tensile_strength"),
+            message,
+        )
+    })
 }
 
 /// Moduli and densities in other units than was thought.
