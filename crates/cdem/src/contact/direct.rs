@@ -10,13 +10,18 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::solve::{System, shear_norm};
 use crate::vector::{add, add_scaled};
 
-/// Added to the diagonal, over it, so that of contacts that say the same all take
-/// their share.
-const SHIFT: f64 = 1e-6;
+/// Added to the diagonal, over it, one after the other: of contacts that say the
+/// same, all take their share. The first takes nothing from contacts of points
+/// that all but coincide; the second calms those that contradict each other.
+const SHIFTS: [f64; 2] = [1e-12, 1e-6];
+
+/// Most that impulses may grow over what they and the missing velocities say:
+/// contacts that all but contradict each other press and pull without bound, and
+/// what cancels between them leaves round-off in the momenta.
+const GROWTH: f64 = 1e3;
 
 /// Refinements of a solution, each of which takes the shift's error down by the
-/// shift over the equations' eigenvalue: what nearly contradicts itself is left,
-/// where impulses would press and pull without bound.
+/// shift over the equations' eigenvalue.
 const REFINEMENTS: u32 = 3;
 
 /// Most times that contacts beyond a bound change their state.
@@ -130,7 +135,12 @@ fn changes<const D: usize>(system: &System<D>, states: &[State<D>]) -> Option<Ve
         return Some(changes);
     }
     let (matrix, missing) = equations(system, &unknowns, &velocity);
-    let solution = solve(&matrix, &missing)?;
+    let there = unknowns.iter().enumerate().map(|(i, unknown)| {
+        let impulse = system.points[unknown.point].impulse[unknown.row];
+        (impulse * matrix[(i, i)]).abs()
+    });
+    let scale = there.fold(missing.amax(), f64::max);
+    let solution = solve(&matrix, &missing, GROWTH * scale)?;
     for (unknown, &change) in unknowns.iter().zip(solution.iter()) {
         add_scaled(&mut changes[unknown.point], change, &unknown.direction);
     }
@@ -186,15 +196,21 @@ fn equations<const D: usize>(
     (matrix, missing)
 }
 
-fn solve(matrix: &DMatrix<f64>, missing: &DVector<f64>) -> Option<DVector<f64>> {
-    let mut shifted = matrix.clone();
-    for i in 0..shifted.nrows() {
-        shifted[(i, i)] *= 1.0 + SHIFT;
-    }
-    let factors = shifted.lu();
-    let mut solution = factors.solve(missing)?;
-    for _ in 0..REFINEMENTS {
-        solution += factors.solve(&(missing - matrix * &solution))?;
-    }
-    solution.iter().all(|x| x.is_finite()).then_some(solution)
+/// The solution with the least shift whose terms' own velocities are at most
+/// `bound`, m/s.
+fn solve(matrix: &DMatrix<f64>, missing: &DVector<f64>, bound: f64) -> Option<DVector<f64>> {
+    SHIFTS.iter().find_map(|shift| {
+        let mut shifted = matrix.clone();
+        for i in 0..shifted.nrows() {
+            shifted[(i, i)] *= 1.0 + shift;
+        }
+        let factors = shifted.lu();
+        let mut solution = factors.solve(missing)?;
+        for _ in 0..REFINEMENTS {
+            solution += factors.solve(&(missing - matrix * &solution))?;
+        }
+        let terms = solution.iter().enumerate();
+        let tame = |(i, x): (usize, &f64)| (x * matrix[(i, i)]).abs() <= bound;
+        terms.into_iter().all(tame).then_some(solution)
+    })
 }

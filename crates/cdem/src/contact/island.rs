@@ -312,8 +312,7 @@ impl<const D: usize> Island<D> {
         .map(|node| setting.block_of[node as usize]);
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, setting.tolerance);
-        let mut offset = [0.0; D];
-        offset[0] = projection.gap;
+        let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
         let record = Record {
             kind,
             time_on: time,
@@ -331,8 +330,8 @@ impl<const D: usize> Island<D> {
         self.live.push(Live {
             pair,
             law: setting.laws.between(blocks[0], blocks[1]),
-            foot: projection.foot.map(|w| w.clamp(0.0, 1.0)),
-            offset,
+            foot,
+            offset: surface.operator(pair, &foot, at).offset,
             sticks: true,
             joint: false,
             fresh: true,

@@ -192,7 +192,6 @@ impl<const D: usize> Contacts<D> {
                 let count = island.live.len();
                 self.books.touches += island.touch(&setting, at, pair, 0.0);
                 for live in &mut island.live[count..] {
-                    live.offset[0] = projection.gap;
                     live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
                 }
             }
