@@ -2,7 +2,7 @@
 //! touch, (4) and (5) of the paper.
 
 use crate::contact::Jump;
-use crate::contact::island::{Bodies, Books, Island, Receive, Setting, deliver, relative};
+use crate::contact::island::{Bodies, Books, Island, Receive, Setting};
 use crate::contact::live::Live;
 use crate::contact::solve::{Constraint, solve};
 use crate::model::motion::Motion;
@@ -99,7 +99,8 @@ impl<const D: usize> Island<D> {
             live.impact(operator, duration)
         };
         let constraints: Vec<_> = self.live.iter().map(constraint).collect();
-        let approach = constraints.iter().map(|c| relative(c, motion.velocity));
+        let approach = constraints.iter();
+        let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));
         let velocities = self.velocities(motion).into_iter();
         Impact {
             approach: approach.collect(),
@@ -120,10 +121,12 @@ impl<const D: usize> Island<D> {
         let least = setting.least_speed(duration);
         let solved = impact.constraints.iter().zip(&impact.approach);
         for (live, (constraint, old)) in self.live.iter_mut().zip(solved) {
-            let new = relative(constraint, motion.velocity);
+            let new = constraint.operator.relative_velocities(motion.velocity);
             books.spend(&constraint.impulse, old, &new, true);
             live.record.count(&constraint.impulse);
-            deliver(constraint, &constraint.impulse, receive);
+            constraint
+                .operator
+                .deliver(&constraint.impulse, &mut *receive);
             live.take_impact(constraint, motion.velocity, least);
         }
     }

@@ -172,13 +172,14 @@ impl<const D: usize> Island<D> {
         let mut constraints = self.solve_closed(setting, motion, (interval, drift), books);
         let least = setting.least_speed(drift);
         for (live, constraint) in self.live.iter_mut().zip(&mut constraints) {
-            let [old, new] = [before, motion.velocity].map(|v| relative(constraint, v));
+            let operator = &constraint.operator;
+            let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);
             live.fresh = false;
             live.impulse = constraint.impulse;
             live.interval = interval;
             live.record.count(&constraint.impulse);
-            deliver(constraint, &constraint.impulse, receive);
+            operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
                 live.slide();
                 live.record.slip += shear_norm(&new) * drift;
@@ -365,24 +366,5 @@ impl<const D: usize> Island<D> {
         system.solve();
         let moved = |(_, shift): &(u32, [f64; D])| *shift != [0.0; D];
         system.velocities().filter(moved).collect()
-    }
-}
-
-/// Relative velocity of all rows, m/s.
-pub(super) fn relative<const D: usize>(
-    constraint: &Constraint<D>,
-    velocity: &[[f64; D]],
-) -> [f64; D] {
-    std::array::from_fn(|r| constraint.relative_velocity(r, velocity))
-}
-
-/// Tells `receive` of the impulses of a contact on its nodes.
-pub(super) fn deliver<const D: usize>(
-    constraint: &Constraint<D>,
-    impulse: &[f64; D],
-    receive: Receive<D>,
-) {
-    for (k, &node) in constraint.operator.nodes().iter().enumerate() {
-        receive(node, &constraint.impulse_on(k, impulse));
     }
 }

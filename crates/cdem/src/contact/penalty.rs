@@ -7,7 +7,6 @@ use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Positions, Surface};
 use crate::model::inertia::Mobility;
 use crate::model::motion::Motion;
-use crate::vector::{add_scaled, dot};
 
 impl<const D: usize> Live<D> {
     /// Energy of the normal and shear springs, J.
@@ -90,50 +89,46 @@ impl<const D: usize> Live<D> {
             *books.slip_loss(self.joint) += left;
             return false;
         }
-        let row_velocity = |r: usize, velocity: &[[f64; D]]| {
-            let nodes = operator.nodes().iter().enumerate();
-            nodes
-                .map(|(k, &node)| dot(&operator.rows[r][k], &velocity[node as usize]))
-                .sum::<f64>()
-        };
         let stiffness = self.law.shear_stiffness;
         let last = self.shear_spring;
         let mut force = [0.0; D];
         force[0] = normal;
         for r in 1..D {
             // The velocity before the kick is that of the drift just made.
-            self.shear_spring[r] += row_velocity(r, before) * interval;
+            self.shear_spring[r] += operator.relative_velocity(r, before) * interval;
             force[r] = -stiffness * self.shear_spring[r];
         }
         let bound = (normal * self.law.friction + self.law.cohesion * bond).max(0.0);
-        let shear = shear_norm(&force);
-        if shear >= bound && shear > 0.0 {
-            let was_joint = std::mem::take(&mut self.joint);
-            let bound = (normal * self.law.friction).max(0.0);
-            let kept = (bound / shear).min(1.0);
-            for r in 1..D {
-                let [old, trial] = [last[r], self.shear_spring[r]];
-                let new = kept * trial;
-                // Work of the mean force, less what the spring then holds more.
-                let work = 0.5 * stiffness * (old + new) * (trial - old);
-                let loss = work - 0.5 * stiffness * (new * new - old * old);
-                *books.slip_loss(was_joint) += loss;
-                self.record.slip += (1.0 - kept) * trial.abs();
-                self.shear_spring[r] = new;
-                force[r] *= kept;
-            }
+        if shear_norm(&force) >= bound && shear_norm(&force) > 0.0 {
+            self.slip_springs(&mut force, &last, books);
         }
         self.impulse = force.map(|force| force * interval);
         self.interval = interval;
         self.record.count(&self.impulse);
-        for (k, &node) in operator.nodes().iter().enumerate() {
-            let mut on = [0.0; D];
-            for r in 0..D {
-                add_scaled(&mut on, self.impulse[r], &operator.rows[r][k]);
-            }
-            mobility.push(node, &on, motion.velocity);
-            receive(node, &on);
-        }
+        operator.deliver(&self.impulse, |node, impulse| {
+            mobility.push(node, impulse, motion.velocity);
+            receive(node, impulse);
+        });
         true
+    }
+
+    /// Cuts the shear of `force` back to friction, and its springs with it;
+    /// `last` are their elongations before, m.
+    fn slip_springs(&mut self, force: &mut [f64; D], last: &[f64; D], books: &mut Books) {
+        let stiffness = self.law.shear_stiffness;
+        let was_joint = std::mem::take(&mut self.joint);
+        let bound = (force[0] * self.law.friction).max(0.0);
+        let kept = (bound / shear_norm(force)).min(1.0);
+        for r in 1..D {
+            let [old, trial] = [last[r], self.shear_spring[r]];
+            let new = kept * trial;
+            // Work of the mean force, less what the spring then holds more.
+            let work = 0.5 * stiffness * (old + new) * (trial - old);
+            let loss = work - 0.5 * stiffness * (new * new - old * old);
+            *books.slip_loss(was_joint) += loss;
+            self.record.slip += (1.0 - kept) * trial.abs();
+            self.shear_spring[r] = new;
+            force[r] *= kept;
+        }
     }
 }

@@ -59,27 +59,10 @@ pub(crate) struct Constraint<const D: usize> {
 }
 
 impl<const D: usize> Constraint<D> {
-    /// Relative velocity of row `r`, m/s.
-    pub(crate) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
-        let nodes = self.operator.nodes().iter().enumerate();
-        nodes
-            .map(|(k, &node)| dot(&self.operator.rows[r][k], &velocity[node as usize]))
-            .sum()
-    }
-
-    /// Impulse on the `k`-th node, N·s.
-    pub(crate) fn impulse_on(&self, k: usize, impulse: &[f64; D]) -> [f64; D] {
-        let mut on = [0.0; D];
-        for r in 0..D {
-            add_scaled(&mut on, impulse[r], &self.operator.rows[r][k]);
-        }
-        on
-    }
-
     /// Whether the contact bears no more, and parts by more than `least`, m/s.
     pub(crate) fn opens(&self, velocity: &[[f64; D]], least: f64) -> bool {
         self.impulse[0] <= -self.limit.tension
-            && self.relative_velocity(0, velocity) - self.target[0] > least
+            && self.operator.relative_velocity(0, velocity) - self.target[0] > least
     }
 
     /// Whether the shear impulse is at its limit, and not enough: the tangent
@@ -87,7 +70,7 @@ impl<const D: usize> Constraint<D> {
     pub(crate) fn slips(&self, velocity: &[[f64; D]], least: f64) -> bool {
         let mut missing = [0.0; D];
         for r in 1..D {
-            missing[r] = self.relative_velocity(r, velocity) - self.target[r];
+            missing[r] = self.operator.relative_velocity(r, velocity) - self.target[r];
         }
         self.limit.slips(&self.impulse) && shear_norm(&missing) > least
     }
@@ -184,41 +167,10 @@ impl<const D: usize> System<D> {
         velocity: impl Fn(u32) -> [f64; D],
     ) -> Self {
         let mut columns: Vec<Column<D>> = Vec::with_capacity(constraints.len() * MAX_NODES);
-        let mut points: Vec<Point<D>> = Vec::with_capacity(constraints.len());
-        for constraint in constraints {
-            let start = columns.len();
-            let operator = &constraint.operator;
-            let mut rows = [[[0.0; D]; D]; MAX_NODES];
-            for (k, &node) in operator.nodes().iter().enumerate() {
-                rows[k] = std::array::from_fn(|r| operator.rows[r][k]);
-                let inverse = mobility.column(node);
-                for (other, inverse) in inverse {
-                    let known = columns[start..].iter().position(|c| c.node == other);
-                    let at = known.map_or(columns.len(), |at| start + at);
-                    if known.is_none() {
-                        columns.push(Column {
-                            node: other,
-                            gain: [[0.0; D]; D],
-                        });
-                    }
-                    for (gain, row) in columns[at].gain.iter_mut().zip(&rows[k]) {
-                        for c in 0..D {
-                            gain[c] += inverse[c] * row[c];
-                        }
-                    }
-                }
-            }
-            points.push(Point {
-                count: operator.count,
-                rows,
-                nodes: operator.nodes,
-                columns: start..columns.len(),
-                compliance: [0.0; D],
-                target: constraint.target,
-                limit: constraint.limit,
-                impulse: constraint.impulse,
-            });
-        }
+        let mut points: Vec<Point<D>> = constraints
+            .iter()
+            .map(|constraint| Point::new(constraint, mobility, &mut columns))
+            .collect();
         let operators = constraints.iter().flat_map(|c| c.operator.nodes().iter());
         let mut nodes: Vec<u32> = operators.copied().collect();
         nodes.extend(columns.iter().map(|column| column.node));
@@ -228,18 +180,8 @@ impl<const D: usize> System<D> {
         for column in &mut columns {
             column.node = number(column.node);
         }
-        for point in &mut points {
-            for k in 0..point.count {
-                point.nodes[k] = number(point.nodes[k]);
-            }
-            let mine = &columns[point.columns.clone()];
-            for k in 0..point.count {
-                let gain = mine.iter().find(|column| column.node == point.nodes[k]);
-                for r in 0..D {
-                    point.compliance[r] +=
-                        gain.map_or(0.0, |column| dot(&point.rows[k][r], &column.gain[r]));
-                }
-            }
+        for node in points.iter_mut().flat_map(|p| &mut p.nodes[..p.count]) {
+            *node = number(*node);
         }
         Self {
             velocity: nodes.iter().map(|&node| velocity(node)).collect(),
@@ -323,6 +265,52 @@ impl<const D: usize> System<D> {
 }
 
 impl<const D: usize> Point<D> {
+    /// A constraint, its columns added to `columns`; nodes as they are.
+    fn new(
+        constraint: &Constraint<D>,
+        mobility: Mobility<D>,
+        columns: &mut Vec<Column<D>>,
+    ) -> Self {
+        let operator = &constraint.operator;
+        let start = columns.len();
+        let mut rows = [[[0.0; D]; D]; MAX_NODES];
+        for (k, &node) in operator.nodes().iter().enumerate() {
+            rows[k] = std::array::from_fn(|r| operator.rows[r][k]);
+            for (other, inverse) in mobility.column(node) {
+                let known = columns[start..].iter().position(|c| c.node == other);
+                let at = known.map_or(columns.len(), |at| start + at);
+                if known.is_none() {
+                    columns.push(Column {
+                        node: other,
+                        gain: [[0.0; D]; D],
+                    });
+                }
+                for (gain, row) in columns[at].gain.iter_mut().zip(&rows[k]) {
+                    for c in 0..D {
+                        gain[c] += inverse[c] * row[c];
+                    }
+                }
+            }
+        }
+        let mut compliance = [0.0; D];
+        for (k, node) in operator.nodes().iter().enumerate() {
+            let gain = columns[start..].iter().find(|column| column.node == *node);
+            for r in 0..D {
+                compliance[r] += gain.map_or(0.0, |column| dot(&rows[k][r], &column.gain[r]));
+            }
+        }
+        Self {
+            count: operator.count,
+            rows,
+            nodes: operator.nodes,
+            columns: start..columns.len(),
+            compliance,
+            target: constraint.target,
+            limit: constraint.limit,
+            impulse: constraint.impulse,
+        }
+    }
+
     /// Relative velocity of row `r`, m/s.
     #[inline]
     pub(super) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {

@@ -2,6 +2,7 @@
 
 use crate::contact::broad_phase::Aabb;
 use crate::sample::ContactKind;
+use crate::vector::{add_scaled, dot};
 
 /// Nodes that a contact constraint touches at most: a vertex and a
 /// quadrilateral face.
@@ -40,7 +41,7 @@ impl<'a, const D: usize> Positions<'a, D> {
         let node = node as usize;
         let mut position = std::array::from_fn(|c| self.rest[node][c] + self.displacement[node][c]);
         if let Some((velocity, time)) = self.drift {
-            crate::vector::add_scaled(&mut position, time, &velocity[node]);
+            add_scaled(&mut position, time, &velocity[node]);
         }
         position
     }
@@ -90,6 +91,30 @@ impl<const D: usize> Operator<D> {
     /// The nodes in use.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes[..self.count]
+    }
+
+    /// Relative velocity of row `r`, m/s.
+    pub(crate) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
+        let nodes = self.nodes().iter().enumerate();
+        nodes
+            .map(|(k, &node)| dot(&self.rows[r][k], &velocity[node as usize]))
+            .sum()
+    }
+
+    /// Relative velocity of all rows, m/s.
+    pub(crate) fn relative_velocities(&self, velocity: &[[f64; D]]) -> [f64; D] {
+        std::array::from_fn(|r| self.relative_velocity(r, velocity))
+    }
+
+    /// Calls `receive` with the impulse on each node, N·s, of one in the frame.
+    pub(crate) fn deliver(&self, impulse: &[f64; D], mut receive: impl FnMut(u32, &[f64; D])) {
+        for (k, &node) in self.nodes().iter().enumerate() {
+            let mut on = [0.0; D];
+            for r in 0..D {
+                add_scaled(&mut on, impulse[r], &self.rows[r][k]);
+            }
+            receive(node, &on);
+        }
     }
 }
 

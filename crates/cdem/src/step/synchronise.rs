@@ -38,32 +38,11 @@ impl<const D: usize> Run<D> {
             Purpose::Report,
         );
         let mut half = Ledger::default();
-        let mut books = Books::default();
-        let mut held_contact: Vec<(u32, [f64; D])> = Vec::new();
-        if let Some(contacts) = &self.contacts
-            && self.state.number > 0
-        {
-            let interval = &self.impulses.interval;
-            let mut motion = Motion {
-                rest: &self.model.mesh.nodes,
-                displacement: &mut self.state.displacement,
-                carry: &mut self.state.carry,
-                velocity: &mut velocity,
-            };
-            books = contacts.peek(
-                &mut motion,
-                &self.model.inertia,
-                &self.impulses.before,
-                &|node| Some((interval[node as usize], interval[node as usize])),
-                &mut |node, impulse: &[f64; D]| held_contact.push((node, *impulse)),
-            );
-        }
-        for (node, impulse) in &held_contact {
-            let contact = &mut self.impulses.contact[*node as usize];
-            add_scaled(contact, 1.0, impulse);
+        let (books, received) = self.peek_contacts(&mut velocity);
+        for (node, impulse) in &received {
+            add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
             if self.model.is_fixed(*node) {
-                let padded = pad(impulse);
-                add_scaled(&mut half.impulse, -1.0, &padded);
+                add_scaled(&mut half.impulse, -1.0, &pad(impulse));
             }
         }
         let nodes = substep.nodes();
@@ -79,7 +58,7 @@ impl<const D: usize> Run<D> {
                 std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
         }
         self.impulses.clear(substep.nodes());
-        for (node, _) in &held_contact {
+        for (node, _) in &received {
             self.impulses.contact[*node as usize] = [0.0; D];
         }
         let mut ledger = self.ledger;
@@ -92,6 +71,30 @@ impl<const D: usize> Run<D> {
             impact_loss: 0.5 * books.impact_loss,
             friction_loss: 0.5 * books.friction_loss,
         }
+    }
+
+    /// Contact in a kick that only looks: changes `velocity`; returns what it
+    /// would cost, and its impulses on nodes, N·s.
+    fn peek_contacts(&mut self, velocity: &mut [[f64; D]]) -> (Books, Vec<(u32, [f64; D])>) {
+        let mut received = Vec::new();
+        let Some(contacts) = self.contacts.as_ref().filter(|_| self.state.number > 0) else {
+            return (Books::default(), received);
+        };
+        let interval = &self.impulses.interval;
+        let mut motion = Motion {
+            rest: &self.model.mesh.nodes,
+            displacement: &mut self.state.displacement,
+            carry: &mut self.state.carry,
+            velocity,
+        };
+        let books = contacts.peek(
+            &mut motion,
+            &self.model.inertia,
+            &self.impulses.before,
+            &|node| Some((interval[node as usize], interval[node as usize])),
+            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
+        );
+        (books, received)
     }
 
     /// ½v⁻·M·v⁺ of all blocks that move, J.
