@@ -3,7 +3,7 @@
 
 use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
-use crate::contact::solve::{Constraint, GOOD_ENOUGH, Limit, System, shear_norm, solve};
+use crate::contact::solve::{Constraint, Limit, System, shear_norm, solve};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::touches::Touches;
 use crate::model::inertia::{Inertia, Mobility};
@@ -22,6 +22,10 @@ const SIMULTANEOUS: f64 = 1e-9;
 /// Relative move that is round-off, over the tolerance: a 1e-14th of the smallest
 /// boundary edge by default.
 const LEAST_MOVE: f64 = 1e-10;
+
+/// Residual of a solve of which the user should know: forces of contacts are
+/// wrong by as much, until the next step goes on from there.
+const UNSOLVED: f64 = 1e-2;
 
 /// What contacts need to know of everything else.
 #[derive(Clone, Copy)]
@@ -67,8 +71,7 @@ pub(crate) struct Books {
     pub(crate) friction_loss: f64,
     pub(crate) fracture_loss: f64,
     pub(crate) touches: u64,
-    /// Solves that ended with a residual beyond what is good enough, and the
-    /// worst.
+    /// Solves that ended with a residual above [`UNSOLVED`], and the worst.
     pub(crate) unsolved: u64,
     pub(crate) residual: f64,
     /// At which velocity impulses work.
@@ -89,7 +92,7 @@ impl Books {
     pub(crate) fn warning(&self) -> Option<String> {
         (self.unsolved > 0).then(|| {
             format!(
-                "contact impulses: solves that ended with a relative residual above {GOOD_ENOUGH:e}: {}, \
+                "contact impulses: solves that ended with a relative residual above {UNSOLVED:e}: {}, \
                  the worst {:.1e}; contacts press on each other through very different masses, or \
                  wedge: judge forces there with care",
                 self.unsolved, self.residual
@@ -99,7 +102,7 @@ impl Books {
 
     /// Counts a solve that has ended with a residual.
     pub(super) fn solved(&mut self, residual: f64) {
-        self.unsolved += u64::from(residual > GOOD_ENOUGH);
+        self.unsolved += u64::from(residual > UNSOLVED);
         self.residual = self.residual.max(residual);
     }
 

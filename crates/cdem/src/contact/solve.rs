@@ -91,7 +91,7 @@ const RESIDUAL: f64 = 1e-8;
 /// contradict each other a little, as flush faces with more points than
 /// freedoms do, go on changing by the same amount in each sweep until one opens
 /// or slips, after 1/RESIDUAL sweeps or so. The next step starts from there.
-pub(super) const GOOD_ENOUGH: f64 = 1e-4;
+const GOOD_ENOUGH: f64 = 1e-4;
 
 /// Sweeps in which the residual halves, or they do not get on.
 const PATIENCE: u32 = 32;
