@@ -5,7 +5,7 @@ use cdem_verify::{Balance, Case, deepest_overlap, load, run};
 
 /// Runs; returns the balance, the deepest overlap over the tolerance, and the
 /// contacts begun.
-fn meet(case: &Case) -> (Balance, f64, u64) {
+pub(crate) fn meet(case: &Case) -> (Balance, f64, u64) {
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
     let mut overlap = 0.0_f64;
