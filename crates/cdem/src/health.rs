@@ -58,7 +58,8 @@ pub enum StepError {
     /// Blocks lie in each other, deeper than contact leaves them.
     #[error(
         "t = {time:e} s: block \"{}\" lies {depth:.3e} m deep in block \"{}\" at ({:.6}, {:.6}, \
-         {:.6}): a contact was missed; report the scene as a defect, and try a smaller `time.step`",
+         {:.6}): prescribed motions press them together, or a contact was missed; then report the \
+         scene as a defect, and try a smaller `time.step`",
         blocks[0], blocks[1], at[0], at[1], at[2]
     )]
     #[allow(missing_docs)] // the message names them

@@ -49,6 +49,19 @@ fn a_platen_that_starts_late_is_found_in_its_first_step() {
 }
 
 #[test]
+fn what_is_lifted_lets_go() {
+    let case = load("lifted-stone");
+    let mut simulation = case.start();
+    run(&mut simulation, |_| {});
+    let end = simulation.history();
+    assert_eq!(end.contacts, 0);
+    // Weight to lift 432 kg by 0.1 m, and to set it in motion: 477.8 J.
+    assert!(end.impact_loss.abs() < 1e-3 * end.external_work, "{end:?}");
+    let exact = 432.0 * (9.81 * 0.1 + 0.5 * 0.25);
+    assert!((end.external_work / exact - 1.0).abs() < 1e-2, "{end:?}");
+}
+
+#[test]
 fn bricks_that_touch_under_stress_lose_what_is_booked() {
     let (balance, overlap, _) = meet(&load("brick-drop"));
     // One-element blocks, design, section 7.

@@ -130,7 +130,7 @@ fn changes<const D: usize>(system: &System<D>, states: &[State<D>]) -> Option<Ve
         system.apply(number, &wanted, &mut velocity);
         changes[number] = wanted;
     }
-    let unknowns = unknowns(states);
+    let unknowns = unknowns(system, states);
     if unknowns.is_empty() {
         return Some(changes);
     }
@@ -147,15 +147,16 @@ fn changes<const D: usize>(system: &System<D>, states: &[State<D>]) -> Option<Ve
     Some(changes)
 }
 
-fn unknowns<const D: usize>(states: &[State<D>]) -> Vec<Unknown<D>> {
+fn unknowns<const D: usize>(system: &System<D>, states: &[State<D>]) -> Vec<Unknown<D>> {
     let mut unknowns = Vec::new();
     for (point, state) in states.iter().enumerate() {
+        let moves = |&row: &usize| system.points[point].moves(row);
         let rows = match state {
             State::Open => 0,
             State::Sticks => D,
             State::Slides(_) => 1,
         };
-        for row in 0..rows {
+        for row in (0..rows).filter(moves) {
             let mut direction = [0.0; D];
             direction[row] = 1.0;
             if let State::Slides(ratios) = state {

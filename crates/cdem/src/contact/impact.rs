@@ -12,7 +12,8 @@ struct Impact<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// Relative velocities of their points before it, m/s.
     approach: Vec<[f64; D]>,
-    /// Nodes that it may move, and their velocities before it, m/s.
+    /// Nodes that it may move, those of the island first, and their velocities
+    /// before it, m/s.
     start: Vec<(u32, [f64; D])>,
 }
 
@@ -55,7 +56,8 @@ impl<const D: usize> Island<D> {
     ) {
         let mut impact = self.impact(setting, motion, duration);
         impact.solve(setting, motion, (&[], 0.0), books);
-        let before: Vec<[f64; D]> = impact.start.iter().map(|start| start.1).collect();
+        let own = impact.start[..self.nodes.len()].iter();
+        let before: Vec<[f64; D]> = own.map(|start| start.1).collect();
         let jump = Jump {
             nodes: &self.nodes,
             before: &before,
@@ -101,10 +103,9 @@ impl<const D: usize> Island<D> {
         let constraints: Vec<_> = self.live.iter().map(constraint).collect();
         let approach = constraints.iter();
         let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));
-        let velocities = self.velocities(motion).into_iter();
         Impact {
             approach: approach.collect(),
-            start: self.nodes.iter().copied().zip(velocities).collect(),
+            start: self.start(&constraints, motion),
             constraints,
         }
     }

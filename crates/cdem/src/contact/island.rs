@@ -230,13 +230,13 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) -> Vec<Constraint<D>> {
         let mobility = setting.mobility(interval);
-        let start = self.velocities(motion);
         loop {
             let at = motion.positions();
             let constraint = |live: &Live<D>| {
                 live.constraint(live.operator(setting.surface, at), drift, interval)
             };
             let mut constraints: Vec<_> = self.live.iter().map(constraint).collect();
+            let start = self.start(&constraints, motion);
             let residual = solve(&mut constraints, mobility, motion.velocity);
             books.solved(residual);
             let least = setting.least_speed(drift);
@@ -247,8 +247,8 @@ impl<const D: usize> Island<D> {
             if !broken {
                 return constraints;
             }
-            for (&node, velocity) in self.nodes.iter().zip(&start) {
-                motion.velocity[node as usize] = *velocity;
+            for (node, velocity) in start {
+                motion.velocity[node as usize] = velocity;
             }
         }
     }
@@ -287,6 +287,20 @@ impl<const D: usize> Island<D> {
             touches.update(self, setting, motion, (&before, elapsed, duration));
         }
         motion.drift(&self.nodes, duration - elapsed);
+    }
+
+    /// All nodes that constraints may move, those of the island first, and their
+    /// velocities, m/s: a contact that has slid on may reach beyond the island.
+    pub(super) fn start(
+        &self,
+        constraints: &[Constraint<D>],
+        motion: &Motion<D>,
+    ) -> Vec<(u32, [f64; D])> {
+        let beyond = constraints.iter().flat_map(|c| c.operator.nodes());
+        let nodes = self.nodes.iter().chain(beyond);
+        nodes
+            .map(|&node| (node, motion.velocity[node as usize]))
+            .collect()
     }
 
     /// Velocities of the nodes, m/s.

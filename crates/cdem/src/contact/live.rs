@@ -4,6 +4,7 @@ use crate::contact::law::Law;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Operator, Pair, Positions, Surface};
 use crate::sample::ContactKind;
+use crate::vector::add_scaled;
 
 /// A closed contact: the pair is one node until a criterion parts it.
 #[derive(Clone, Debug)]
@@ -162,27 +163,27 @@ impl<const D: usize> Live<D> {
         let spare = self.law.friction * self.impulse[0] - shear_norm(&self.impulse);
         constraint.limit = Limit {
             friction: strength.friction,
-            cohesion: strength.cohesion + spare.max(0.0),
-            tension: strength.tension + self.impulse[0].max(0.0),
+            cohesion: (strength.cohesion + spare).max(0.0),
+            tension: (strength.tension + self.impulse[0]).max(0.0),
         };
         constraint
     }
 
-    /// What an impact leaves: a slip, a broken joint, less of the last kick's
-    /// impulse.
+    /// What an impact leaves: a slip, a broken joint, and for the next impact of
+    /// this drift less of the strength and of the last kick's impulse.
     pub(crate) fn take_impact(
         &mut self,
         solved: &Constraint<D>,
         velocity: &[[f64; D]],
         least: f64,
     ) {
-        if std::mem::take(&mut self.fresh) {
-            if solved.slips(velocity, least) && !self.joint {
-                self.slide();
-            }
-        } else {
+        let fresh = std::mem::take(&mut self.fresh);
+        if !fresh {
+            add_scaled(&mut self.impulse, 1.0, &solved.impulse);
             self.breaks(solved, velocity, least);
-            self.impulse[0] += solved.impulse[0].min(0.0);
+        }
+        if solved.slips(velocity, least) && !self.joint {
+            self.slide();
         }
     }
 

@@ -99,6 +99,10 @@ const PATIENCE: u32 = 32;
 /// Round-off of a relative velocity, over the largest velocity in it.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
+/// Inverse mass of a row whose nodes are held, over what it would be of free
+/// ones: round-off.
+const HELD: f64 = 1e-12;
+
 /// Most sweeps of a solve.
 const MAX_SWEEPS: u32 = 2000;
 
@@ -221,6 +225,9 @@ impl<const D: usize> System<D> {
             if change <= RESIDUAL * scale + ROUND_OFF * fastest {
                 return residual.min(RESIDUAL); // of round-off alone it says nothing
             }
+            if sweep == MAX_SWEEPS {
+                break; // a solve ends with a sweep
+            }
             if sweep == next_leap {
                 next_leap *= 4;
                 if direct::leap(self) {
@@ -292,11 +299,20 @@ impl<const D: usize> Point<D> {
                 }
             }
         }
-        let mut compliance = [0.0; D];
+        let (mut compliance, mut unheld) = ([0.0; D], [0.0; D]);
         for (k, node) in operator.nodes().iter().enumerate() {
             let gain = columns[start..].iter().find(|column| column.node == *node);
+            let mass = mobility.inertia.mass()[*node as usize];
             for r in 0..D {
                 compliance[r] += gain.map_or(0.0, |column| dot(&rows[k][r], &column.gain[r]));
+                unheld[r] += dot(&rows[k][r], &rows[k][r]) / mass;
+            }
+        }
+        let mut impulse = constraint.impulse;
+        for r in 0..D {
+            // Between nodes that are held along the row there is nothing to push.
+            if compliance[r] <= HELD * unheld[r] {
+                (compliance[r], impulse[r]) = (0.0, 0.0);
             }
         }
         Self {
@@ -307,8 +323,13 @@ impl<const D: usize> Point<D> {
             compliance,
             target: constraint.target,
             limit: constraint.limit,
-            impulse: constraint.impulse,
+            impulse,
         }
+    }
+
+    /// Whether an impulse in row `r` moves anything.
+    pub(super) fn moves(&self, r: usize) -> bool {
+        self.compliance[r] > 0.0
     }
 
     /// Relative velocity of row `r`, m/s.
@@ -352,7 +373,7 @@ impl<const D: usize> Point<D> {
         // One compliance for all tangents keeps the friction disc a disc.
         let compliance = self.compliance[1..].iter().copied().fold(0.0, f64::max);
         if compliance > 0.0 && (bound > 0.0 || shear_norm(&old) > 0.0) {
-            for r in 1..D {
+            for r in (1..D).filter(|&r| self.compliance[r] > 0.0) {
                 let wanted = self.target[r] - self.relative_velocity(r, velocity);
                 self.impulse[r] += wanted / compliance;
             }

@@ -6,7 +6,7 @@ use crate::element::{ElementSet, stable_step};
 use crate::mass::{MassKind, Masses};
 use crate::mesh::{Block, Mesh};
 use crate::scene::Scene;
-use crate::step::levels::level_of;
+use crate::step::levels::{self, Joined, level_of};
 use crate::vector::pad;
 
 /// Steps that a run may have at most: beyond, their number is no exact float.
@@ -152,6 +152,9 @@ impl Pace {
         let surface = surface_elements(mesh);
         loop {
             let levels = self.levels_now(mesh, step)?;
+            let nodes = mesh.nodes.len();
+            let own = |e: usize| mesh.elements[e].nodes();
+            let used = levels::assign(&levels, own, nodes, &Joined::new(nodes)).element;
             // Finest level of the surface of each block: what a contact may
             // raise the others to.
             let finest: Vec<u8> = mesh
@@ -159,7 +162,7 @@ impl Pace {
                 .iter()
                 .map(|block| {
                     let at_surface = block.elements.clone().filter(|&e| surface[e as usize]);
-                    let of = |e: u32| levels[e as usize];
+                    let of = |e: u32| used[e as usize];
                     at_surface.map(of).max().unwrap_or(0)
                 })
                 .collect();

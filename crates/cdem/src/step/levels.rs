@@ -43,11 +43,10 @@ impl Joined {
 
     /// Makes the sets of two nodes one.
     pub(crate) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-        // Halve the paths for later look-ups.
-        for node in [a, b] {
-            let root = self.root(node);
+        let roots = [self.root(a), self.root(b)];
+        let root = roots[0].min(roots[1]);
+        // Shorter paths for later look-ups.
+        for node in [roots[0], roots[1], a, b] {
             self.parent[node as usize] = root;
         }
     }
