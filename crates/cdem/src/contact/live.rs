@@ -16,8 +16,8 @@ pub(crate) struct Live<const D: usize> {
     /// Foot on the target: while the pair sticks, the material point it is
     /// bound to; while it slides, where it was last.
     pub(crate) foot: [f64; 2],
-    /// Offset from the anchored point that is kept, in the frame, m: the gap
-    /// of a contact that was closed within the tolerance at t = 0, else 0.
+    /// Offset from the anchored point that is kept, in the frame, m: what it was
+    /// when the contact began, as a gap within the tolerance at t = 0.
     pub(crate) offset: [f64; D],
     /// Bound to a material point of the target.
     pub(crate) sticks: bool,

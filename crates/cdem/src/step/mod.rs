@@ -173,7 +173,8 @@ impl<const D: usize> Run<D> {
         if self.contacts.is_none() {
             return false;
         }
-        let speeds = [self.fastest(), self.fastest_ahead()];
+        let fastest = self.fastest();
+        let speeds = [fastest, self.fastest_ahead(fastest)];
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();

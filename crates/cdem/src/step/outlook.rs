@@ -6,13 +6,13 @@ use crate::model::prescribed::Prescribed;
 use crate::vector::{add_scaled, norm, scale, sub};
 
 impl<const D: usize> Run<D> {
-    /// Largest speed to reckon with in the step to come, m/s: that of now, and
+    /// Largest speed to reckon with in the step to come, m/s: `fastest` of now, and
     /// what the last step's accelerations, loads and gravity add, or what is
     /// prescribed.
-    pub(super) fn fastest_ahead(&mut self) -> f64 {
+    pub(super) fn fastest_ahead(&mut self, fastest: f64) -> f64 {
         let step = self.model.step;
         let gained = step * (self.acceleration() + self.change_of_forces());
-        self.fastest().max(self.fastest_prescribed()) + gained
+        fastest.max(self.fastest_prescribed()) + gained
     }
 
     /// Largest speed of now, m/s.
