@@ -4,7 +4,8 @@
 //! box's size, one grid a size class, so that a pebble and a cliff cost the
 //! same. A box is looked up in all classes that are not finer than its own.
 
-/// Axis-aligned box.
+/// Axis-aligned box. It is empty where a lower corner is above the upper one:
+/// no box overlaps it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aabb<const D: usize> {
     /// Lower corner.
@@ -29,7 +30,12 @@ impl<const D: usize> Aabb<D> {
         aabb
     }
 
-    /// Whether the two share a point.
+    /// Whether it holds no point.
+    fn is_empty(&self) -> bool {
+        (0..D).any(|c| self.min[c] > self.max[c])
+    }
+
+    /// Whether the two, neither of them empty, share a point.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         (0..D).all(|c| self.min[c] <= other.max[c] && other.min[c] <= self.max[c])
     }
@@ -65,6 +71,20 @@ impl<const D: usize> Aabb<D> {
     }
 }
 
+/// Features that are tested against each other: mains against targets only.
+/// Numbers of features are those of the surface.
+#[derive(Clone, Debug)]
+pub(crate) struct Family<const D: usize> {
+    /// Boxes of main features, in order of their number.
+    pub(crate) mains: Vec<Aabb<D>>,
+    /// Boxes of target features, in order of their number.
+    pub(crate) targets: Vec<Aabb<D>>,
+    /// Number of the first main feature.
+    pub(crate) first_main: u32,
+    /// Number of the first target feature.
+    pub(crate) first_target: u32,
+}
+
 /// All boxes of one side, sorted by size class and cell.
 struct Grid<const D: usize> {
     entries: Vec<((i32, [i64; D]), u32)>,
@@ -73,8 +93,9 @@ struct Grid<const D: usize> {
 
 impl<const D: usize> Grid<D> {
     fn new(boxes: &[Aabb<D>]) -> Self {
-        let mut entries = Vec::with_capacity(2 * boxes.len());
-        for (number, aabb) in boxes.iter().enumerate() {
+        let mut entries = Vec::new();
+        let boxes = boxes.iter().enumerate();
+        for (number, aabb) in boxes.filter(|(_, aabb)| !aabb.is_empty()) {
             let class = aabb.class();
             entries.extend(aabb.cells(class).map(|cell| ((class, cell), number as u32)));
         }
@@ -115,7 +136,8 @@ pub(crate) fn overlapping<const D: usize>(
         }
     };
     let grid = Grid::new(targets);
-    for (main, aabb) in mains.iter().enumerate() {
+    let boxes = mains.iter().enumerate();
+    for (main, aabb) in boxes.filter(|(_, aabb)| !aabb.is_empty()) {
         let own = aabb.class();
         grid.query(
             aabb,
@@ -124,7 +146,8 @@ pub(crate) fn overlapping<const D: usize>(
         );
     }
     let grid = Grid::new(mains);
-    for (target, aabb) in targets.iter().enumerate() {
+    let boxes = targets.iter().enumerate();
+    for (target, aabb) in boxes.filter(|(_, aabb)| !aabb.is_empty()) {
         let own = aabb.class();
         grid.query(aabb, |class| class > own, |main| test(main, target as u32));
     }
@@ -140,11 +163,11 @@ mod tests {
 
     fn boxes() -> impl Strategy<Value = Vec<Aabb<2>>> {
         let size = prop_oneof![Just(0.0), 0.001..0.01_f64, 0.5..2.0_f64, 10.0..20.0_f64];
-        let one =
-            (-5.0..5.0_f64, -5.0..5.0_f64, size.clone(), size).prop_map(|(x, y, w, h)| Aabb {
-                min: [x, y],
-                max: [x + w, y + h],
-            });
+        let height = prop_oneof![4 => size.clone(), 1 => Just(-1.0)];
+        let one = (-5.0..5.0_f64, -5.0..5.0_f64, size, height).prop_map(|(x, y, w, h)| Aabb {
+            min: [x, y],
+            max: [x + w, y + h],
+        });
         proptest::collection::vec(one, 0..40)
     }
 
@@ -155,7 +178,7 @@ mod tests {
             let mut all = Vec::new();
             for (m, main) in mains.iter().enumerate() {
                 for (t, target) in targets.iter().enumerate() {
-                    if m != t && main.overlaps(target) {
+                    if m != t && !main.is_empty() && !target.is_empty() && main.overlaps(target) {
                         all.push((m as u32, t as u32));
                     }
                 }

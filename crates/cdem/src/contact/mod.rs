@@ -236,24 +236,35 @@ impl<const D: usize> Contacts<D> {
     }
 
     fn search(&mut self, at: Positions<D>, margin: f64) {
-        let (mains, targets) = self.terms.surface.boxes(at, margin);
+        let surface = &self.terms.surface;
+        self.candidates.clear();
+        for family in surface.families(at, margin) {
+            let pair = |main: u32, target: u32| Pair {
+                main: family.first_main + main,
+                target: family.first_target + target,
+            };
+            let wanted = |main, target| self.may_touch(pair(main, target));
+            let found = broad_phase::overlapping(&family.mains, &family.targets, wanted);
+            let found = found.into_iter().map(|(main, target)| pair(main, target));
+            self.candidates.extend(found);
+        }
+        self.candidates.sort_unstable();
+    }
+
+    /// Whether contact between the features of a pair is wanted.
+    fn may_touch(&self, pair: Pair) -> bool {
         let block = |node: u32| self.terms.block_of[node as usize];
-        self.candidates = broad_phase::overlapping(&mains, &targets, |main, target| {
-            let a = block(self.terms.surface.main_nodes(main)[0]);
-            let b = block(self.terms.surface.target_nodes(target)[0]);
-            a != b
-                && !(self.fixed[a as usize] && self.fixed[b as usize])
-                && self.terms.laws.between(a, b).enabled
-        })
-        .into_iter()
-        .map(|(main, target)| Pair { main, target })
-        .collect();
+        let a = block(self.terms.surface.main_nodes(pair.main)[0]);
+        let b = block(self.terms.surface.target_nodes(pair.target)[0]);
+        a != b
+            && !(self.fixed[a as usize] && self.fixed[b as usize])
+            && self.terms.laws.between(a, b).enabled
+            && self.terms.surface.matches(pair)
     }
 
     fn is_near(&self, pair: Pair, at: Positions<D>, reach: f64) -> bool {
-        let projection = self.terms.surface.project(pair, at);
-        let depth = reach + self.terms.tolerance;
-        projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach
+        let tolerance = self.terms.tolerance;
+        self.terms.surface.near(pair, at, reach, tolerance)
     }
 
     /// Whether a node is moved by [`Self::drift`].

@@ -1,6 +1,6 @@
 //! Surfaces in 2-D: boundary vertices against boundary edges.
 
-use crate::contact::broad_phase::Aabb;
+use crate::contact::broad_phase::{Aabb, Family};
 use crate::contact::surface::{MAX_NODES, Operator, Pair, Positions, Projection, Surface};
 use crate::mesh::Mesh;
 use crate::sample::ContactKind;
@@ -237,7 +237,7 @@ impl Surface<2> for Outline {
         &self.edges[target as usize]
     }
 
-    fn boxes(&self, at: Positions<2>, margin: f64) -> (Vec<Aabb<2>>, Vec<Aabb<2>>) {
+    fn families(&self, at: Positions<2>, margin: f64) -> Vec<Family<2>> {
         let half = 0.5 * margin;
         let mains = self
             .vertices
@@ -247,7 +247,12 @@ impl Surface<2> for Outline {
             .edges
             .iter()
             .map(|e| Aabb::around(e.map(|node| at.at(node)), half));
-        (mains.collect(), targets.collect())
+        vec![Family {
+            mains: mains.collect(),
+            targets: targets.collect(),
+            first_main: 0,
+            first_target: 0,
+        }]
     }
 
     fn project(&self, pair: Pair, at: Positions<2>) -> Projection {

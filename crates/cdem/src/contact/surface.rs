@@ -1,6 +1,6 @@
 //! What contact needs to know of the blocks' surfaces, in any dimension.
 
-use crate::contact::broad_phase::Aabb;
+use crate::contact::broad_phase::Family;
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, dot};
 
@@ -124,8 +124,21 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn main_nodes(&self, main: u32) -> &[u32];
     /// Nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
-    /// Boxes around main and target features, grown by `margin`.
-    fn boxes(&self, at: Positions<D>, margin: f64) -> (Vec<Aabb<D>>, Vec<Aabb<D>>);
+    /// Boxes around the features of each family, grown so that those of two
+    /// features within `margin` of each other overlap.
+    fn families(&self, at: Positions<D>, margin: f64) -> Vec<Family<D>>;
+    /// Whether a pair of overlapping boxes is one to look at: where either
+    /// feature could be the main one, only one of the two ways is.
+    fn matches(&self, _pair: Pair) -> bool {
+        true
+    }
+    /// Whether a relative motion of `reach` may make the two touch; `tolerance`
+    /// is what they may lie in each other.
+    fn near(&self, pair: Pair, at: Positions<D>, reach: f64, tolerance: f64) -> bool {
+        let projection = self.project(pair, at);
+        let depth = reach + tolerance;
+        projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach
+    }
     /// Where the main point lies with respect to the target.
     fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
     /// Whether the target's inward normal lies in the main feature's normal
