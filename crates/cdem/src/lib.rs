@@ -4,6 +4,7 @@
 //! Data flows one way: [`scene`] → [`mesh`] → model → step loop → [`sample`]s.
 //! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
+mod around;
 mod contact;
 mod element;
 mod health;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::contact::{plane_surface, solid_surface};
 use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
-use crate::model::build::{plane_contacts, solid_contacts};
 use crate::model::names::parts;
 use crate::model::{Model, ModelError};
 use crate::report::{Instant, nearest_node};
@@ -126,14 +126,14 @@ impl Simulation {
         let mut scene = scene.clone();
         let run = match mesh {
             AnyMesh::Plane(mesh) => {
-                let (model, state, contacts) = Model::build(&mut scene, mesh, plane_contacts)?;
+                let (model, state, contacts) = Model::build(&mut scene, mesh, plane_surface)?;
                 AnyRun::Plane(Box::new(Driven::new(
                     Run::new(model, state, contacts),
                     &scene,
                 )))
             }
             AnyMesh::Solid(mesh) => {
-                let (model, state, contacts) = Model::build(&mut scene, mesh, solid_contacts)?;
+                let (model, state, contacts) = Model::build(&mut scene, mesh, solid_surface)?;
                 AnyRun::Solid(Box::new(Driven::new(
                     Run::new(model, state, contacts),
                     &scene,

@@ -190,11 +190,6 @@ fn where_nothing_moves_a_block_is_shown() {
 }
 
 #[test]
-fn blocks_that_could_meet_in_space_are_shown() {
-    insta::assert_snapshot!(refused(SPACE));
-}
-
-#[test]
 fn a_tolerance_as_long_as_edges_is_refused() {
     insta::assert_snapshot!(refused(
         &FALL.replace("[contact]", "[contact]\ntolerance = 0.2")
@@ -263,31 +258,6 @@ fn what_cannot_be_printed_is_no_success() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(told.contains("cannot write to standard output"), "{told}");
 }
-
-/// Two blocks in space.
-const SPACE: &str = r#"
-version = 1
-dimension = 3
-
-[time]
-end = "1 ms"
-
-[[material]]
-name = "rock"
-young_modulus = "1 GPa"
-poisson_ratio = 0.2
-density = 2700.0
-
-[[block]]
-name = "below"
-shape = { box = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], divisions = [1, 1, 1] } }
-material = "rock"
-
-[[block]]
-name = "above"
-shape = { box = { min = [0.0, 0.0, 2.0], max = [1.0, 1.0, 3.0], divisions = [1, 1, 1] } }
-material = "rock"
-"#;
 
 #[test]
 fn a_scene_that_is_not_there_is_named() {

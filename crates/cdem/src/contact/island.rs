@@ -309,6 +309,20 @@ impl<const D: usize> Island<D> {
         self.nodes.iter().map(of).collect()
     }
 
+    /// Whether a closed pair already says what `pair` would.
+    pub(super) fn says(
+        &self,
+        surface: &dyn Surface<D>,
+        pair: Pair,
+        at: Positions<D>,
+        tolerance: f64,
+    ) -> bool {
+        let same = |live: &Live<D>| {
+            live.pair == pair || surface.same_contact(live.pair, pair, at, tolerance)
+        };
+        self.live.iter().any(same)
+    }
+
     /// Closes a pair, unless another one already says the same. Returns how
     /// many contacts have begun: one or none.
     pub(crate) fn touch(
@@ -319,8 +333,7 @@ impl<const D: usize> Island<D> {
         time: f64,
     ) -> u64 {
         let surface = setting.surface;
-        let known = |live: &Live<D>| surface.same_contact(live.pair, pair, at, setting.tolerance);
-        if self.live.iter().any(known) {
+        if self.says(surface, pair, at, setting.tolerance) {
             return 0;
         }
         let blocks = [
@@ -335,7 +348,7 @@ impl<const D: usize> Island<D> {
             kind,
             time_on: time,
             time_off: None,
-            position: pad(&at.at(surface.main_nodes(pair.main)[0])),
+            position: pad(&surface.point(pair, at)),
             area,
             step_impulse: 0.0,
             peak_normal_force: 0.0,

@@ -4,7 +4,7 @@ use crate::contact::law::Law;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Operator, Pair, Positions, Surface};
 use crate::sample::ContactKind;
-use crate::vector::add_scaled;
+use crate::vector::{add_scaled, dot};
 
 /// A closed contact: the pair is one node until a criterion parts it.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl<const D: usize> Live<D> {
         let slack = 1e-9 * surface.target_size(self.pair.target, at);
         if projection.outside > slack {
             if let Some(next) = surface.neighbour(self.pair, &projection.foot, at) {
-                self.pair = next;
+                self.turn(surface, next, at);
                 projection = surface.project(next, at);
             } else if projection.outside > tolerance {
                 return false;
@@ -92,6 +92,25 @@ impl<const D: usize> Live<D> {
         }
         self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
         true
+    }
+
+    /// Goes on as another pair: what its frame has counted turns with it.
+    fn turn(&mut self, surface: &dyn Surface<D>, next: Pair, at: Positions<D>) {
+        let frame = |pair| {
+            let foot = surface.project(pair, at).foot;
+            surface.operator(pair, &foot, at).frame
+        };
+        let [old, new] = [self.pair, next].map(frame);
+        for counted in [&mut self.impulse, &mut self.shear_spring] {
+            let mut whole = [0.0; D];
+            for r in 1..D {
+                add_scaled(&mut whole, counted[r], &old[r]);
+            }
+            for r in 1..D {
+                counted[r] = dot(&whole, &new[r]);
+            }
+        }
+        self.pair = next;
     }
 
     /// Overlap that the pair keeps, m; that of t = 0 is the user's.

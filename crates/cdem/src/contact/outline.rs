@@ -1,18 +1,13 @@
 //! Surfaces in 2-D: boundary vertices against boundary edges.
 
 use crate::contact::broad_phase::{Aabb, Family};
-use crate::contact::surface::{MAX_NODES, Operator, Pair, Positions, Projection, Surface};
+use crate::contact::roots::roots;
+use crate::contact::surface::{
+    FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
+};
 use crate::mesh::Mesh;
 use crate::sample::ContactKind;
 use crate::vector::{add, cross2, dot, norm, scale, sub};
-
-/// Sine of the angle up to which two edges count as flush and a vertex as
-/// lying inside a flat boundary: beyond the rotations of small strain, below
-/// the turn of a circle of 300 edges.
-const FLUSH: f64 = 0.02;
-
-/// Relative round-off of a foot's parameter along an edge.
-const FOOT_ROUND_OFF: f64 = 1e-9;
 
 /// A boundary vertex with the two edges that meet there.
 #[derive(Clone, Debug)]
@@ -255,11 +250,6 @@ impl Surface<2> for Outline {
         }]
     }
 
-    fn apart(&self, pair: Pair, at: Positions<2>) -> f64 {
-        let Projection { gap, outside, .. } = self.project(pair, at);
-        norm(&[gap, outside.max(0.0)])
-    }
-
     fn project(&self, pair: Pair, at: Positions<2>) -> Projection {
         let (a, b) = self.edge(pair.target, at);
         let along = sub(&b, &a);
@@ -318,9 +308,6 @@ impl Surface<2> for Outline {
             let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
             (-slack..=1.0 + slack).contains(&foot).then_some(foot)
         };
-        if area[0] < -depth * length {
-            return None;
-        }
         // Only where the gap falls: a point that is on its way out, and may come
         // back, does not touch as it leaves.
         let falls = |t: f64| {
@@ -328,7 +315,8 @@ impl Surface<2> for Outline {
             rate < 0.0 || rate == 0.0 && area[2] < 0.0
         };
         let in_time = |t: &f64| (0.0..=duration).contains(t) && falls(*t);
-        let behind = (area[0] <= 0.0 && area[1] < 0.0).then_some(0.0);
+        let shallow = area[0] >= -depth * length;
+        let behind = (shallow && area[0] <= 0.0 && area[1] < 0.0).then_some(0.0);
         // A corner that comes in round an end is behind the line as it comes.
         let enters = self.entries(pair, at, velocity).into_iter().flatten();
         let enters = enters.filter(|t| {
@@ -427,21 +415,4 @@ impl Surface<2> for Outline {
         };
         (kind, share * self.thickness)
     }
-}
-
-/// Real roots of c₀ + c₁t + c₂t², ascending, without cancellation.
-fn roots([c0, c1, c2]: [f64; 3]) -> [Option<f64>; 2] {
-    if c2 == 0.0 {
-        return [(c1 != 0.0).then(|| -c0 / c1), None];
-    }
-    let discriminant = c1 * c1 - 4.0 * c0 * c2;
-    if discriminant < 0.0 {
-        return [None, None];
-    }
-    let q = -0.5 * (c1 + discriminant.sqrt().copysign(c1));
-    if q == 0.0 {
-        return [Some(0.0), None]; // c₀ = c₁ = 0
-    }
-    let (one, two) = (q / c2, c0 / q);
-    [Some(one.min(two)), Some(one.max(two))]
 }

@@ -34,9 +34,7 @@ impl<const D: usize> Island<D> {
             let at = motion.positions();
             let projection = surface.project(pair, at);
             let overlaps = projection.gap < 0.0 && projection.outside <= 0.0;
-            let known = self.live.iter().any(|live| {
-                live.pair == pair || surface.same_contact(live.pair, pair, at, tolerance)
-            });
+            let known = self.says(surface, pair, at, tolerance);
             if overlaps && !known && surface.admits(pair, at) {
                 books.touches += self.touch(setting, at, pair, time);
                 if let Some(live) = self.live.last_mut() {
@@ -119,6 +117,7 @@ impl<const D: usize> Live<D> {
         let was_joint = std::mem::take(&mut self.joint);
         let bound = (force[0] * self.law.friction).max(0.0);
         let kept = (bound / shear_norm(force)).min(1.0);
+        self.record.slip += (1.0 - kept) * shear_norm(&self.shear_spring);
         for r in 1..D {
             let [old, trial] = [last[r], self.shear_spring[r]];
             let new = kept * trial;
@@ -126,7 +125,6 @@ impl<const D: usize> Live<D> {
             let work = 0.5 * stiffness * (old + new) * (trial - old);
             let loss = work - 0.5 * stiffness * (new * new - old * old);
             *books.slip_loss(was_joint) += loss;
-            self.record.slip += (1.0 - kept) * trial.abs();
             self.shear_spring[r] = new;
             force[r] *= kept;
         }

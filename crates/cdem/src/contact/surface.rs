@@ -1,12 +1,20 @@
 //! What contact needs to know of the blocks' surfaces, in any dimension.
 
-use crate::contact::broad_phase::{Aabb, Family};
+use crate::contact::broad_phase::Family;
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, dot};
 
-/// Nodes that a contact constraint touches at most: a vertex and a
-/// quadrilateral face.
-pub(crate) const MAX_NODES: usize = 5;
+/// Nodes that a contact constraint touches at most: two edges, each from a
+/// corner of a quadrilateral to the mean of its four.
+pub(crate) const MAX_NODES: usize = 8;
+
+/// Sine of the angle up to which two features count as flush and a vertex as
+/// lying inside a flat boundary: beyond the rotations of small strain, below
+/// the turn of a circle of 300 edges.
+pub(crate) const FLUSH: f64 = 0.02;
+
+/// Relative round-off of a foot's parameters on its target.
+pub(crate) const FOOT_ROUND_OFF: f64 = 1e-9;
 
 /// Current positions, m: rest positions plus displacements, and what constant
 /// velocities have added since.
@@ -132,16 +140,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn matches(&self, _pair: Pair) -> bool {
         true
     }
-    /// Distance between the features of a pair, m, or less: never more, and it
-    /// changes by no more than the nodes of both features move.
-    fn apart(&self, pair: Pair, at: Positions<D>) -> f64 {
-        let around = |nodes: &[u32]| Aabb::around(nodes.iter().map(|&node| at.at(node)), 0.0);
-        let main = around(self.main_nodes(pair.main));
-        main.apart(&around(self.target_nodes(pair.target)))
-    }
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
-    /// is what they may lie in each other. Only asked of features no farther
-    /// [`apart`](Self::apart) than 1.5 of both together.
+    /// is what they may lie in each other.
     fn near(&self, pair: Pair, at: Positions<D>, reach: f64, tolerance: f64) -> bool {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
@@ -164,10 +164,25 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
+    /// The pair that a touch of `pair` belongs to, if any, `at` the positions of
+    /// the touch: of all that touch within `tolerance` of its point and that the
+    /// surroundings allow, the one that lies in each other least `then`.
+    fn rightful(
+        &self,
+        pair: Pair,
+        [at, _then]: [Positions<D>; 2],
+        _tolerance: f64,
+    ) -> Option<Pair> {
+        self.admits(pair, at).then_some(pair)
+    }
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
     /// Whether two pairs say the same: one physical contact is counted once.
     fn same_contact(&self, one: Pair, other: Pair, at: Positions<D>, tolerance: f64) -> bool;
+    /// The point of contact on the main feature, m.
+    fn point(&self, pair: Pair, at: Positions<D>) -> [f64; D] {
+        at.at(self.main_nodes(pair.main)[0])
+    }
     /// Relative motion of the pair with the target point anchored at `foot`.
     fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Operator<D>;
     /// Configuration of the two blocks at the pair, and its tributary area, m².

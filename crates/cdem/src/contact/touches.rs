@@ -15,7 +15,8 @@ pub(super) struct Touches {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Touch {
     Never,
-    At(f64),
+    /// Then, and as a touch of that pair.
+    At(f64, Pair),
     /// It would, but its surroundings do not let it as they move now.
     Refused,
     Closed,
@@ -45,13 +46,13 @@ impl Touches {
     /// and those that do within `window` seconds from then, in order of time.
     pub(super) fn first(&mut self, window: f64) -> Option<(f64, Vec<Pair>)> {
         let times = self.touch.iter().filter_map(|touch| match touch {
-            Touch::At(time) => Some(*time),
+            Touch::At(time, _) => Some(*time),
             _ => None,
         });
         let first = times.min_by(f64::total_cmp)?;
         let mut due = Vec::new();
-        for (touch, &pair) in self.touch.iter_mut().zip(&self.near) {
-            if let Touch::At(time) = *touch
+        for touch in &mut self.touch {
+            if let Touch::At(time, pair) = *touch
                 && time <= first + window
             {
                 due.push((time, pair));
@@ -104,11 +105,9 @@ fn touch<const D: usize>(
         return Touch::Never;
     };
     let then = at.after(motion.velocity, wait);
-    let mut live = island.live.iter();
-    if surface.admits(pair, then) && !live.any(|l| surface.same_contact(l.pair, pair, then, depth))
-    {
-        Touch::At(elapsed + wait)
-    } else {
-        Touch::Refused
+    let end = at.after(motion.velocity, remaining);
+    match surface.rightful(pair, [then, end], depth) {
+        Some(pair) if !island.says(surface, pair, then, depth) => Touch::At(elapsed + wait, pair),
+        _ => Touch::Refused,
     }
 }

@@ -4,7 +4,7 @@ use super::caution::cautions;
 use super::pace::Pace;
 use super::prescribed::Prescribed;
 use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad, names};
-use crate::contact::Contacts;
+use crate::contact::{Contacts, MakeSurface};
 use crate::element::{self, BlockProperties, ElementSet};
 use crate::mass::{self, Masses};
 use crate::material::Elastic;
@@ -15,47 +15,13 @@ use crate::vector::{add, cross, pad, sub, truncate};
 /// Of light in vacuum, m/s.
 const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
-/// Makes the contact of a dimension: where there is none yet, an error if two
-/// blocks could meet.
-pub(crate) type MakeContacts<const D: usize> =
-    fn(&Scene, &Mesh<D>, f64) -> Result<Option<Contacts<D>>, ModelError>;
-
-/// Contact in 2-D.
-pub(crate) fn plane_contacts(
-    scene: &Scene,
-    mesh: &Mesh<2>,
-    tolerance: f64,
-) -> Result<Option<Contacts<2>>, ModelError> {
-    Ok((mesh.blocks.len() > 1).then(|| Contacts::plane(scene, mesh, tolerance)))
-}
-
-/// Contact in 3-D is not there yet: blocks must ignore each other.
-pub(crate) fn solid_contacts(
-    scene: &Scene,
-    mesh: &Mesh<3>,
-    _tolerance: f64,
-) -> Result<Option<Contacts<3>>, ModelError> {
-    let laws = crate::contact::law::Laws::new(scene, mesh);
-    let count = mesh.blocks.len() as u32;
-    let fixed = |block: u32| scene.block[mesh.blocks[block as usize].source].fixed;
-    let meet = |a: u32, b: u32| !(fixed(a) && fixed(b)) && laws.between(a, b).enabled;
-    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
-    match pairs.into_iter().find(|&[a, b]| meet(a, b)) {
-        Some(blocks) => Err(ModelError::ContactInSpace {
-            key: name_key(mesh, blocks[1] as usize),
-            blocks: blocks.map(|block| mesh.blocks[block as usize].name.clone()),
-        }),
-        None => Ok(None),
-    }
-}
-
 impl<const D: usize> Model<D> {
     /// Builds the model and the state at t = 0; fills in what the scene left
     /// to the mesh (step, tolerance).
     pub(crate) fn build(
         scene: &mut Scene,
         mesh: Mesh<D>,
-        make_contacts: MakeContacts<D>,
+        make_surface: MakeSurface<D>,
     ) -> Result<(Self, State<D>, Option<Contacts<D>>), ModelError> {
         names::refuse_unknown(scene, &mesh)?;
         let thickness = if D == 2 { scene.thickness } else { 1.0 };
@@ -70,7 +36,8 @@ impl<const D: usize> Model<D> {
         let shortest = pace.shortest(&mesh);
         let base_level = pace.levels(&mesh, step)?;
         let tolerance = contact_tolerance(scene, &mesh)?;
-        let mut contacts = make_contacts(scene, &mesh, tolerance)?;
+        let mut contacts = (mesh.blocks.len() > 1)
+            .then(|| Contacts::new(scene, &mesh, make_surface(scene, &mesh), tolerance));
         let mut model = Self {
             inertia: inertia_of(&masses),
             gravity: scene.gravity.clone(),

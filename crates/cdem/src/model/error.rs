@@ -72,18 +72,6 @@ pub enum ModelError {
         /// Smallest boundary edge, m.
         edge: f64,
     },
-    /// Contact in 3-D is not there yet.
-    #[error(
-        "contact between blocks in 3-D, here \"{}\" and \"{}\", is not there yet; run one block at \
-         a time, or let them ignore each other with [[contact.pair]] enabled = false",
-        blocks[0], blocks[1]
-    )]
-    ContactInSpace {
-        /// Key of the scene: the second of the two.
-        key: String,
-        /// Names of two that could meet.
-        blocks: [String; 2],
-    },
     /// Points touch that are an edge apart.
     #[error(
         "{} m is more than half of the smallest boundary edge, {} m: nodes would \
@@ -211,7 +199,6 @@ impl ModelError {
             | Self::FixedBoundary { key, .. }
             | Self::TooFast { key, .. }
             | Self::Overlap { key, .. }
-            | Self::ContactInSpace { key, .. }
             | Self::Contradiction { key, .. }
             | Self::Unstable { key, .. }
             | Self::Mass { key, .. } => Some(key),

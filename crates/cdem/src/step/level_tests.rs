@@ -7,9 +7,9 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::Run;
+use crate::contact::plane_surface;
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
-use crate::model::build::plane_contacts;
 use crate::scene::{
     Block, Boundary, BoundaryTarget, ContactModel, Damping, Geometry, Mass, Material,
     MaterialModel, Motion, Scene, Schedule,
@@ -51,7 +51,7 @@ fn run_of(scene: &Scene) -> Run<2> {
     let mut scene = scene.clone();
     let mesh = tests::shapes(scene.block.clone()).expect("boxes mesh");
     let (model, state, contacts) =
-        Model::build(&mut scene, mesh, plane_contacts).expect("the scene is whole");
+        Model::build(&mut scene, mesh, plane_surface).expect("the scene is whole");
     Run::new(model, state, contacts)
 }
 

@@ -9,7 +9,7 @@ pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
 pub(crate) mod levels;
-pub(crate) mod outlook;
+mod outlook;
 pub(crate) mod plan;
 mod split;
 mod synchronise;
@@ -17,10 +17,12 @@ mod synchronise;
 use kick::{Impulses, Purpose, Velocity};
 use ledger::{Account, Ledger};
 use plan::{Plan, Substep};
-use split::{Around, Split};
+use split::Split;
 pub(crate) use synchronise::Synchronised;
 
+use crate::around::Around;
 use crate::contact::Contacts;
+use crate::mesh::Element;
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
@@ -61,7 +63,7 @@ impl<const D: usize> Run<D> {
     pub(crate) fn new(model: Model<D>, state: State<D>, contacts: Option<Contacts<D>>) -> Self {
         let nodes = model.mesh.nodes.len();
         let around = match &contacts {
-            Some(_) => Around::new(&model.mesh.elements, nodes),
+            Some(_) => Around::new(model.mesh.elements.iter().map(Element::nodes), nodes),
             None => Around::default(),
         };
         let mut run = Self {
@@ -173,11 +175,12 @@ impl<const D: usize> Run<D> {
         if self.contacts.is_none() {
             return false;
         }
-        let outlook = self.outlook();
+        let fastest = self.fastest();
+        let speeds = [fastest, self.fastest_ahead(fastest)];
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
-        contacts.is_some_and(|contacts| contacts.find(at, &outlook, instant))
+        contacts.is_some_and(|contacts| contacts.find(at, speeds, instant))
     }
 
     /// Section 5: penetration that several simultaneous hits have left goes

@@ -16,6 +16,7 @@
 //! without p: p is scaled, by 1 + O((ωL)²), to s p with
 //! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
 
+use crate::around::Around;
 use crate::contact::{Interior, Jump};
 use crate::element::{ElementSet, MAX_NODES};
 use crate::mesh::Element;
@@ -23,44 +24,6 @@ use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::step::levels::Levels;
 use crate::vector::{add, dot, scale, sub};
-
-/// Elements around each node, as one list.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Around {
-    start: Vec<u32>,
-    elements: Vec<u32>,
-}
-
-impl Around {
-    /// Elements around each of `count` nodes.
-    pub(crate) fn new(elements: &[Element], count: usize) -> Self {
-        let mut start = vec![0_u32; count + 1];
-        for &node in elements.iter().flat_map(Element::nodes) {
-            start[node as usize + 1] += 1;
-        }
-        for node in 0..count {
-            start[node + 1] += start[node];
-        }
-        let mut next = start.clone();
-        let mut around = vec![0; start[count] as usize];
-        for (number, element) in elements.iter().enumerate() {
-            for &node in element.nodes() {
-                around[next[node as usize] as usize] = number as u32;
-                next[node as usize] += 1;
-            }
-        }
-        Self {
-            start,
-            elements: around,
-        }
-    }
-
-    /// Elements around a node.
-    pub(crate) fn of(&self, node: u32) -> &[u32] {
-        let node = node as usize;
-        &self.elements[self.start[node] as usize..self.start[node + 1] as usize]
-    }
-}
 
 /// What a touch needs of the bodies.
 pub(crate) struct Split<'a, const D: usize> {

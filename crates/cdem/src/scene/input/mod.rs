@@ -31,7 +31,7 @@ pub(crate) struct Scene {
     pub(crate) version: Option<u32>,
     /// Free text.
     pub(crate) title: String,
-    /// Dimension of space: 2 or 3. Contact between blocks in 3-D is not there yet.
+    /// Dimension of space: 2 or 3.
     #[schemars(extend("enum" = [2, 3]))]
     pub(crate) dimension: Option<u32>,
     /// 2-D: what is assumed out of the plane.

@@ -1,0 +1,126 @@
+//! An edge against an edge.
+
+use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+/// Sine of the angle between two edges up to which they count as parallel: they
+/// meet at their ends then, which lie as far aside of the other edge, over its
+/// length, as a tenth of the tolerance of contact at most.
+const PARALLEL: f64 = 1e-5;
+
+/// Two lines and their common normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    /// Unit normal of both, out of the target.
+    pub(super) normal: [f64; 3],
+    /// Distance of the main line from the target's along the normal, m.
+    pub(super) gap: f64,
+    /// Where the lines are nearest, over the lengths of main and target edge.
+    pub(super) foot: [f64; 2],
+    /// Whether the normal is main direction × target direction, or opposite.
+    pub(super) forward: bool,
+}
+
+impl Crossing {
+    /// The lines through two edges, of which `outward` points out of the target
+    /// and into the main block; `None` where they are parallel.
+    pub(super) fn new(
+        main: &[[f64; 3]; 2],
+        target: &[[f64; 3]; 2],
+        outward: &[f64; 3],
+    ) -> Option<Self> {
+        let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+        let area = cross(&along, &other);
+        let size = norm(&area);
+        if size <= PARALLEL * norm(&along) * norm(&other) {
+            return None;
+        }
+        let from = sub(&main[0], &target[0]);
+        let square = size * size;
+        let forward = dot(&area, outward) >= 0.0;
+        let normal = scale(if forward { 1.0 } else { -1.0 } / size, &area);
+        Some(Self {
+            normal,
+            gap: dot(&from, &normal),
+            foot: [
+                -dot(&cross(&from, &other), &area) / square,
+                -dot(&cross(&from, &along), &area) / square,
+            ],
+            forward,
+        })
+    }
+
+    /// How far outside the edges, of these lengths, the feet lie, m; ≤ 0 within.
+    pub(super) fn outside(&self, lengths: [f64; 2]) -> f64 {
+        let beyond = |k: usize| (-self.foot[k]).max(self.foot[k] - 1.0) * lengths[k];
+        beyond(0).max(beyond(1))
+    }
+}
+
+/// What the velocities of both edges' ends add to the relative velocity, along
+/// `direction`, of the points at `foot`: main less target, the target's moved
+/// with the rotation of the two edges to the main's point, so that no rigid
+/// motion of all four adds anything.
+///
+/// With m normal to both directions d₁, d₂, a rotation ω changes them by
+/// ω·(d₁×m) = m·d₁', ω·(d₂×m) = m·d₂' and ω·m = (m×d₂)·d₂'/|d₂|².
+pub(super) fn relative_rows(
+    main: &[[f64; 3]; 2],
+    target: &[[f64; 3]; 2],
+    (foot, normal): (&[f64; 2], &[f64; 3]),
+    direction: &[f64; 3],
+) -> [[f64; 3]; 4] {
+    let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+    let mut offset = sub(&main[0], &target[0]);
+    add_scaled(&mut offset, foot[0], &along);
+    add_scaled(&mut offset, -foot[1], &other);
+    let moment = cross(&offset, direction);
+    let (one, two) = (cross(&along, normal), cross(&other, normal));
+    let volume = dot(&one, &cross(&two, normal));
+    // ω·moment by the dual basis of one, two and the normal; of edges that have
+    // turned parallel the rotation is not to be seen.
+    let inverse = if volume.abs() > PARALLEL * norm(&along) * norm(&other) {
+        1.0 / volume
+    } else {
+        0.0
+    };
+    let by_main = inverse * dot(&cross(&two, normal), &moment);
+    let by_target = inverse * dot(&cross(normal, &one), &moment);
+    let about_normal = dot(normal, &moment) / dot(&other, &other);
+    let turn_main = scale(by_main, normal);
+    let mut turn_target = scale(by_target, normal);
+    add_scaled(&mut turn_target, about_normal, &cross(normal, &other));
+    let row = |weight: f64, sign: f64, turn: &[f64; 3]| {
+        let mut row = scale(weight, direction);
+        add_scaled(&mut row, -sign, turn);
+        row
+    };
+    [
+        row(1.0 - foot[0], -1.0, &turn_main),
+        row(foot[0], 1.0, &turn_main),
+        row(foot[1] - 1.0, -1.0, &turn_target),
+        row(-foot[1], 1.0, &turn_target),
+    ]
+}
+
+/// Distance of two edges, m (Ericson 2005, section 5.1.9).
+pub(super) fn distance(main: &[[f64; 3]; 2], target: &[[f64; 3]; 2]) -> f64 {
+    let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+    let from = sub(&main[0], &target[0]);
+    let (a, e, f) = (dot(&along, &along), dot(&other, &other), dot(&other, &from));
+    let (b, c) = (dot(&along, &other), dot(&along, &from));
+    let denominator = a * e - b * b;
+    let mut s = if denominator > 0.0 {
+        ((b * f - c * e) / denominator).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let mut t = (b * s + f) / e;
+    if !(0.0..=1.0).contains(&t) {
+        t = t.clamp(0.0, 1.0);
+        s = ((b * t - c) / a).clamp(0.0, 1.0);
+    }
+    let mut apart = from;
+    add_scaled(&mut apart, s, &along);
+    add_scaled(&mut apart, -t, &other);
+    norm(&apart)
+}

@@ -1,0 +1,84 @@
+//! A vertex against a triangle.
+
+use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+/// A point and the plane of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    /// Outward unit normal of the triangle.
+    pub(super) normal: [f64; 3],
+    /// Distance of the point from the plane, m; negative inside.
+    pub(super) gap: f64,
+    /// Weights of the three corners at the foot of the point.
+    pub(super) weights: [f64; 3],
+    /// Heights of the triangle over its edges, m: the k-th edge goes from
+    /// corner k to the next.
+    pub(super) heights: [f64; 3],
+}
+
+impl Facing {
+    /// The point `p` before a triangle.
+    pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> Self {
+        let [a, b, c] = triangle;
+        let area = cross(&sub(b, a), &sub(c, a));
+        let twice = norm(&area);
+        let normal = scale(1.0 / twice, &area);
+        let part =
+            |one: &[f64; 3], other: &[f64; 3]| dot(&cross(&sub(one, p), &sub(other, p)), &normal);
+        let weights = [part(b, c) / twice, part(c, a) / twice, part(a, b) / twice];
+        Self {
+            normal,
+            gap: dot(&sub(p, a), &normal),
+            weights,
+            heights: std::array::from_fn(|k| {
+                twice / norm(&sub(&triangle[(k + 1) % 3], &triangle[k]))
+            }),
+        }
+    }
+
+    /// Distance of the foot from the line of edge `k`, m; negative beyond it.
+    pub(super) fn inside(&self, k: usize) -> f64 {
+        self.weights[(k + 2) % 3] * self.heights[k]
+    }
+
+    /// The edge beyond which the foot lies farthest, and how far, m; ≤ 0 within.
+    pub(super) fn outside(&self) -> (usize, f64) {
+        let beyond = (0..3).map(|k| (k, -self.inside(k)));
+        beyond
+            .max_by(|one, other| one.1.total_cmp(&other.1))
+            .unwrap_or((0, 0.0))
+    }
+}
+
+/// What the velocity of each corner of a triangle adds to the velocity of its
+/// material at the point `p` along `direction`: that of the point with the
+/// `weights`, and the triangle's rotation.
+///
+/// The normal turns by n' = −Σ (n·v) ∇N, and the triangle about it by half the
+/// curl of v: both exact for a rigid motion.
+pub(super) fn material_rows(
+    p: &[f64; 3],
+    triangle: &[[f64; 3]; 3],
+    weights: &[f64; 3],
+    direction: &[f64; 3],
+) -> [[f64; 3]; 3] {
+    let facing = Facing::new(p, triangle);
+    let normal = facing.normal;
+    let mut offset = *p;
+    for (corner, weight) in triangle.iter().zip(weights) {
+        add_scaled(&mut offset, -weight, corner);
+    }
+    let moment = cross(&offset, direction);
+    let (tilt, spin) = (cross(&normal, &moment), 0.5 * dot(&normal, &moment));
+    std::array::from_fn(|k| {
+        // The corner faces edge k + 1, on which its weight is 0.
+        let edge = (k + 1) % 3;
+        let along = sub(&triangle[(edge + 1) % 3], &triangle[edge]);
+        let inward = cross(&normal, &scale(1.0 / norm(&along), &along));
+        let gradient = scale(1.0 / facing.heights[edge], &inward);
+        let mut row = scale(weights[k], direction);
+        add_scaled(&mut row, dot(&gradient, &tilt), &normal);
+        add_scaled(&mut row, spin, &cross(&normal, &gradient));
+        row
+    })
+}

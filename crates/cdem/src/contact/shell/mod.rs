@@ -1,0 +1,552 @@
+//! Surfaces in 3-D: boundary vertices against triangles, and sharp edges
+//! against sharp edges.
+//!
+//! Every contact of polyhedra is a union of these two ([`facing`],
+//! [`crossing`]). Main features are the vertices, then the edges; target
+//! features the triangles, then the edges.
+
+mod coplanar;
+mod crossing;
+mod facing;
+mod place;
+mod share;
+mod skin;
+#[cfg(test)]
+mod tests;
+
+use coplanar::Volume;
+use crossing::Crossing;
+use facing::Facing;
+use place::Place;
+use skin::Skin;
+
+use crate::contact::broad_phase::{Aabb, Family};
+use crate::contact::surface::{
+    FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
+};
+use crate::mesh::Mesh;
+use crate::sample::ContactKind;
+use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+/// The boundary of all blocks in space.
+#[derive(Clone, Debug)]
+pub(super) struct Shell {
+    skin: Skin,
+}
+
+/// The two features of a pair.
+#[derive(Clone, Copy, Debug)]
+enum Meeting {
+    /// A vertex before a triangle.
+    Facing { vertex: u32, triangle: u32 },
+    /// Two edges.
+    Crossing { main: u32, target: u32 },
+}
+
+impl Shell {
+    /// The boundary of `mesh`.
+    pub(super) fn new(mesh: &Mesh<3>) -> Self {
+        Self {
+            skin: Skin::new(mesh),
+        }
+    }
+
+    fn meeting(&self, pair: Pair) -> Meeting {
+        let triangles = self.skin.triangles.len() as u32;
+        if pair.main < self.skin.vertex_count {
+            Meeting::Facing {
+                vertex: pair.main,
+                triangle: pair.target,
+            }
+        } else {
+            Meeting::Crossing {
+                main: pair.main - self.skin.vertex_count,
+                target: pair.target - triangles,
+            }
+        }
+    }
+
+    /// The pair of a vertex and a triangle.
+    fn face_pair(vertex: u32, triangle: u32) -> Pair {
+        Pair {
+            main: vertex,
+            target: triangle,
+        }
+    }
+
+    /// The pair of two edges.
+    fn edge_pair(&self, one: u32, other: u32) -> Pair {
+        Pair {
+            main: self.skin.vertex_count + one.min(other),
+            target: self.skin.triangles.len() as u32 + one.max(other),
+        }
+    }
+
+    fn facing(&self, vertex: u32, triangle: u32, at: Positions<3>) -> Facing {
+        let p = self.skin.point(vertex, at);
+        Facing::new(&p, &self.skin.triangle(triangle, at))
+    }
+
+    fn crossing(&self, main: u32, target: u32, at: Positions<3>) -> Option<Crossing> {
+        let outward = sub(&self.outward(target, at), &self.outward(main, at));
+        let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+        Crossing::new(&main, &target, &outward)
+    }
+
+    /// Sum of the normals on the two sides of an edge.
+    fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for side in self.skin.edges[edge as usize].sides().into_iter().flatten() {
+            add_scaled(&mut sum, 1.0, &self.skin.normal(side, at));
+        }
+        sum
+    }
+
+    fn length(&self, edge: u32, at: Positions<3>) -> f64 {
+        let [a, b] = self.skin.edge(edge, at);
+        norm(&sub(&b, &a))
+    }
+
+    /// Unit normal of a contact, out of the target; `None` for parallel edges.
+    fn normal(&self, pair: Pair, at: Positions<3>) -> Option<[f64; 3]> {
+        match self.meeting(pair) {
+            Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
+            Meeting::Crossing { main, target } => self
+                .crossing(main, target, at)
+                .map(|crossing| crossing.normal),
+        }
+    }
+
+    /// Blocks of a pair: main and target.
+    fn blocks(&self, pair: Pair) -> [u32; 2] {
+        let of_edge = |edge: u32| self.skin.block(self.skin.edges[edge as usize].ends[0]);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let corner = self.skin.triangles[triangle as usize].corners[0];
+                [self.skin.block(vertex), self.skin.block(corner)]
+            }
+            Meeting::Crossing { main, target } => [of_edge(main), of_edge(target)],
+        }
+    }
+
+    /// Whether a foot lies on the triangle, up to `slack` beyond its edges. In a
+    /// re-entrant corner a point that touches both faces is beyond the edge of
+    /// each by its depth in the other.
+    fn lies_on(&self, triangle: u32, facing: &Facing, at: Positions<3>, depth: f64) -> bool {
+        (0..3).all(|k| {
+            let inside = facing.inside(k);
+            let slack = FOOT_ROUND_OFF * facing.heights[k];
+            let edge = self.skin.triangles[triangle as usize].edges[k];
+            inside >= -slack || inside >= -slack - depth && self.skin.turn(edge, at) < -FLUSH
+        })
+    }
+
+    /// Velocity of a corner, m/s.
+    fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
+        self.skin.mean(corner, |node| velocity[node as usize])
+    }
+
+    /// A vector between two corners, and its rate.
+    fn between(
+        &self,
+        from: u32,
+        to: u32,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> [[f64; 3]; 2] {
+        let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));
+        let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
+        [sub(&end, &start), sub(&fast, &slow)]
+    }
+
+    /// First time at which a volume, positive as long as the pair is apart, has
+    /// fallen to 0 and `touches` holds.
+    fn first_fall(
+        volume: &Volume,
+        duration: f64,
+        begins_behind: bool,
+        touches: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let behind = begins_behind && volume.now() <= volume.round_off(duration);
+        if behind && volume.falls_now() && touches(0.0) {
+            return Some(0.0);
+        }
+        volume.falls_through(duration).find(|&time| touches(time))
+    }
+
+    /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
+    /// the surface turns by a right angle or more there.
+    fn next_triangle(&self, vertex: u32, triangle: u32, at: Positions<3>) -> Option<Pair> {
+        let (k, _) = self.facing(vertex, triangle, at).outside();
+        let next = self.skin.across(triangle, k)?;
+        let pair = Self::face_pair(vertex, next);
+        let turn = dot(&self.skin.normal(triangle, at), &self.skin.normal(next, at));
+        (turn > 0.0 && self.admits(pair, at)).then_some(pair)
+    }
+
+    /// A point that leaves one of two edges at an end goes on along the edge that
+    /// leads on best from there, if it turns by less than half a right angle.
+    fn next_edge(&self, edges: [u32; 2], foot: &[f64; 2], at: Positions<3>) -> Option<Pair> {
+        let beyond = |k: usize| (-foot[k]).max(foot[k] - 1.0) * self.length(edges[k], at);
+        let k = usize::from(beyond(1) > beyond(0));
+        let end = self.skin.edges[edges[k] as usize].ends[usize::from(foot[k] > 0.5)];
+        let back = self.skin.away(end, edges[k], at);
+        let straight = |edge: u32| {
+            let on = self.skin.away(end, edge, at);
+            -dot(&on, &back) / (norm(&on) * norm(&back))
+        };
+        let others = self.skin.edges_at(end).iter().copied();
+        let next = others
+            .filter(|&edge| edge != edges[k] && self.skin.is_sharp(edge, at))
+            .map(|edge| (straight(edge), edge))
+            .max_by(|one, other| one.0.total_cmp(&other.0))?;
+        let pair = self.edge_pair(next.1, edges[1 - k]);
+        (next.0 > std::f64::consts::FRAC_1_SQRT_2 && self.admits(pair, at)).then_some(pair)
+    }
+}
+
+impl Surface<3> for Shell {
+    fn main_nodes(&self, main: u32) -> &[u32] {
+        match main.checked_sub(self.skin.vertex_count) {
+            None => self.skin.nodes_of_corner(main),
+            Some(edge) => self.skin.nodes_of_edge(edge),
+        }
+    }
+
+    fn target_nodes(&self, target: u32) -> &[u32] {
+        match target.checked_sub(self.skin.triangles.len() as u32) {
+            None => self.skin.nodes_of_triangle(target),
+            Some(edge) => self.skin.nodes_of_edge(edge),
+        }
+    }
+
+    fn families(&self, at: Positions<3>, margin: f64) -> Vec<Family<3>> {
+        let half = 0.5 * margin;
+        let vertices = 0..self.skin.vertex_count;
+        let triangles = 0..self.skin.triangles.len() as u32;
+        let edges = (0..self.skin.edges.len() as u32).map(|edge| {
+            if self.skin.is_sharp(edge, at) {
+                Aabb::around(self.skin.edge(edge, at), half)
+            } else {
+                Aabb::around([], half)
+            }
+        });
+        let edges: Vec<_> = edges.collect();
+        let around = |triangle| Aabb::around(self.skin.triangle(triangle, at), half);
+        vec![
+            Family {
+                mains: vertices
+                    .map(|vertex| Aabb::around([self.skin.point(vertex, at)], half))
+                    .collect(),
+                targets: triangles.clone().map(around).collect(),
+                first_main: 0,
+                first_target: 0,
+            },
+            Family {
+                mains: edges.clone(),
+                targets: edges,
+                first_main: self.skin.vertex_count,
+                first_target: triangles.end,
+            },
+        ]
+    }
+
+    fn matches(&self, pair: Pair) -> bool {
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => true,
+            Meeting::Crossing { main, target } => main < target,
+        }
+    }
+
+    fn near(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> bool {
+        // What touches at a corner may do so with any feature there.
+        let reach = reach.max(tolerance);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let facing = self.facing(vertex, triangle, at);
+                facing.gap <= reach
+                    && facing.gap >= -reach - tolerance
+                    && facing.outside().1 <= reach
+            }
+            Meeting::Crossing { main, target } => {
+                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+                crossing::distance(&main, &target) <= reach + tolerance
+            }
+        }
+    }
+
+    fn project(&self, pair: Pair, at: Positions<3>) -> Projection {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let facing = self.facing(vertex, triangle, at);
+                Projection {
+                    gap: facing.gap,
+                    foot: [facing.weights[1], facing.weights[2]],
+                    outside: facing.outside().1,
+                }
+            }
+            Meeting::Crossing { main, target } => match self.crossing(main, target, at) {
+                Some(crossing) => Projection {
+                    gap: crossing.gap,
+                    foot: crossing.foot,
+                    outside: crossing.outside([main, target].map(|e| self.length(e, at))),
+                },
+                None => Projection {
+                    gap: 0.0,
+                    foot: [0.5; 2],
+                    outside: f64::INFINITY,
+                },
+            },
+        }
+    }
+
+    fn admits(&self, pair: Pair, at: Positions<3>) -> bool {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let normal = self.skin.normal(triangle, at);
+                self.skin.edges_at(vertex).iter().all(|&edge| {
+                    let away = self.skin.away(vertex, edge, at);
+                    dot(&away, &normal) >= -FLUSH * norm(&away)
+                })
+            }
+            Meeting::Crossing { main, target } => {
+                let Some(crossing) = self.crossing(main, target, at) else {
+                    return false;
+                };
+                let lies = |edge: u32, sign: f64| {
+                    let sides = self
+                        .skin
+                        .directions_into_sides(edge, at)
+                        .into_iter()
+                        .flatten();
+                    let mut heights = sides.map(|into| sign * dot(&into, &crossing.normal));
+                    heights.all(|height| height >= -FLUSH)
+                };
+                lies(main, 1.0) && lies(target, -1.0)
+            }
+        }
+    }
+
+    fn target_size(&self, target: u32, at: Positions<3>) -> f64 {
+        match target.checked_sub(self.skin.triangles.len() as u32) {
+            None => {
+                let edges = self.skin.triangles[target as usize].edges;
+                edges
+                    .map(|edge| self.length(edge, at))
+                    .into_iter()
+                    .fold(0.0, f64::max)
+            }
+            Some(edge) => self.length(edge, at),
+        }
+    }
+
+    fn time_of_impact(
+        &self,
+        pair: Pair,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+        depth: f64,
+    ) -> Option<f64> {
+        let between = |from: u32, to: u32| self.between(from, to, at, velocity);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let [a, b, c] = self.skin.triangles[triangle as usize].corners;
+                let volume = Volume::new([between(a, vertex), between(a, b), between(a, c)]);
+                let shallow = self.facing(vertex, triangle, at).gap >= -depth;
+                Self::first_fall(&volume, duration, shallow, |time| {
+                    let then = at.after(velocity, time);
+                    let facing = self.facing(vertex, triangle, then);
+                    self.lies_on(triangle, &facing, then, depth)
+                })
+            }
+            Meeting::Crossing { main, target } => {
+                let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
+                let edges = [one, other].map(|ends| between(ends[0], ends[1]));
+                let volume = Volume::new([between(other[0], one[0]), edges[0], edges[1]]);
+                let touches = |forward: bool| {
+                    move |time: f64| {
+                        let then = at.after(velocity, time);
+                        self.crossing(main, target, then).is_some_and(|crossing| {
+                            let range = -FOOT_ROUND_OFF..=1.0 + FOOT_ROUND_OFF;
+                            crossing.forward == forward
+                                && crossing.foot.iter().all(|foot| range.contains(foot))
+                        })
+                    }
+                };
+                let now = self.crossing(main, target, at);
+                let shallow = now.is_some_and(|crossing| crossing.gap >= -depth);
+                let first = |volume: &Volume, forward| {
+                    Self::first_fall(volume, duration, shallow, touches(forward))
+                };
+                let [one, other] = [first(&volume, true), first(&volume.reversed(), false)];
+                one.into_iter().chain(other).min_by(f64::total_cmp)
+            }
+        }
+    }
+
+    fn rightful(&self, pair: Pair, [at, then]: [Positions<3>; 2], tolerance: f64) -> Option<Pair> {
+        let candidates = Place::pairs(self, pair, at, tolerance);
+        let touches = |pair: &Pair| {
+            let projection = self.project(*pair, at);
+            projection.gap.abs() <= tolerance
+                && projection.outside <= tolerance
+                && self.admits(*pair, at)
+        };
+        let own = self.admits(pair, at).then_some(pair);
+        let mut best = own.map(|pair| (self.project(pair, then).gap, pair));
+        for other in candidates.into_iter().filter(touches) {
+            let gap = self.project(other, then).gap;
+            if best.is_none_or(|(deepest, _)| gap > deepest) {
+                best = Some((gap, other));
+            }
+        }
+        best.map(|(_, pair)| pair)
+    }
+
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<3>) -> Option<Pair> {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
+            Meeting::Crossing { main, target } => self.next_edge([main, target], foot, at),
+        }
+    }
+
+    fn same_contact(&self, one: Pair, other: Pair, at: Positions<3>, tolerance: f64) -> bool {
+        let (blocks, mut others) = (self.blocks(one), self.blocks(other));
+        let swapped = blocks != others;
+        others.reverse();
+        if swapped && blocks != others {
+            return false;
+        }
+        let apart = sub(&self.point(one, at), &self.point(other, at));
+        if norm(&apart) > tolerance {
+            return false;
+        }
+        let [Some(normal), Some(second)] = [one, other].map(|pair| self.normal(pair, at)) else {
+            return false;
+        };
+        let cosine = dot(&normal, &second);
+        norm(&cross(&normal, &second)) <= FLUSH && (cosine < 0.0) == swapped
+    }
+
+    fn point(&self, pair: Pair, at: Positions<3>) -> [f64; 3] {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
+            Meeting::Crossing { main, target } => {
+                let [a, b] = self.skin.edge(main, at);
+                let foot = self.crossing(main, target, at).map_or(0.5, |c| c.foot[0]);
+                let mut point = a;
+                add_scaled(&mut point, foot, &sub(&b, &a));
+                point
+            }
+        }
+    }
+
+    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<3>) -> Operator<3> {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                self.facing_operator(vertex, triangle, foot, at)
+            }
+            Meeting::Crossing { main, target } => self.crossing_operator(main, target, foot, at),
+        }
+    }
+
+    fn classify(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> (ContactKind, f64) {
+        (
+            Place::kind(self, pair, at, tolerance),
+            self.share(pair, at, tolerance),
+        )
+    }
+}
+
+impl Shell {
+    fn facing_operator(
+        &self,
+        vertex: u32,
+        triangle: u32,
+        foot: &[f64; 2],
+        at: Positions<3>,
+    ) -> Operator<3> {
+        let p = self.skin.point(vertex, at);
+        let points = self.skin.triangle(triangle, at);
+        let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
+        let mut offset = p;
+        for (point, weight) in points.iter().zip(&weights) {
+            add_scaled(&mut offset, -weight, point);
+        }
+        let frame = frame(
+            &self.skin.normal(triangle, at),
+            &sub(&points[1], &points[0]),
+        );
+        let corners = self.skin.triangles[triangle as usize].corners;
+        self.assemble(frame, &offset, |direction| {
+            let rows = facing::material_rows(&p, &points, &weights, direction);
+            let target = corners.into_iter().zip(rows.map(|row| scale(-1.0, &row)));
+            std::iter::once((vertex, *direction)).chain(target)
+        })
+    }
+
+    fn crossing_operator(
+        &self,
+        main: u32,
+        target: u32,
+        foot: &[f64; 2],
+        at: Positions<3>,
+    ) -> Operator<3> {
+        let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
+        let along = sub(&one[1], &one[0]);
+        let normal = self.crossing(main, target, at).map_or_else(
+            || {
+                let outward = self.outward(target, at);
+                scale(1.0 / norm(&outward), &outward)
+            },
+            |crossing| crossing.normal,
+        );
+        let mut offset = sub(&one[0], &other[0]);
+        add_scaled(&mut offset, foot[0], &along);
+        add_scaled(&mut offset, -foot[1], &sub(&other[1], &other[0]));
+        let ends = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
+        self.assemble(frame(&normal, &along), &offset, |direction| {
+            let rows = crossing::relative_rows(&one, &other, (foot, &normal), direction);
+            ends.into_iter().flatten().zip(rows)
+        })
+    }
+
+    /// The operator of what each corner adds along the directions of a frame.
+    fn assemble<I: Iterator<Item = (u32, [f64; 3])>>(
+        &self,
+        frame: [[f64; 3]; 3],
+        offset: &[f64; 3],
+        of_direction: impl Fn(&[f64; 3]) -> I,
+    ) -> Operator<3> {
+        let mut operator = Operator {
+            count: 0,
+            nodes: [0; MAX_NODES],
+            rows: [[[0.0; 3]; MAX_NODES]; 3],
+            frame,
+            offset: frame.map(|direction| dot(&direction, offset)),
+        };
+        for (r, direction) in frame.iter().enumerate() {
+            for (corner, row) in of_direction(direction) {
+                let nodes = self.skin.nodes_of_corner(corner);
+                let share = 1.0 / nodes.len() as f64;
+                for &node in nodes {
+                    let known = operator.nodes().iter().position(|&other| other == node);
+                    let k = known.unwrap_or(operator.count);
+                    operator.nodes[k] = node;
+                    operator.count = operator.count.max(k + 1);
+                    add_scaled(&mut operator.rows[r][k], share, &row);
+                }
+            }
+        }
+        operator
+    }
+}
+
+/// A unit normal and two unit tangents, the first in the plane of `along`.
+fn frame(normal: &[f64; 3], along: &[f64; 3]) -> [[f64; 3]; 3] {
+    let mut tangent = *along;
+    add_scaled(&mut tangent, -dot(along, normal), normal);
+    let tangent = scale(1.0 / norm(&tangent), &tangent);
+    [*normal, tangent, cross(normal, &tangent)]
+}

@@ -1,0 +1,328 @@
+//! The boundary of all blocks in space as triangles with their edges and
+//! vertices.
+
+use crate::around::Around;
+use crate::contact::surface::Positions;
+use crate::mesh::Mesh;
+use crate::vector::{add, cross, dot, norm, scale, sub};
+
+/// Turn of the boundary at an edge, rad, up to which it counts as flat there.
+/// A straight edge laid across a flatter one sinks in by a quarter of the turn
+/// over its length at most: by the tolerance of contact (1e-4 of the smallest
+/// edge) on a mesh of equal edges.
+const FLAT: f64 = 4e-4;
+
+/// Nodes of an edge or a triangle at most: those of a quadrilateral.
+const MOST: usize = 4;
+
+/// No triangle.
+const NONE: u32 = u32::MAX;
+
+/// A corner of triangles: a boundary node, or the mean of a quadrilateral's
+/// four.
+#[derive(Clone, Debug)]
+struct Corner {
+    nodes: Nodes,
+    block: u32,
+}
+
+/// Up to four nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Nodes {
+    list: [u32; MOST],
+    count: usize,
+}
+
+impl Nodes {
+    fn push(&mut self, node: u32) {
+        if !self.contains(&node) {
+            self.list[self.count] = node;
+            self.count += 1;
+        }
+    }
+}
+
+impl FromIterator<u32> for Nodes {
+    fn from_iter<I: IntoIterator<Item = u32>>(nodes: I) -> Self {
+        let mut all = Self::default();
+        nodes.into_iter().for_each(|node| all.push(node));
+        all
+    }
+}
+
+impl std::ops::Deref for Nodes {
+    type Target = [u32];
+
+    fn deref(&self) -> &[u32] {
+        &self.list[..self.count]
+    }
+}
+
+/// A triangle of the boundary, counter-clockwise seen from outside.
+#[derive(Clone, Debug)]
+pub(super) struct Triangle {
+    /// Its corners.
+    pub(super) corners: [u32; 3],
+    /// Its edges: the k-th goes from corner k to corner k + 1.
+    pub(super) edges: [u32; 3],
+    /// The facet of the mesh that it is a part of.
+    pub(super) facet: u32,
+    nodes: Nodes,
+}
+
+/// An edge of triangles.
+#[derive(Clone, Debug)]
+pub(super) struct Edge {
+    /// The corners at its ends.
+    pub(super) ends: [u32; 2],
+    /// The triangles at it: one goes along it from its first end to its second,
+    /// the other back.
+    triangles: [u32; 2],
+    /// Whether there are just these two.
+    manifold: bool,
+    nodes: Nodes,
+}
+
+impl Edge {
+    /// The triangles on its sides; `None` where there are more than two.
+    pub(super) fn sides(&self) -> Option<[u32; 2]> {
+        self.manifold.then_some(self.triangles)
+    }
+}
+
+/// The boundary of all blocks in space.
+#[derive(Clone, Debug)]
+pub(super) struct Skin {
+    /// Vertices first: one a boundary node.
+    corners: Vec<Corner>,
+    pub(super) vertex_count: u32,
+    /// Facets of the mesh: their vertices, counter-clockwise seen from outside.
+    facets: Vec<Nodes>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) edges: Vec<Edge>,
+    /// Edges and triangles around corners.
+    edges_at: Around,
+    triangles_at: Around,
+}
+
+impl Skin {
+    /// The boundary of `mesh`. A quadrilateral becomes four triangles about the
+    /// mean of its nodes: blocks that share it agree on where it is, warped or
+    /// not, and a force on its middle goes to all four nodes alike.
+    pub(super) fn new(mesh: &Mesh<3>) -> Self {
+        let facets: Vec<Nodes> = mesh
+            .boundary_facets()
+            .into_iter()
+            .map(|facet| mesh.facet_nodes(facet).collect())
+            .collect();
+        let mut nodes: Vec<u32> = facets.iter().flat_map(|f| f.iter().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let block_of = |node: u32| mesh.blocks.partition_point(|b| b.nodes.end <= node) as u32;
+        let corner = |nodes: Nodes| Corner {
+            nodes,
+            block: block_of(nodes[0]),
+        };
+        let mut corners: Vec<Corner> = nodes
+            .iter()
+            .map(|&node| corner(Nodes::from_iter([node])))
+            .collect();
+        let vertex_of = |node: u32| nodes.partition_point(|&other| other < node) as u32;
+        let mut triangles = Vec::with_capacity(4 * facets.len());
+        for (number, facet) in facets.iter().enumerate() {
+            let mut add = |corners: [u32; 3]| {
+                triangles.push(Triangle {
+                    corners,
+                    edges: [NONE; 3],
+                    facet: number as u32,
+                    nodes: *facet,
+                });
+            };
+            let around: Vec<u32> = facet.iter().map(|&node| vertex_of(node)).collect();
+            if let &[a, b, c] = around.as_slice() {
+                add([a, b, c]);
+                continue;
+            }
+            let mean = corners.len() as u32;
+            corners.push(corner(*facet));
+            for k in 0..around.len() {
+                add([around[k], around[(k + 1) % around.len()], mean]);
+            }
+        }
+        let of_vertices = |facet: &Nodes| facet.iter().map(|&node| vertex_of(node)).collect();
+        let edges = edges_of(&mut triangles, &corners);
+        let count = corners.len();
+        Self {
+            vertex_count: nodes.len() as u32,
+            facets: facets.iter().map(of_vertices).collect(),
+            edges_at: Around::new(edges.iter().map(|e| e.ends.as_slice()), count),
+            triangles_at: Around::new(triangles.iter().map(|t| t.corners.as_slice()), count),
+            corners,
+            triangles,
+            edges,
+        }
+    }
+
+    /// Nodes of a corner; each has the same share in it.
+    pub(super) fn nodes_of_corner(&self, corner: u32) -> &[u32] {
+        &self.corners[corner as usize].nodes
+    }
+
+    /// Nodes of an edge.
+    pub(super) fn nodes_of_edge(&self, edge: u32) -> &[u32] {
+        &self.edges[edge as usize].nodes
+    }
+
+    /// Nodes of a triangle.
+    pub(super) fn nodes_of_triangle(&self, triangle: u32) -> &[u32] {
+        &self.triangles[triangle as usize].nodes
+    }
+
+    /// Vertices of a facet of the mesh.
+    pub(super) fn facet(&self, facet: u32) -> &[u32] {
+        &self.facets[facet as usize]
+    }
+
+    /// The edge between two vertices of a facet.
+    pub(super) fn edge_between(&self, one: u32, other: u32) -> Option<u32> {
+        let edges = self.edges_at(one).iter().copied();
+        let mut ends = edges.filter(|&e| self.edges[e as usize].ends.contains(&other));
+        ends.next()
+    }
+
+    /// Block of a corner.
+    pub(super) fn block(&self, corner: u32) -> u32 {
+        self.corners[corner as usize].block
+    }
+
+    /// Edges that end at a corner.
+    pub(super) fn edges_at(&self, corner: u32) -> &[u32] {
+        self.edges_at.of(corner)
+    }
+
+    /// Triangles that meet at a corner.
+    pub(super) fn triangles_at(&self, corner: u32) -> &[u32] {
+        self.triangles_at.of(corner)
+    }
+
+    /// What the nodes of a corner have on average of `of`.
+    pub(super) fn mean(&self, corner: u32, of: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
+        match self.nodes_of_corner(corner) {
+            &[node] => of(node),
+            nodes => {
+                let sum = nodes
+                    .iter()
+                    .fold([0.0; 3], |sum, &node| add(&sum, &of(node)));
+                scale(1.0 / nodes.len() as f64, &sum)
+            }
+        }
+    }
+
+    /// Position of a corner, m.
+    pub(super) fn point(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
+        self.mean(corner, |node| at.at(node))
+    }
+
+    /// Positions of a triangle's corners, m.
+    pub(super) fn triangle(&self, triangle: u32, at: Positions<3>) -> [[f64; 3]; 3] {
+        self.triangles[triangle as usize]
+            .corners
+            .map(|corner| self.point(corner, at))
+    }
+
+    /// Positions of an edge's ends, m.
+    pub(super) fn edge(&self, edge: u32, at: Positions<3>) -> [[f64; 3]; 2] {
+        self.edges[edge as usize]
+            .ends
+            .map(|corner| self.point(corner, at))
+    }
+
+    /// Outward unit normal of a triangle.
+    pub(super) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
+        let [a, b, c] = self.triangle(triangle, at);
+        let normal = cross(&sub(&b, &a), &sub(&c, &a));
+        scale(1.0 / norm(&normal), &normal)
+    }
+
+    /// Direction from `corner` along an edge that ends there, of its length.
+    pub(super) fn away(&self, corner: u32, edge: u32, at: Positions<3>) -> [f64; 3] {
+        let [a, b] = self.edge(edge, at);
+        if self.edges[edge as usize].ends[0] == corner {
+            sub(&b, &a)
+        } else {
+            sub(&a, &b)
+        }
+    }
+
+    /// Unit vectors across an edge into the triangles on its two sides; `None`
+    /// where there are more than two.
+    pub(super) fn directions_into_sides(
+        &self,
+        edge: u32,
+        at: Positions<3>,
+    ) -> Option<[[f64; 3]; 2]> {
+        let sides = self.edges[edge as usize].sides()?;
+        let [a, b] = self.edge(edge, at);
+        let along = sub(&b, &a);
+        let along = scale(1.0 / norm(&along), &along);
+        let normals = sides.map(|side| self.normal(side, at));
+        Some([cross(&normals[0], &along), cross(&along, &normals[1])])
+    }
+
+    /// Angle by which the boundary turns at an edge, rad: positive where it is
+    /// convex, and where more than two triangles meet.
+    pub(super) fn turn(&self, edge: u32, at: Positions<3>) -> f64 {
+        let Some(sides) = self.edges[edge as usize].sides() else {
+            return std::f64::consts::PI;
+        };
+        let [a, b] = self.edge(edge, at);
+        let along = sub(&b, &a);
+        let [one, other] = sides.map(|side| self.normal(side, at));
+        let sine = dot(&cross(&one, &other), &along) / norm(&along);
+        sine.atan2(dot(&one, &other))
+    }
+
+    /// Whether an edge can meet other edges: it is convex, and not flat.
+    pub(super) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
+        self.turn(edge, at) > FLAT
+    }
+
+    /// The triangle on the other side of edge `k` of a triangle.
+    pub(super) fn across(&self, triangle: u32, k: usize) -> Option<u32> {
+        let edge = self.triangles[triangle as usize].edges[k];
+        let [one, other] = self.edges[edge as usize].sides()?;
+        Some(if one == triangle { other } else { one })
+    }
+}
+
+/// The edges of the triangles, which learn their numbers.
+fn edges_of(triangles: &mut [Triangle], corners: &[Corner]) -> Vec<Edge> {
+    let mut sides: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(3 * triangles.len());
+    for (number, triangle) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let ends = [triangle.corners[k], triangle.corners[(k + 1) % 3]];
+            sides.push((ends, number as u32, k));
+        }
+    }
+    let key = |ends: [u32; 2]| (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    sides.sort_unstable_by_key(|&(ends, triangle, k)| (key(ends), triangle, k));
+    let mut edges = Vec::with_capacity(sides.len() / 2);
+    for around in sides.chunk_by(|one, other| key(one.0) == key(other.0)) {
+        let ends = around[0].0;
+        let mut nodes = Nodes::default();
+        for end in ends {
+            let of_end = corners[end as usize].nodes.iter();
+            of_end.for_each(|&node| nodes.push(node));
+        }
+        for &(_, triangle, k) in around {
+            triangles[triangle as usize].edges[k] = edges.len() as u32;
+        }
+        edges.push(Edge {
+            ends,
+            triangles: [around[0].1, around.get(1).map_or(NONE, |side| side.1)],
+            manifold: around.len() == 2 && around[1].0 == [ends[1], ends[0]],
+            nodes,
+        });
+    }
+    edges
+}

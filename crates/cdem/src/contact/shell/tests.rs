@@ -1,0 +1,486 @@
+//! Operators under rigid motion, and times of impact in exact arithmetic.
+
+use num_bigint::BigInt;
+use num_traits::{Signed, Zero};
+use proptest::prelude::*;
+
+use super::{Meeting, Shell};
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::vector::{add, add_scaled, cross, norm, sub};
+
+/// One element a block, each of its own nodes.
+fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
+    let mut mesh = Mesh::default();
+    for (number, (kind, nodes)) in cells.iter().enumerate() {
+        let first = mesh.nodes.len() as u32;
+        mesh.nodes.extend_from_slice(nodes);
+        let numbers: Vec<u32> = (first..mesh.nodes.len() as u32).collect();
+        mesh.elements.push(Element::new(*kind, &numbers));
+        mesh.blocks.push(Block {
+            name: format!("b{number}"),
+            source: number,
+            nodes: first..mesh.nodes.len() as u32,
+            elements: number as u32..number as u32 + 1,
+        });
+    }
+    mesh
+}
+
+fn vector(size: f64) -> impl Strategy<Value = [f64; 3]> {
+    [-size..size, -size..size, -size..size]
+}
+
+/// A unit cube with warped faces, moved by `shift`.
+fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]> {
+    let corners = [
+        [0., 0., 0.],
+        [1., 0., 0.],
+        [1., 1., 0.],
+        [0., 1., 0.],
+        [0., 0., 1.],
+        [1., 0., 1.],
+        [1., 1., 1.],
+        [0., 1., 1.],
+    ];
+    let moved = corners.iter().zip(warp);
+    moved.map(|(x, w)| add(&add(x, w), &shift)).collect()
+}
+
+fn all_pairs(shell: &Shell) -> Vec<Pair> {
+    let (vertices, triangles) = (shell.skin.vertex_count, shell.skin.triangles.len() as u32);
+    let edges = shell.skin.edges.len() as u32;
+    let faces = (0..vertices).flat_map(|v| (0..triangles).map(move |t| Shell::face_pair(v, t)));
+    let crossings = (0..edges).flat_map(|a| (a + 1..edges).map(move |b| (a, b)));
+    let mut pairs: Vec<Pair> = faces.collect();
+    pairs.extend(crossings.map(|(a, b)| shell.edge_pair(a, b)));
+    pairs.retain(|&pair| {
+        let [one, other] = shell.blocks(pair);
+        one != other
+    });
+    pairs
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// Whatever the gap, no rigid motion of both blocks together is a relative
+    /// motion, and no impulse changes either momentum.
+    #[test]
+    fn rigid_motions_are_no_relative_motions(
+        warp in proptest::array::uniform8(vector(0.15)),
+        shift in vector(0.4),
+        velocity in vector(1.0),
+        spin in vector(1.0),
+        anchor in [0.0..1.0_f64, 0.0..1.0_f64],
+    ) {
+        let one = warped_cube([0.0; 3], &warp);
+        let other = warped_cube(add(&[0.2, 0.1, 1.6], &shift), &warp);
+        let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+        let shell = Shell::new(&mesh);
+        let still = vec![[0.0; 3]; mesh.nodes.len()];
+        let at = Positions::new(&mesh.nodes, &still);
+        let rigid: Vec<[f64; 3]> =
+            mesh.nodes.iter().map(|x| add(&velocity, &cross(&spin, x))).collect();
+        for pair in all_pairs(&shell).into_iter().step_by(7) {
+            let projection = shell.project(pair, at);
+            if projection.outside > 1.0 {
+                continue; // all but parallel: nothing to be exact about
+            }
+            let operator = shell.operator(pair, &anchor, at);
+            for r in 0..3 {
+                // Round-off of some hundred operations on lengths of order 1,
+                // over the sine of the edges' angle.
+                let relative = operator.relative_velocity(r, &rigid);
+                prop_assert!(relative.abs() < 1e-10, "{pair:?} {relative}");
+                let (mut momentum, mut moment) = ([0.0; 3], [0.0; 3]);
+                for (k, &node) in operator.nodes().iter().enumerate() {
+                    let impulse = operator.rows[r][k];
+                    add_scaled(&mut momentum, 1.0, &impulse);
+                    add_scaled(&mut moment, 1.0, &cross(&mesh.nodes[node as usize], &impulse));
+                }
+                prop_assert!(norm(&momentum) < 1e-12, "{pair:?} {momentum:?}");
+                prop_assert!(norm(&moment) < 1e-10, "{pair:?} {moment:?}");
+            }
+        }
+    }
+
+    /// The normal row is the rate of the gap where the two touch.
+    #[test]
+    fn the_normal_row_is_the_rate_of_the_gap(
+        warp in proptest::array::uniform8(vector(0.15)),
+        shift in vector(0.3),
+        rates in proptest::array::uniform16(vector(1.0)),
+    ) {
+        let one = warped_cube([0.0; 3], &warp);
+        let mut other = warped_cube(add(&[0.4, 0.3, 1.0], &shift), &warp);
+        let pairs = {
+            let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+            all_pairs(&Shell::new(&mesh))
+        };
+        for pair in pairs.into_iter().step_by(11) {
+            let close = |other: &[[f64; 3]]| {
+                let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, other)]);
+                let shell = Shell::new(&mesh);
+                let still = vec![[0.0; 3]; 16];
+                let at = Positions::new(&mesh.nodes, &still);
+                let projection = shell.project(pair, at);
+                (projection, shell.normal(pair, at), shell.blocks(pair))
+            };
+            // The second block is moved until the pair's gap is 0.
+            let (projection, normal, blocks) = close(&other);
+            let Some(normal) = normal.filter(|_| projection.outside < 1.0) else { continue };
+            let sign = if blocks[0] == 1 { -1.0 } else { 1.0 };
+            for node in &mut other {
+                add_scaled(node, sign * projection.gap, &normal);
+            }
+            let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+            let shell = Shell::new(&mesh);
+            let still = vec![[0.0; 3]; 16];
+            let at = Positions::new(&mesh.nodes, &still);
+            let foot = shell.project(pair, at).foot;
+            let row = shell.operator(pair, &foot, at).relative_velocity(0, &rates);
+            let step = 1e-6;
+            let [ahead, back] = [step, -step].map(|t| shell.project(pair, at.after(&rates, t)).gap);
+            let slope = (ahead - back) / (2.0 * step);
+            // Second derivatives of the gap over the sine of the edges' angle.
+            prop_assert!((row - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{pair:?} {row} {slope}");
+        }
+    }
+}
+
+/// A vertex or edge of one tetrahedron and a face or edge of another, all
+/// coordinates and velocities whole numbers.
+#[derive(Debug)]
+struct Query {
+    start: [[i64; 3]; 8],
+    velocity: [[i64; 3]; 8],
+}
+
+/// Exact positions at the dyadic time `number`/2^`bits`, times 2^`bits`.
+fn exact(query: &Query, number: &BigInt, bits: u32) -> Vec<[BigInt; 3]> {
+    let nodes = query.start.iter().zip(&query.velocity);
+    nodes
+        .map(|(x, v)| std::array::from_fn(|c| (BigInt::from(x[c]) << bits) + number * v[c]))
+        .collect()
+}
+
+fn difference(a: &[BigInt; 3], b: &[BigInt; 3]) -> [BigInt; 3] {
+    std::array::from_fn(|c| &a[c] - &b[c])
+}
+
+fn product(a: &[BigInt; 3], b: &[BigInt; 3]) -> [BigInt; 3] {
+    std::array::from_fn(|c| {
+        let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+        &a[i] * &b[j] - &a[j] * &b[i]
+    })
+}
+
+fn scalar(a: &[BigInt; 3], b: &[BigInt; 3]) -> BigInt {
+    (0..3).map(|c| &a[c] * &b[c]).sum()
+}
+
+impl Query {
+    fn random(random: &mut fastrand::Rng, degenerate: bool) -> Option<Self> {
+        let size = if degenerate { 2 } else { 40 };
+        let point = |random: &mut fastrand::Rng| -> [i64; 3] {
+            std::array::from_fn(|_| random.i64(-size..=size))
+        };
+        let mut query = Self {
+            start: std::array::from_fn(|_| point(random)),
+            velocity: std::array::from_fn(|_| point(random)),
+        };
+        if degenerate {
+            // Both move as wholes: faces and edges stay parallel, if they are.
+            let [one, other] = [point(random), point(random)];
+            query.velocity = std::array::from_fn(|k| if k < 4 { one } else { other });
+        }
+        let volume = |first: usize| {
+            let edge = |k: usize| -> [f64; 3] {
+                let [a, b] = [query.start[first], query.start[first + k]];
+                std::array::from_fn(|c| (b[c] - a[c]) as f64)
+            };
+            crate::vector::dot(&edge(1), &cross(&edge(2), &edge(3)))
+        };
+        let [one, other] = [volume(0), volume(4)];
+        if one < 0.0 {
+            query.start.swap(0, 1);
+            query.velocity.swap(0, 1);
+        }
+        if other < 0.0 {
+            query.start.swap(4, 5);
+            query.velocity.swap(4, 5);
+        }
+        (one != 0.0 && other != 0.0).then_some(query)
+    }
+
+    fn shell(&self) -> (Mesh<3>, Shell, Vec<[f64; 3]>) {
+        let [start, velocity] =
+            [&self.start, &self.velocity].map(|nodes| nodes.map(|x| x.map(|c| c as f64)).to_vec());
+        let mesh = mesh(&[
+            (ElementKind::Tet4, &start[..4]),
+            (ElementKind::Tet4, &start[4..]),
+        ]);
+        let shell = Shell::new(&mesh);
+        (mesh, shell, velocity)
+    }
+}
+
+/// Where a pair is at an exact time.
+#[derive(PartialEq, Clone, Copy, Debug)]
+struct Seen {
+    /// Sign of its volume: of a vertex, and of edges but for the sense of their
+    /// normal, that of the gap.
+    sign: i32,
+    /// The sense of the edges' normal.
+    sense: i32,
+    /// The foot lies strictly within the features.
+    within: bool,
+}
+
+fn sign(x: &BigInt) -> i32 {
+    i32::from(x.is_positive()) - i32::from(x.is_negative())
+}
+
+/// Sign of the gap, and whether the foot is within, without any round-off.
+fn look(shell: &Shell, pair: Pair, nodes: &[[BigInt; 3]]) -> Seen {
+    let skin = &shell.skin;
+    let corner = |corner: u32| &nodes[skin.nodes_of_corner(corner)[0] as usize];
+    match shell.meeting(pair) {
+        Meeting::Facing { vertex, triangle } => {
+            let p = corner(vertex);
+            let abc = skin.triangles[triangle as usize].corners.map(corner);
+            let normal = product(&difference(abc[1], abc[0]), &difference(abc[2], abc[0]));
+            let within = (0..3).all(|k| {
+                let along = difference(abc[(k + 1) % 3], abc[k]);
+                scalar(&product(&along, &difference(p, abc[k])), &normal).is_positive()
+            });
+            Seen {
+                sign: sign(&scalar(&difference(p, abc[0]), &normal)),
+                sense: 1,
+                within,
+            }
+        }
+        Meeting::Crossing { main, target } => {
+            let [one, other] = [main, target].map(|e| skin.edges[e as usize].ends.map(corner));
+            let along = [one, other].map(|[a, b]| difference(b, a));
+            let area = product(&along[0], &along[1]);
+            let from = difference(one[0], other[0]);
+            let square = scalar(&area, &area);
+            let within = along.iter().rev().all(|edge| {
+                let foot = -scalar(&product(&from, edge), &area);
+                foot.is_positive() && foot < square
+            });
+            Seen {
+                sign: if square.is_zero() {
+                    0
+                } else {
+                    sign(&scalar(&from, &area))
+                },
+                sense: 0,
+                within,
+            }
+        }
+    }
+}
+
+/// Bits of the times at which touches are looked for, and of those between
+/// which they are found.
+const COARSE: u32 = 5;
+const FINE: u32 = 20;
+
+/// The end of a short time in which a pair passes from before to behind within
+/// its features, if it does so between the `k`-th coarse time and the next.
+fn touch_between(k: i64, seen_at: impl Fn(i64, u32) -> Seen) -> Option<f64> {
+    let [mut low, mut high] = [k, k + 1].map(|k| k << (FINE - COARSE));
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        if seen_at(middle, FINE).sign > 0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let [before, after] = [low, high].map(|number| seen_at(number, FINE));
+    let falls = before.sign > 0 && after.sign < 0 && before.sense == after.sense;
+    let touches = falls && before.within && after.within;
+    touches.then_some(high as f64 / f64::from(1_u32 << FINE))
+}
+
+/// Every touch that exact arithmetic sees on a grid of times is found, not later
+/// than it is; what is found is not past its touch.
+fn never_late(seed: u64, count: usize, degenerate: bool) -> [usize; 2] {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut touches = [0, 0];
+    let mut queries = 0;
+    while queries < count {
+        let Some(query) = Query::random(&mut random, degenerate) else {
+            continue;
+        };
+        let (mesh, shell, velocity) = query.shell();
+        let still = vec![[0.0; 3]; 8];
+        let at = Positions::new(&mesh.nodes, &still);
+        let pairs = all_pairs(&shell);
+        for _ in 0..8 {
+            let pair = pairs[random.usize(..pairs.len())];
+            queries += 1;
+            let crossing = matches!(shell.meeting(pair), Meeting::Crossing { .. });
+            let found = shell.time_of_impact(pair, at, &velocity, 1.0, 1e-9);
+            let seen_at = |number: i64, bits: u32| {
+                let nodes = exact(&query, &BigInt::from(number), bits);
+                let seen = look(&shell, pair, &nodes);
+                let then = at.after(&velocity, number as f64 / (1_u64 << bits) as f64);
+                let outward = match shell.meeting(pair) {
+                    Meeting::Facing { .. } => 1,
+                    Meeting::Crossing { main, target } => shell
+                        .crossing(main, target, then)
+                        .map_or(0, |crossing| if crossing.forward { 1 } else { -1 }),
+                };
+                Seen {
+                    sign: seen.sign * outward,
+                    sense: outward,
+                    ..seen
+                }
+            };
+            let mut before = seen_at(0, COARSE);
+            for k in 0..1_i64 << COARSE {
+                let after = seen_at(k + 1, COARSE);
+                let falls = before.sign > 0 && after.sign < 0;
+                before = after;
+                let Some(latest) = falls.then(|| touch_between(k, seen_at)).flatten() else {
+                    continue;
+                };
+                let in_time = found.is_some_and(|time| time <= latest);
+                assert!(in_time, "{found:?} after {latest}: {pair:?} {query:?}");
+                touches[usize::from(crossing)] += 1;
+                break;
+            }
+            if let Some(time) = found.filter(|_| !crossing) {
+                // An f64 is a dyadic number.
+                let number = BigInt::from((time * (1_u64 << 62) as f64) as i64);
+                let now = look(&shell, pair, &exact(&query, &number, 62));
+                assert!(now.sign >= 0, "past its touch at {time}: {pair:?}");
+            }
+        }
+    }
+    touches
+}
+
+#[test]
+fn no_touch_is_missed_or_late() {
+    let seen = never_late(1, 4_000, false);
+    assert!(seen.iter().all(|&count| count > 20), "{seen:?}");
+    never_late(2, 4_000, true);
+}
+
+#[test]
+#[ignore = "a million queries, minutes: ./test --slow"]
+fn no_touch_of_a_million_is_missed_or_late() {
+    never_late(3, 500_000, false);
+    never_late(4, 500_000, true);
+}
+
+#[test]
+fn a_quadrilateral_is_four_triangles_about_its_mean() {
+    let cube = warped_cube([0.0; 3], &[[0.0; 3]; 8]);
+    let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
+    let shell = Shell::new(&mesh);
+    let still = vec![[0.0; 3]; 8];
+    let at = Positions::new(&mesh.nodes, &still);
+    assert_eq!(shell.skin.triangles.len(), 24);
+    assert_eq!(shell.skin.edges.len(), 12 + 24);
+    let edges = 0..shell.skin.edges.len() as u32;
+    let sharp = edges.filter(|&edge| shell.skin.is_sharp(edge, at));
+    assert_eq!(sharp.count(), 12);
+    for triangle in 0..24 {
+        let centre = shell.skin.triangle(triangle, at)[2];
+        let out = sub(&centre, &[0.5; 3]);
+        let normal = shell.skin.normal(triangle, at);
+        // The mean of a face of the unit cube lies half its edge from the centre.
+        assert!(norm(&sub(&normal, &crate::vector::scale(2.0, &out))) < 1e-15);
+    }
+}
+
+/// Closes what touches: the contacts of two blocks, each once.
+fn contacts_of(shell: &Shell, at: Positions<3>, tolerance: f64) -> Vec<Pair> {
+    let mut contacts: Vec<Pair> = Vec::new();
+    for pair in all_pairs(shell) {
+        let projection = shell.project(pair, at);
+        let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
+        let counts = match shell.meeting(pair) {
+            Meeting::Crossing { main, target } => [main, target]
+                .iter()
+                .all(|&edge| shell.skin.is_sharp(edge, at)),
+            Meeting::Facing { .. } => true,
+        };
+        let known = |other: &Pair| shell.same_contact(*other, pair, at, tolerance);
+        if touches && counts && shell.admits(pair, at) && !contacts.iter().any(known) {
+            contacts.push(pair);
+        }
+    }
+    contacts
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// However two boxes lie on each other, and whatever they are divided into,
+    /// the contacts of their faces share the area that they have in common.
+    #[test]
+    fn contacts_share_the_whole_area(
+        shift in [-0.9..0.9_f64, -0.9..0.9_f64],
+        angle in 0.0..3.0_f64,
+        below in [1..4_usize, 1..4_usize],
+        above in [1..4_usize, 1..4_usize],
+        triangles in any::<bool>(),
+    ) {
+        let element = if triangles { ElementKind::Tet4 } else { ElementKind::Hex8 };
+        let cube = |name: &str, low: f64, divisions: [usize; 2]| {
+            let geometry = crate::scene::Geometry::Box {
+                min: vec![-0.5, -0.5, low],
+                max: vec![0.5, 0.5, low + 1.0],
+                divisions: vec![divisions[0], divisions[1], 1],
+                element,
+            };
+            crate::mesh::tests::block(name, geometry)
+        };
+        let blocks = vec![cube("below", -1.0, below), cube("above", 0.0, above)];
+        let mut mesh: Mesh<3> = crate::mesh::tests::shapes(blocks).expect("boxes mesh");
+        let (sine, cosine) = angle.sin_cos();
+        for node in mesh.blocks[1].nodes.clone() {
+            let [x, y, z] = mesh.nodes[node as usize];
+            mesh.nodes[node as usize] =
+                [cosine * x - sine * y + shift[0], sine * x + cosine * y + shift[1], z];
+        }
+        let still = vec![[0.0; 3]; mesh.nodes.len()];
+        let at = Positions::new(&mesh.nodes, &still);
+        let shell = Shell::new(&mesh);
+        let contacts = contacts_of(&shell, at, 1e-6);
+        let sum: f64 = contacts.iter().map(|&pair| shell.share(pair, at, 1e-6)).sum();
+        let corners = |number: usize| {
+            let nodes = mesh.blocks[number].nodes.clone();
+            let outer = nodes.filter(|&node| {
+                let [x, y, z] = mesh.nodes[node as usize];
+                let from = if number == 1 { [x - shift[0], y - shift[1]] } else { [x, y] };
+                z == 0.0 && f64::hypot(from[0], from[1]) > 0.7
+            });
+            let mut outer: Vec<[f64; 2]> = outer
+                .map(|node| [mesh.nodes[node as usize][0], mesh.nodes[node as usize][1]])
+                .collect();
+            let [mx, my] = if number == 1 { shift } else { [0.0; 2] };
+            outer.sort_by(|a, b| {
+                f64::atan2(a[1] - my, a[0] - mx).total_cmp(&f64::atan2(b[1] - my, b[0] - mx))
+            });
+            outer
+        };
+        let common = super::share::common_area(&corners(0), &corners(1));
+        // Pieces smaller than the tolerance have no corners of their own.
+        prop_assert!((sum - common).abs() < 1e-5, "{sum} of {common}, {} contacts", contacts.len());
+        let kinds = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).0);
+        if common > 0.01 {
+            for kind in kinds {
+                prop_assert_eq!(kind, crate::sample::ContactKind::FaceFace);
+            }
+        }
+    }
+}
