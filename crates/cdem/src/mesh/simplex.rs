@@ -1,6 +1,6 @@
 //! Facets as flat pieces: segments in 2-D, triangles in 3-D.
 
-use super::vector::{between, distance};
+use super::vector::{between, centre, distance};
 use super::{Facet, Mesh};
 use crate::vector::{dot, norm, sub};
 
@@ -8,14 +8,20 @@ use crate::vector::{dot, norm, sub};
 pub(super) type Piece<const D: usize> = [[f64; D]; 3];
 
 impl<const D: usize> Mesh<D> {
-    /// A facet's pieces: itself, or two triangles for a quadrilateral.
+    /// A facet's pieces: itself, or four triangles about the mean of a
+    /// quadrilateral's nodes, as contact sees it.
     pub(super) fn pieces(&self, facet: Facet) -> impl Iterator<Item = Piece<D>> {
         let nodes = self.facet_nodes(facet);
-        let mut places = [[0.0; D]; 4];
         let count = nodes.len();
+        let mut places = [[0.0; D]; 4];
         let slots = places.iter_mut().zip(nodes);
         slots.for_each(|(place, node)| *place = self.nodes[node as usize]);
-        (0..count.max(3) - 2).map(move |k| [places[0], places[k + 1], places[k + 2]])
+        let mean = centre(places.into_iter());
+        let pieces = if count == 4 { 4 } else { 1 };
+        (0..pieces).map(move |k| match count {
+            4 => [places[k], places[(k + 1) % 4], mean],
+            _ => [places[0], places[1], places[2]],
+        })
     }
 }
 
