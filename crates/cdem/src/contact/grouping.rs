@@ -32,18 +32,41 @@ impl<const D: usize> Contacts<D> {
 
     /// Brings the joins up to date; whether any has come or gone.
     pub(super) fn join(&mut self, number: u64) -> bool {
-        let now = self.near.iter().copied();
-        let now = now.chain(self.live().map(|live| live.pair));
-        let mut joins: Vec<(Pair, u64)> = now.map(|pair| (pair, number)).collect();
-        joins.extend(self.joins.iter().filter(|(_, last)| number <= last + STAY));
-        joins.sort_by_key(|&(pair, last)| (pair, std::cmp::Reverse(last)));
-        joins.dedup_by_key(|join| join.0);
-        let changed = !joins
-            .iter()
-            .map(|join| join.0)
-            .eq(self.joins.iter().map(|join| join.0));
+        let now = self.near_or_closed();
+        let mut now = now.iter().copied().peekable();
+        let mut joins = Vec::with_capacity(self.joins.len());
+        let mut changed = false;
+        for &(pair, last) in &self.joins {
+            while let Some(new) = now.next_if(|&other| other < pair) {
+                joins.push((new, number));
+                changed = true;
+            }
+            if now.next_if_eq(&pair).is_some() {
+                joins.push((pair, number));
+            } else if number <= last + STAY {
+                joins.push((pair, last));
+            } else {
+                changed = true;
+            }
+        }
+        changed |= now.peek().is_some();
+        joins.extend(now.map(|pair| (pair, number)));
         self.joins = joins;
         changed
+    }
+
+    /// All pairs that are near or closed, sorted.
+    fn near_or_closed(&self) -> Vec<Pair> {
+        let closed = self.live().map(|live| live.pair);
+        let mut pairs: Vec<Pair> = closed.filter(|pair| !self.search.is_near(*pair)).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let near = self.near.len();
+        pairs.extend(&self.near);
+        if pairs.len() > near {
+            pairs.sort(); // two sorted runs: one merge
+        }
+        pairs
     }
 
     /// Nodes that count as one in the levels.
@@ -72,24 +95,29 @@ impl<const D: usize> Contacts<D> {
     /// Pairs whose nodes a mass matrix couples, or an element: what touches in
     /// the middle of a drift acts on the elements around it.
     fn build_islands(&mut self, live: Vec<Live<D>>, inertia: &Inertia<D>, beside: Beside) {
-        let near = &self.near;
-        for island in &self.islands {
-            for &node in &island.nodes {
-                self.in_island[node as usize] = false;
+        for node in self.islands.iter().flat_map(|island| &island.nodes) {
+            self.in_island[*node as usize] = false;
+        }
+        let nodes = self.take_nodes(&live, inertia);
+        let sets = self.coupled_sets(&nodes, &live, inertia, beside);
+        // A set's smallest node comes first, and makes its island.
+        let mut islands: Vec<Island<D>> = Vec::new();
+        let mut island_of: Vec<u32> = Vec::with_capacity(nodes.len());
+        for (place, &node) in (0..).zip(&nodes) {
+            let root = sets.root(place);
+            if root == place {
+                island_of.push(islands.len() as u32);
+                islands.push(Island::default());
+            } else {
+                island_of.push(island_of[root as usize]);
             }
+            islands[island_of[place as usize] as usize].nodes.push(node);
         }
-        let (nodes, sets) = self.coupled_sets(&live, inertia, beside);
-        let mut roots: Vec<u32> = nodes.iter().map(|&node| sets.root(node)).collect();
-        roots.sort_unstable();
-        roots.dedup();
-        let mut islands = vec![Island::default(); roots.len()];
-        let island_of = |node: u32| roots.partition_point(|&root| root < sets.root(node));
-        for &node in &nodes {
-            islands[island_of(node)].nodes.push(node);
-            self.in_island[node as usize] = true;
-        }
-        let of_pair = |pair: Pair| self.moving_nodes(pair).next().map(island_of);
-        for &pair in near {
+        let of_pair = |pair: Pair| {
+            let place = self.place[self.moving_nodes(pair).next()? as usize];
+            Some(island_of[place as usize] as usize)
+        };
+        for &pair in &self.near {
             if let Some(island) = of_pair(pair) {
                 islands[island].near.push(pair);
             }
@@ -102,35 +130,56 @@ impl<const D: usize> Contacts<D> {
         self.islands = islands;
     }
 
-    /// Nodes of all pairs near and closed, sorted, and the sets of them that
-    /// move each other.
+    /// Nodes that move with the pairs near and closed, sorted; notes where each
+    /// is among them.
+    fn take_nodes(&mut self, live: &[Live<D>], inertia: &Inertia<D>) -> Vec<u32> {
+        let mut taken = std::mem::take(&mut self.in_island);
+        let mut nodes: Vec<u32> = Vec::new();
+        let closed = live.iter().map(|live| live.pair);
+        for pair in self.near.iter().copied().chain(closed) {
+            for node in self.moving_nodes(pair) {
+                for coupled in inertia.coupled(node as usize) {
+                    if !std::mem::replace(&mut taken[coupled], true) {
+                        nodes.push(coupled as u32);
+                    }
+                }
+            }
+        }
+        self.in_island = taken;
+        nodes.sort_unstable();
+        for (place, &node) in (0..).zip(&nodes) {
+            self.place[node as usize] = place;
+        }
+        nodes
+    }
+
+    /// Sets of `nodes` that move each other, by their places.
     fn coupled_sets(
         &self,
+        nodes: &[u32],
         live: &[Live<D>],
         inertia: &Inertia<D>,
         beside: Beside,
-    ) -> (Vec<u32>, Joined) {
-        let mut sets = Joined::new(self.terms.block_of.len());
-        let mut nodes: Vec<u32> = Vec::new();
+    ) -> Joined {
+        let mut sets = Joined::new(nodes.len());
         let closed = live.iter().map(|live| live.pair);
         for pair in self.near.iter().copied().chain(closed) {
             let mut first = None;
             for node in self.moving_nodes(pair) {
+                let first = *first.get_or_insert(self.place[node as usize]);
                 for coupled in inertia.coupled(node as usize) {
-                    sets.join(*first.get_or_insert(node), coupled as u32);
-                    nodes.push(coupled as u32);
+                    sets.join(first, self.place[coupled]);
                 }
             }
         }
-        nodes.sort_unstable();
-        nodes.dedup();
-        for &node in &nodes {
+        for (place, &node) in (0..).zip(nodes) {
             beside(node, &mut |other| {
-                if nodes.binary_search(&other).is_ok() {
-                    sets.join(node, other);
+                if self.in_island[other as usize] {
+                    sets.join(place, self.place[other as usize]);
                 }
             });
         }
-        (nodes, sets)
+        sets.flatten();
+        sets
     }
 }

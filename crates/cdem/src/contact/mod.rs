@@ -15,6 +15,7 @@ mod outline;
 mod outline_tests;
 mod penalty;
 mod roots;
+mod search;
 mod shell;
 mod solve;
 pub(crate) mod surface;
@@ -23,6 +24,7 @@ mod touches;
 use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
 use live::{Live, Record};
+use search::{Blocks, Search};
 use surface::{Pair, Positions, Surface};
 
 use crate::mesh::Mesh;
@@ -30,15 +32,7 @@ use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::scene::{ContactModel, Scene};
 use crate::step::kick::Velocity;
-
-/// Relative motion, in units of the fastest node's over a coarse step, within
-/// which a pair may touch in that step: twice for two bodies that approach,
-/// and half as much again for what kicks add meanwhile.
-const REACH: f64 = 3.0;
-
-/// Reaches that the margin of a search holds: it lasts as many coarse steps,
-/// at least, less one.
-const MARGIN: f64 = 12.0;
+use crate::step::outlook::Outlook;
 
 /// Penetration that is left as it is, over the tolerance: a 1e-8th of the
 /// smallest boundary edge by default.
@@ -87,15 +81,11 @@ pub(crate) struct Contacts<const D: usize> {
     model: ContactModel,
     /// Blocks that never move.
     fixed: Vec<bool>,
-    /// Pairs within the margin of the last search, sorted.
-    candidates: Vec<Pair>,
-    /// Relative motion that the last search still covers, m.
-    covered: f64,
-    /// Relative motion within which pairs were taken for near in the last step,
-    /// m, and whether nodes have moved farther in any since last asked.
-    reach: f64,
+    search: Search<D>,
+    /// Whether nodes have moved farther in any step than its search had reached
+    /// since last asked.
     outrun: bool,
-    /// Those of them that may touch in this coarse step, sorted.
+    /// Pairs that may touch in this coarse step, sorted.
     near: Vec<Pair>,
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
@@ -104,6 +94,8 @@ pub(crate) struct Contacts<const D: usize> {
     grouped: bool,
     /// Whether a node moves with an island.
     in_island: Vec<bool>,
+    /// Where a node that does is among those that do.
+    place: Vec<u32>,
     ended: Vec<Record>,
     books: Books,
     max_penetration: f64,
@@ -122,6 +114,27 @@ struct Terms<const D: usize> {
 }
 
 impl<const D: usize> Terms<D> {
+    fn blocks<'a>(&'a self, fixed: &'a [bool]) -> Blocks<'a, D> {
+        Blocks {
+            surface: &*self.surface,
+            block_of: &self.block_of,
+            fixed,
+            tolerance: self.tolerance,
+        }
+    }
+
+    /// Whether contact between the features of a pair is wanted.
+    fn may_touch<'a>(&'a self, fixed: &'a [bool]) -> impl Fn(Pair) -> bool + 'a {
+        let blocks = self.blocks(fixed);
+        move |pair| {
+            let [a, b] = blocks.of(pair);
+            a != b
+                && !(fixed[a as usize] && fixed[b as usize])
+                && self.laws.between(a, b).enabled
+                && self.surface.matches(pair)
+        }
+    }
+
     fn setting<'a>(&'a self, inertia: &'a Inertia<D>) -> Setting<'a, D> {
         Setting {
             surface: &*self.surface,
@@ -177,15 +190,14 @@ impl<const D: usize> Contacts<D> {
                 .iter()
                 .map(|block| scene.block[block.source].fixed)
                 .collect(),
-            candidates: Vec::new(),
-            covered: f64::NEG_INFINITY,
-            reach: f64::INFINITY,
+            search: Search::default(),
             outrun: false,
             near: Vec::new(),
             joins: Vec::new(),
             islands: Vec::new(),
             grouped: false,
             in_island: vec![false; mesh.nodes.len()],
+            place: vec![0; mesh.nodes.len()],
             ended: Vec::new(),
             books: Books::default(),
             max_penetration: 0.0,
@@ -195,10 +207,12 @@ impl<const D: usize> Contacts<D> {
     /// Closes the pairs within the tolerance at t = 0: joints, with the gap
     /// they have.
     pub(crate) fn close_initial(&mut self, at: Positions<D>, inertia: &Inertia<D>) {
-        self.search(at, self.terms.tolerance);
+        let within = self.terms.tolerance;
+        let blocks = self.terms.blocks(&self.fixed);
+        let pairs = blocks.pairs_within(at, within, &self.terms.may_touch(&self.fixed));
         let mut island = Island::default();
         let setting = self.terms.setting(inertia);
-        for &pair in &self.candidates {
+        for pair in pairs {
             let projection = self.terms.surface.project(pair, at);
             if projection.gap.abs() <= self.terms.tolerance
                 && projection.outside <= self.terms.tolerance
@@ -214,33 +228,22 @@ impl<const D: usize> Contacts<D> {
         self.islands = vec![island];
     }
 
-    /// Before a coarse step: searches when the last search no longer covers
-    /// what may move, and finds the pairs that may come in contact. Speeds are
-    /// those of the fastest node, now and to reckon with in the step, m/s.
-    /// Returns whether other nodes than before count as one in the levels.
+    /// Before a coarse step: finds the pairs that may come in contact. Returns
+    /// whether other nodes than before count as one in the levels.
     pub(crate) fn find(
         &mut self,
         at: Positions<D>,
-        [speed, ahead]: [f64; 2],
+        outlook: &Outlook,
         (step, number): (f64, u64),
     ) -> bool {
-        // Two bodies that approach; the margin of REACH is for kicks.
-        self.outrun |= 2.0 * speed * step > self.reach;
-        let reach = REACH * ahead * step + 0.1 * self.terms.tolerance;
-        self.reach = reach;
-        if self.covered < reach {
-            let margin = MARGIN * reach + self.terms.tolerance;
-            self.search(at, margin);
-            self.covered = margin - self.terms.tolerance;
-        }
-        self.covered -= REACH * ahead * step;
-        let near: Vec<Pair> = self
-            .candidates
-            .iter()
-            .copied()
-            .filter(|&pair| self.is_near(pair, at, reach))
-            .collect();
-        let known = |live: &Live<D>| near.binary_search(&live.pair).is_ok();
+        let blocks = self.terms.blocks(&self.fixed);
+        let moved: Vec<f64> = outlook.now.iter().map(|speed| speed * step).collect();
+        self.outrun |= self.search.was_outrun(&blocks, at, &moved);
+        let near = {
+            let may_touch = self.terms.may_touch(&self.fixed);
+            self.search.near(&blocks, at, (outlook, step), &may_touch)
+        };
+        let known = |live: &Live<D>| self.search.is_near(live.pair);
         if near != self.near || !self.live().all(known) {
             self.near = near;
             self.grouped = false;
@@ -248,38 +251,6 @@ impl<const D: usize> Contacts<D> {
         let changed = self.join(number);
         self.grouped &= !changed;
         changed
-    }
-
-    fn search(&mut self, at: Positions<D>, margin: f64) {
-        let surface = &self.terms.surface;
-        self.candidates.clear();
-        for family in surface.families(at, margin) {
-            let pair = |main: u32, target: u32| Pair {
-                main: family.first_main + main,
-                target: family.first_target + target,
-            };
-            let wanted = |main, target| self.may_touch(pair(main, target));
-            let found = broad_phase::overlapping(&family.mains, &family.targets, wanted);
-            let found = found.into_iter().map(|(main, target)| pair(main, target));
-            self.candidates.extend(found);
-        }
-        self.candidates.sort_unstable();
-    }
-
-    /// Whether contact between the features of a pair is wanted.
-    fn may_touch(&self, pair: Pair) -> bool {
-        let block = |node: u32| self.terms.block_of[node as usize];
-        let a = block(self.terms.surface.main_nodes(pair.main)[0]);
-        let b = block(self.terms.surface.target_nodes(pair.target)[0]);
-        a != b
-            && !(self.fixed[a as usize] && self.fixed[b as usize])
-            && self.terms.laws.between(a, b).enabled
-            && self.terms.surface.matches(pair)
-    }
-
-    fn is_near(&self, pair: Pair, at: Positions<D>, reach: f64) -> bool {
-        let tolerance = self.terms.tolerance;
-        self.terms.surface.near(pair, at, reach, tolerance)
     }
 
     /// Whether a node is moved by [`Self::drift`].

@@ -250,6 +250,11 @@ impl Surface<2> for Outline {
         }]
     }
 
+    fn apart(&self, pair: Pair, at: Positions<2>) -> f64 {
+        let Projection { gap, outside, .. } = self.project(pair, at);
+        norm(&[gap, outside.max(0.0)])
+    }
+
     fn project(&self, pair: Pair, at: Positions<2>) -> Projection {
         let (a, b) = self.edge(pair.target, at);
         let along = sub(&b, &a);

@@ -1,6 +1,6 @@
 //! What contact needs to know of the blocks' surfaces, in any dimension.
 
-use crate::contact::broad_phase::Family;
+use crate::contact::broad_phase::{Aabb, Family};
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, dot};
 
@@ -140,8 +140,16 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn matches(&self, _pair: Pair) -> bool {
         true
     }
+    /// Distance between the features of a pair, m, or less: never more, and it
+    /// changes by no more than the nodes of both features move.
+    fn apart(&self, pair: Pair, at: Positions<D>) -> f64 {
+        let around = |nodes: &[u32]| Aabb::around(nodes.iter().map(|&node| at.at(node)), 0.0);
+        let main = around(self.main_nodes(pair.main));
+        main.apart(&around(self.target_nodes(pair.target)))
+    }
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
-    /// is what they may lie in each other.
+    /// is what they may lie in each other. Only asked of features no farther
+    /// [`apart`](Self::apart) than 1.5 of both together.
     fn near(&self, pair: Pair, at: Positions<D>, reach: f64, tolerance: f64) -> bool {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;

@@ -9,7 +9,7 @@ pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
 pub(crate) mod levels;
-mod outlook;
+pub(crate) mod outlook;
 pub(crate) mod plan;
 mod split;
 mod synchronise;
@@ -175,12 +175,11 @@ impl<const D: usize> Run<D> {
         if self.contacts.is_none() {
             return false;
         }
-        let fastest = self.fastest();
-        let speeds = [fastest, self.fastest_ahead(fastest)];
+        let outlook = self.outlook();
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
-        contacts.is_some_and(|contacts| contacts.find(at, speeds, instant))
+        contacts.is_some_and(|contacts| contacts.find(at, &outlook, instant))
     }
 
     /// Section 5: penetration that several simultaneous hits have left goes

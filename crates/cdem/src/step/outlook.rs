@@ -1,60 +1,78 @@
-//! How fast nodes may move in the coarse step to come: what the search for
+//! How fast blocks may move in the coarse step to come: what the search for
 //! contacts must reach.
 
 use super::Run;
 use crate::model::prescribed::Prescribed;
 use crate::vector::{add_scaled, norm, scale, sub};
 
+/// Largest speeds of the nodes of each block, m/s.
+#[derive(Clone, Debug)]
+pub(crate) struct Outlook {
+    /// Of now.
+    pub(crate) now: Vec<f64>,
+    /// To reckon with in the step to come.
+    pub(crate) ahead: Vec<f64>,
+}
+
 impl<const D: usize> Run<D> {
-    /// Largest speed to reckon with in the step to come, m/s: `fastest` of now, and
-    /// what the last step's accelerations, loads and gravity add, or what is
-    /// prescribed.
-    pub(super) fn fastest_ahead(&mut self, fastest: f64) -> f64 {
+    /// Speeds of now; and ahead what the last step's accelerations, loads and
+    /// gravity add, or what is prescribed.
+    pub(crate) fn outlook(&mut self) -> Outlook {
         let step = self.model.step;
-        let gained = step * (self.acceleration() + self.change_of_forces());
-        fastest.max(self.fastest_prescribed()) + gained
+        let heavier = self.change_of_gravity();
+        let count = self.model.blocks.len();
+        let (mut now, mut gain) = (vec![0.0_f64; count], vec![0.0_f64; count]);
+        for (node, velocity) in self.state.velocity.iter().enumerate() {
+            let block = self.model.block_of[node] as usize;
+            now[block] = now[block].max(norm(velocity));
+            let interval = self.impulses.interval[node];
+            if interval > 0.0 {
+                let change = norm(&sub(velocity, &self.impulses.before[node]));
+                gain[block] = gain[block].max(change / interval);
+            }
+        }
+        let mut ahead = now.clone();
+        self.raise_to_prescribed(&mut ahead);
+        let pushed = self.change_of_loads();
+        for (block, ahead) in ahead.iter_mut().enumerate() {
+            *ahead += step * (gain[block] + heavier + pushed[block]);
+        }
+        Outlook { now, ahead }
     }
 
-    /// Largest speed of now, m/s.
-    pub(super) fn fastest(&self) -> f64 {
-        self.state.velocity.iter().map(norm).fold(0.0, f64::max)
-    }
-
-    /// Largest acceleration of the last kicks, m/s².
-    fn acceleration(&self) -> f64 {
-        let nodes = 0..self.state.velocity.len();
-        let kicked = nodes.filter(|&node| self.impulses.interval[node] > 0.0);
-        let of = |node: usize| {
-            let change = sub(&self.state.velocity[node], &self.impulses.before[node]);
-            norm(&change) / self.impulses.interval[node]
-        };
-        kicked.map(of).fold(0.0, f64::max)
-    }
-
-    /// Largest speed that prescribed motions ask for over the step, m/s.
-    fn fastest_prescribed(&self) -> f64 {
+    /// Raises speeds to those that prescribed motions ask for over the step.
+    fn raise_to_prescribed(&self, speeds: &mut [f64]) {
         let (time, step) = (self.time(), self.model.step);
         let at = self.model.positions(&self.state);
         let acting = |motion: &&Prescribed| motion.acts(time);
-        let mut fastest = 0.0_f64;
         for motion in self.model.prescribed.iter().filter(acting) {
             for &node in &motion.nodes {
                 let mut wanted = [0.0; D];
                 motion.set((time, step), &at.at(node), &mut wanted);
-                fastest = fastest.max(norm(&wanted));
+                let speed = &mut speeds[self.model.block_of[node as usize] as usize];
+                *speed = speed.max(norm(&wanted));
             }
         }
-        fastest
     }
 
-    /// Largest change of the acceleration by loads and gravity over the step,
+    /// Change of gravity over the step, m/s²; from nothing at t = 0.
+    fn change_of_gravity(&self) -> f64 {
+        let before = if self.state.number == 0 {
+            [0.0; D]
+        } else {
+            self.model.gravity_at(self.time())
+        };
+        norm(&sub(
+            &self.model.gravity_at(self.time() + self.model.step),
+            &before,
+        ))
+    }
+
+    /// Largest change of the acceleration of each block by loads over the step,
     /// m/s²; from nothing at t = 0.
-    fn change_of_forces(&mut self) -> f64 {
+    fn change_of_loads(&mut self) -> Vec<f64> {
         let (start, end) = (self.time(), self.time() + self.model.step);
         let begins = self.state.number == 0;
-        let gravity = |time| self.model.gravity_at(time);
-        let before = if begins { [0.0; D] } else { gravity(start) };
-        let heavier = norm(&sub(&gravity(end), &before));
         let at = self.model.positions(&self.state);
         let (load, mass) = (&mut self.impulses.load, self.model.inertia.mass());
         let mut loaded = Vec::new();
@@ -72,11 +90,12 @@ impl<const D: usize> Run<D> {
                 }
             }
         }
-        let mut pushed = 0.0_f64;
+        let mut pushed = vec![0.0_f64; self.model.blocks.len()];
         for node in loaded {
             let force = std::mem::replace(&mut load[node], [0.0; D]);
-            pushed = pushed.max(norm(&scale(1.0 / mass[node], &force)));
+            let pushed = &mut pushed[self.model.block_of[node] as usize];
+            *pushed = pushed.max(norm(&scale(1.0 / mass[node], &force)));
         }
-        heavier + pushed
+        pushed
     }
 }

@@ -144,6 +144,7 @@ impl<const D: usize> Model<D> {
         if let Some(contacts) = contacts {
             contacts.joined_nodes(&mut joined);
         }
+        joined.flatten();
         joined
     }
 

@@ -1,0 +1,414 @@
+//! Which pairs may come in contact in a coarse step.
+//!
+//! A broad phase finds candidates; they serve for many steps. Let s be the share
+//! of a block in the reach: how far its nodes may move in the step, at most. Near
+//! are the pairs whose features are no farther apart than
+//! [`APART`] (s₁ + s₂ + d_tol) *and* of which the surface says so. Their distance
+//! changes by no more than the nodes of both move. So none of these pairs is left
+//! out that
+//! - is not looked at: one that was d apart when it was is not while the nodes of
+//!   its blocks have since gone ways w₁ and w₂ in all, at most, and
+//!   d > w₁ + w₂ + [`KEPT`] (s₁ + s₂ + d_tol);
+//! - is no candidate: each block has an allowance a for how far its nodes are from
+//!   where they were in the broad phase, m at most, and its share. Boxes were
+//!   grown by KEPT (a + ½ d_tol), and are searched anew before m + s exceeds a.
+//!
+//! So the pairs near depend on positions and shares, never on when pairs were
+//! looked at; a run that resumes may start with a new search.
+//!
+//! A share is sound for a block that nothing touches in the step. Those that may
+//! touch each other may take each other's velocity, and hand it on: all of them
+//! get the largest share among them. More of them may be near then, and so on;
+//! since shares only grow the end is the same in any order.
+
+#[cfg(test)]
+mod study;
+#[cfg(test)]
+mod tests;
+
+use crate::contact::broad_phase;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::step::levels::Joined;
+use crate::step::outlook::Outlook;
+use crate::vector::{norm, sub};
+
+/// Speed to reckon with, over that which kicks have made: they add to it in the
+/// step.
+const GAIN: f64 = 1.5;
+
+/// Share of a block at rest, over the tolerance.
+const LEAST: f64 = 0.05;
+
+/// Distance of features that the surface takes for near, over reach and tolerance,
+/// at most: √2 where both are spent along the target and along its normal.
+const APART: f64 = 1.5;
+
+/// The same with what round-off may add to distances and ways: a tenth of the
+/// tolerance, which is far above.
+const KEPT: f64 = 1.6;
+
+/// Coarse steps at the present speeds for which a broad phase serves, about; and
+/// how far blocks may move at least until the next, over the tolerance: a 20th of
+/// the smallest boundary edge by default.
+const SERVES: f64 = 16.0;
+const SERVES_AT_REST: f64 = 500.0;
+
+/// A pair within the allowances of the last broad phase.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    pair: Pair,
+    blocks: [u32; 2],
+    /// Ways of both blocks, with what they may go in the step, up to which the
+    /// pair cannot be near, m.
+    until: f64,
+}
+
+/// What a search needs to know of the blocks.
+pub(super) struct Blocks<'a, const D: usize> {
+    pub(super) surface: &'a dyn Surface<D>,
+    /// Block of each node; nodes of a block follow each other.
+    pub(super) block_of: &'a [u32],
+    /// Blocks that never move.
+    pub(super) fixed: &'a [bool],
+    /// d_tol, m.
+    pub(super) tolerance: f64,
+}
+
+/// The search for pairs that may come in contact.
+#[derive(Debug, Default)]
+pub(super) struct Search<const D: usize> {
+    /// Sorted by pair.
+    candidates: Vec<Candidate>,
+    /// Where those of each main feature begin.
+    of_main: Vec<u32>,
+    /// Candidates of each block, as one list, and where each begins.
+    of_block: Vec<u32>,
+    start: Vec<u32>,
+    /// Where the nodes were in the last broad phase and in the last step, m.
+    origin: Vec<[f64; D]>,
+    last: Vec<[f64; D]>,
+    blocks: Vec<Motion>,
+    /// Whether each candidate is near, and those that are.
+    near: Vec<bool>,
+    found: Vec<u32>,
+}
+
+/// How a block moves, m.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    /// How far nodes may move in the step.
+    share: f64,
+    /// How far they lie from where they were in the last broad phase.
+    moved: f64,
+    /// Longest way of a node in each step since then, summed.
+    way: f64,
+    /// What `moved` and `share` together may come to.
+    allowance: f64,
+}
+
+impl<const D: usize> Search<D> {
+    /// The pairs near at the start of a coarse step of `step` seconds, sorted.
+    /// `may_touch` says which pairs are wanted.
+    pub(super) fn near(
+        &mut self,
+        blocks: &Blocks<D>,
+        at: Positions<D>,
+        (outlook, step): (&Outlook, f64),
+        may_touch: &dyn Fn(Pair) -> bool,
+    ) -> Vec<Pair> {
+        self.blocks.resize(blocks.fixed.len(), Motion::default());
+        self.follow(blocks, at);
+        let speeds = outlook.ahead.iter().zip(blocks.fixed);
+        for (motion, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
+            motion.share = if fixed {
+                0.0
+            } else {
+                GAIN * speed * step + LEAST * blocks.tolerance
+            };
+        }
+        let exceeds = |motion: &Motion| motion.moved + motion.share > motion.allowance;
+        loop {
+            if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
+                self.broad_phase(blocks, at, may_touch);
+            }
+            self.look_at_all(blocks, at);
+            self.share_among_near(blocks, at);
+            if !self.blocks.iter().any(exceeds) {
+                break;
+            }
+        }
+        self.found.sort_unstable();
+        let found = self.found.iter();
+        found
+            .map(|&number| self.candidates[number as usize].pair)
+            .collect()
+    }
+
+    /// Whether nodes have gone farther in the last step than their share, `way`
+    /// by block, and now lie where they may have been let through.
+    pub(super) fn was_outrun(&self, blocks: &Blocks<D>, at: Positions<D>, way: &[f64]) -> bool {
+        let fast = |block: &usize| !blocks.fixed[*block] && way[*block] > self.blocks[*block].share;
+        let missed = |number: &u32| {
+            let candidate = self.candidates[*number as usize];
+            let [a, b] = candidate.blocks.map(|block| way[block as usize]);
+            !self.near[*number as usize] && blocks.surface.apart(candidate.pair, at) <= a + b
+        };
+        (0..self.blocks.len()).filter(fast).any(|block| {
+            let motion = self.blocks[block];
+            motion.moved + way[block] > motion.allowance
+                || self.candidates_of(block).iter().any(missed)
+        })
+    }
+
+    /// Whether a pair is a candidate and near.
+    pub(super) fn is_near(&self, pair: Pair) -> bool {
+        let main = pair.main as usize;
+        let Some(&[first, end]) = self.of_main.get(main..main + 2) else {
+            return false;
+        };
+        (first as usize..end as usize)
+            .any(|number| self.near[number] && self.candidates[number].pair == pair)
+    }
+
+    /// How far the blocks have moved.
+    fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let mut way = vec![0.0_f64; self.blocks.len()];
+        for motion in &mut self.blocks {
+            motion.moved = 0.0;
+        }
+        let nodes = self.origin.iter().zip(&mut self.last);
+        for (node, (origin, last)) in (0..).zip(nodes) {
+            let block = blocks.block_of[node as usize] as usize;
+            if blocks.fixed[block] {
+                continue;
+            }
+            let now = at.at(node);
+            let motion = &mut self.blocks[block];
+            motion.moved = motion.moved.max(norm(&sub(&now, origin)));
+            way[block] = way[block].max(norm(&sub(&now, last)));
+            *last = now;
+        }
+        for (motion, way) in self.blocks.iter_mut().zip(way) {
+            motion.way += way;
+        }
+    }
+
+    fn broad_phase(
+        &mut self,
+        blocks: &Blocks<D>,
+        at: Positions<D>,
+        may_touch: &dyn Fn(Pair) -> bool,
+    ) {
+        let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
+        let shares = self.blocks.iter().map(|motion| motion.share);
+        let mean = shares.sum::<f64>() / moving as f64;
+        let least = (SERVES * mean).max(SERVES_AT_REST * blocks.tolerance);
+        for (motion, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
+            *motion = Motion {
+                share: motion.share,
+                allowance: if fixed {
+                    0.0
+                } else {
+                    least.max(SERVES * motion.share)
+                },
+                ..Motion::default()
+            };
+        }
+        self.origin.clear();
+        let nodes = 0..blocks.block_of.len() as u32;
+        self.origin.extend(nodes.map(|node| at.at(node)));
+        self.last.clone_from(&self.origin);
+        let allowance = |block: u32| self.blocks[block as usize].allowance;
+        let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
+        let pairs = blocks.overlapping(at, &margin, may_touch);
+        let candidates = pairs.into_iter().map(|pair| Candidate {
+            pair,
+            blocks: blocks.of(pair),
+            until: blocks.surface.apart(pair, at),
+        });
+        let within = |candidate: &Candidate| {
+            let [a, b] = candidate.blocks.map(margin);
+            candidate.until <= a + b
+        };
+        self.candidates = candidates.filter(within).collect();
+        self.list_candidates();
+    }
+
+    /// Lists the candidates by main feature and by block.
+    fn list_candidates(&mut self) {
+        let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
+        let main = |candidate: &Candidate| candidate.pair.main as usize;
+        self.of_main = starts(self.candidates.iter().map(main), mains as usize);
+        let blocks = |candidate: &Candidate| candidate.blocks.map(|block| block as usize);
+        let all = self.candidates.iter().flat_map(blocks);
+        self.start = starts(all, self.blocks.len());
+        let mut next = self.start.clone();
+        self.of_block.clear();
+        self.of_block.resize(2 * self.candidates.len(), 0);
+        for (number, candidate) in (0..).zip(&self.candidates) {
+            for block in blocks(candidate) {
+                self.of_block[next[block] as usize] = number;
+                next[block] += 1;
+            }
+        }
+    }
+
+    fn candidates_of(&self, block: usize) -> &[u32] {
+        &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
+    }
+
+    fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        self.near.clear();
+        self.near.resize(self.candidates.len(), false);
+        self.found.clear();
+        let ahead = self.blocks.iter();
+        let ahead = ahead.map(|motion| motion.ahead(blocks.tolerance));
+        let ahead: Vec<f64> = ahead.collect();
+        for number in 0..self.candidates.len() {
+            let candidate = &self.candidates[number];
+            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+            if candidate.until <= a + b {
+                self.look(blocks, at, number);
+            }
+        }
+    }
+
+    /// Finds out whether a candidate is near.
+    fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>, number: usize) {
+        let candidate = &mut self.candidates[number];
+        let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
+        let reach = a.share + b.share;
+        let apart = blocks.surface.apart(candidate.pair, at);
+        candidate.until = apart + a.way + b.way;
+        let (surface, tolerance) = (blocks.surface, blocks.tolerance);
+        if apart <= APART * (reach + tolerance)
+            && surface.near(candidate.pair, at, reach, tolerance)
+        {
+            self.near[number] = true;
+            self.found.push(number as u32);
+        }
+    }
+
+    /// Gives blocks that may touch each other the largest share among them, and
+    /// looks again at the candidates of those that get more, until none does.
+    fn share_among_near(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let mut together = Joined::new(self.blocks.len());
+        let mut largest: Vec<f64> = self.blocks.iter().map(|motion| motion.share).collect();
+        let mut joined = 0;
+        while joined < self.found.len() {
+            for &number in &self.found[joined..] {
+                let of = self.candidates[number as usize].blocks;
+                if of.iter().all(|&block| !blocks.fixed[block as usize]) {
+                    let [a, b] = of.map(|block| largest[together.root(block) as usize]);
+                    together.join(of[0], of[1]);
+                    largest[together.root(of[0]) as usize] = a.max(b);
+                }
+            }
+            joined = self.found.len();
+            let mut raised = Vec::new();
+            for &number in &self.found {
+                for block in self.candidates[number as usize].blocks {
+                    let share = &mut self.blocks[block as usize].share;
+                    let most = largest[together.root(block) as usize];
+                    if most > *share {
+                        *share = most;
+                        raised.push(block as usize);
+                    }
+                }
+            }
+            for block in raised {
+                self.look_again(blocks, at, block);
+            }
+        }
+    }
+
+    /// Looks at what has not been near to a block.
+    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, block: usize) {
+        for i in self.start[block] as usize..self.start[block + 1] as usize {
+            let number = self.of_block[i] as usize;
+            let of = self.candidates[number].blocks;
+            let ahead = of.map(|block| self.blocks[block as usize].ahead(blocks.tolerance));
+            if !self.near[number] && self.candidates[number].until <= ahead[0] + ahead[1] {
+                self.look(blocks, at, number);
+            }
+        }
+    }
+}
+
+impl Motion {
+    /// Way so far, and how near another may come to one that is near, m: half of
+    /// the tolerance is either's.
+    fn ahead(&self, tolerance: f64) -> f64 {
+        self.way + KEPT * (self.share + 0.5 * tolerance)
+    }
+}
+
+/// Where the items of each of `count` owners begin in a list of all in order of
+/// the owners, and its end.
+fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
+    let mut start = vec![0; count + 1];
+    for owner in owners {
+        start[owner + 1] += 1;
+    }
+    for owner in 0..count {
+        start[owner + 1] += start[owner];
+    }
+    start
+}
+
+impl<const D: usize> Blocks<'_, D> {
+    /// Blocks of the main and the target feature of a pair.
+    pub(super) fn of(&self, pair: Pair) -> [u32; 2] {
+        [self.main_block(pair.main), self.target_block(pair.target)]
+    }
+
+    fn main_block(&self, main: u32) -> u32 {
+        self.block_of[self.surface.main_nodes(main)[0] as usize]
+    }
+
+    fn target_block(&self, target: u32) -> u32 {
+        self.block_of[self.surface.target_nodes(target)[0] as usize]
+    }
+
+    /// Pairs that `may_touch` wants and that lie within `distance` of each other,
+    /// and some beyond, sorted.
+    pub(super) fn pairs_within(
+        &self,
+        at: Positions<D>,
+        distance: f64,
+        may_touch: &dyn Fn(Pair) -> bool,
+    ) -> Vec<Pair> {
+        self.overlapping(at, &|_| 0.5 * distance, may_touch)
+    }
+
+    /// Pairs that `may_touch` wants and whose boxes overlap, each grown by the
+    /// `margin` of its block, sorted.
+    fn overlapping(
+        &self,
+        at: Positions<D>,
+        margin: &dyn Fn(u32) -> f64,
+        may_touch: &dyn Fn(Pair) -> bool,
+    ) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for mut family in self.surface.families(at, 0.0) {
+            let (first_main, first_target) = (family.first_main, family.first_target);
+            for (main, aabb) in (first_main..).zip(&mut family.mains) {
+                *aabb = aabb.grown(margin(self.main_block(main)));
+            }
+            for (target, aabb) in (first_target..).zip(&mut family.targets) {
+                *aabb = aabb.grown(margin(self.target_block(target)));
+            }
+            let pair = |main: u32, target: u32| Pair {
+                main: first_main + main,
+                target: first_target + target,
+            };
+            let wanted = |main, target| may_touch(pair(main, target));
+            let found = broad_phase::overlapping(&family.mains, &family.targets, wanted);
+            pairs.extend(found.into_iter().map(|(main, target)| pair(main, target)));
+        }
+        if !pairs.is_sorted() {
+            pairs.sort_unstable();
+        }
+        pairs
+    }
+}

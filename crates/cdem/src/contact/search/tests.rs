@@ -1,0 +1,170 @@
+//! The pairs near against all pairs, and against searches of other histories.
+
+use proptest::prelude::*;
+
+use super::{APART, Blocks, Search};
+use crate::contact::outline::Outline;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::step::outlook::Outlook;
+
+const TOLERANCE: f64 = 1e-3;
+
+/// Triangles of their own sizes, speeds and turns. Every fifth is fixed.
+#[derive(Clone, Debug)]
+struct Stone {
+    centre: [f64; 2],
+    radius: f64,
+    velocity: [f64; 2],
+    spin: f64,
+}
+
+impl Stone {
+    fn corner(&self, corner: u32, time: f64) -> [f64; 2] {
+        let angle = std::f64::consts::TAU * f64::from(corner) / 3.0 + self.spin * time;
+        let centre: [f64; 2] = std::array::from_fn(|c| self.centre[c] + time * self.velocity[c]);
+        [
+            centre[0] + self.radius * angle.cos(),
+            centre[1] + self.radius * angle.sin(),
+        ]
+    }
+
+    /// Largest speed of a corner, m/s.
+    fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1]) + self.radius * self.spin.abs()
+    }
+}
+
+fn stones() -> impl Strategy<Value = Vec<Stone>> {
+    let radius = prop_oneof![0.05..0.1_f64, 0.4..1.0_f64, Just(6.0)];
+    // Most are slow, and a few very fast.
+    let speed = prop_oneof![4 => -0.1..0.1_f64, 1 => -20.0..20.0_f64, 1 => Just(0.0)];
+    let stone = (
+        [-3.0..3.0_f64, -3.0..3.0_f64],
+        radius,
+        [speed.clone(), speed],
+        -1.0..1.0_f64,
+    );
+    let stone = stone.prop_map(|(centre, radius, velocity, spin)| Stone {
+        centre,
+        radius,
+        velocity,
+        spin,
+    });
+    proptest::collection::vec(stone, 2..20)
+}
+
+/// The stones, and how a search sees them.
+struct Crowd {
+    stones: Vec<Stone>,
+    outline: Outline,
+    block_of: Vec<u32>,
+    fixed: Vec<bool>,
+    outlook: Outlook,
+}
+
+impl Crowd {
+    fn new(mut stones: Vec<Stone>) -> Self {
+        let fixed: Vec<bool> = (0..stones.len()).map(|number| number % 5 == 0).collect();
+        for (stone, _) in stones.iter_mut().zip(&fixed).filter(|(_, fixed)| **fixed) {
+            (stone.velocity, stone.spin) = ([0.0; 2], 0.0);
+        }
+        let mut mesh = Mesh::<2>::default();
+        for (number, stone) in (0..).zip(&stones) {
+            let nodes = [3 * number, 3 * number + 1, 3 * number + 2];
+            mesh.nodes
+                .extend((0..3).map(|corner| stone.corner(corner, 0.0)));
+            mesh.elements.push(Element::new(ElementKind::Tri3, &nodes));
+            mesh.blocks.push(Block {
+                name: String::new(),
+                source: 0,
+                nodes: nodes[0]..nodes[2] + 1,
+                elements: number..number + 1,
+            });
+        }
+        let speeds: Vec<f64> = stones.iter().map(Stone::speed).collect();
+        Self {
+            outline: Outline::new(&mesh, 1.0),
+            block_of: (0..mesh.nodes.len() as u32).map(|node| node / 3).collect(),
+            fixed,
+            outlook: Outlook {
+                now: speeds.clone(),
+                ahead: speeds,
+            },
+            stones,
+        }
+    }
+
+    fn positions(&self, time: f64) -> Vec<[f64; 2]> {
+        let corners = |stone| (0..3).map(move |corner| Stone::corner(stone, corner, time));
+        self.stones.iter().flat_map(corners).collect()
+    }
+
+    fn blocks(&self) -> Blocks<'_, 2> {
+        Blocks {
+            surface: &self.outline,
+            block_of: &self.block_of,
+            fixed: &self.fixed,
+            tolerance: TOLERANCE,
+        }
+    }
+
+    fn may_touch(&self, pair: Pair) -> bool {
+        let [a, b] = self.blocks().of(pair);
+        a != b && !(self.fixed[a as usize] && self.fixed[b as usize])
+    }
+
+    /// All pairs that are near for these shares.
+    fn near(&self, at: Positions<2>, share: &[f64]) -> Vec<Pair> {
+        let blocks = self.blocks();
+        let count = self.block_of.len() as u32;
+        let all = (0..count).flat_map(|main| (0..count).map(move |target| Pair { main, target }));
+        all.filter(|&pair| {
+            let reach: f64 = blocks
+                .of(pair)
+                .map(|block| share[block as usize])
+                .iter()
+                .sum();
+            self.may_touch(pair)
+                && blocks.surface.apart(pair, at) <= APART * (reach + TOLERANCE)
+                && self.outline.near(pair, at, reach, TOLERANCE)
+        })
+        .collect()
+    }
+}
+
+fn shares(search: &Search<2>) -> Vec<f64> {
+    search.blocks.iter().map(|motion| motion.share).collect()
+}
+
+proptest! {
+    #[test]
+    fn all_pairs_near_are_found_whenever_boxes_were_searched(
+        stones in stones(),
+        step in 0.001..0.05_f64,
+        from in 0..30_usize,
+    ) {
+        let crowd = Crowd::new(stones);
+        let still = vec![[0.0; 2]; crowd.block_of.len()];
+        let [mut whole, mut resumed] = [Search::default(), Search::default()];
+        let with = (&crowd.outlook, step);
+        for number in 0..40 {
+            let nodes = crowd.positions(step * number as f64);
+            let at = Positions::new(&nodes, &still);
+            let may_touch = |pair| crowd.may_touch(pair);
+            let near = whole.near(&crowd.blocks(), at, with, &may_touch);
+            prop_assert_eq!(&near, &crowd.near(at, &shares(&whole)));
+            for pair in &near {
+                prop_assert!(whole.is_near(*pair));
+                // Who may touch may hand on what is fastest among them.
+                let [a, b] = crowd.blocks().of(*pair).map(|block| block as usize);
+                prop_assert!(crowd.fixed[a] || crowd.fixed[b] || whole.blocks[a].share == whole.blocks[b].share);
+            }
+            if number >= from {
+                let near_too = resumed.near(&crowd.blocks(), at, with, &may_touch);
+                prop_assert_eq!(near, near_too);
+                prop_assert_eq!(shares(&whole), shares(&resumed));
+            }
+        }
+    }
+}
