@@ -4,7 +4,8 @@
 use crate::contact::Jump;
 use crate::contact::island::{Bodies, Books, Island, Receive, Setting};
 use crate::contact::live::Live;
-use crate::contact::solve::{Constraint, solve};
+use crate::contact::solve::Constraint;
+use crate::contact::system::System;
 use crate::model::motion::Motion;
 
 /// An impact, to be solved as often as it takes.
@@ -22,6 +23,7 @@ impl<const D: usize> Impact<D> {
     /// the same instant, N·s.
     fn solve(
         &mut self,
+        system: &mut System<D>,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (impulses, scale): (&[(u32, [f64; D])], f64),
@@ -36,8 +38,7 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        let mobility = setting.mobility(0.0);
-        books.solved(solve(&mut self.constraints, mobility, motion.velocity));
+        books.solved(system.solve(&mut self.constraints, motion.velocity));
     }
 }
 
@@ -55,7 +56,7 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        impact.solve(setting, motion, (&[], 0.0), books);
+        impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
         let own = impact.start[..self.nodes.len()].iter();
         let before: Vec<[f64; D]> = own.map(|start| start.1).collect();
         let jump = Jump {
@@ -70,9 +71,9 @@ impl<const D: usize> Island<D> {
             let beyond = beyond.filter(|node| self.nodes.binary_search(node).is_err());
             let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
             impact.start.extend(beyond.map(with_velocity));
-            impact.solve(setting, motion, (&impulses, 1.0), books);
+            impact.solve(&mut self.system, setting, motion, (&impulses, 1.0), books);
             let scale = bodies.interior.balance(motion);
-            impact.solve(setting, motion, (&impulses, scale), books);
+            impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
         }
         self.end_impact(setting, motion, (&impact, duration), receive, books);
         books.impact_loss -= bodies.interior.settle(motion, remaining);
@@ -89,18 +90,19 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        impact.solve(setting, motion, (&[], 0.0), books);
+        impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
         self.end_impact(setting, motion, (&impact, duration), receive, books);
     }
 
     /// Perfectly inelastic for the points that touch, within the shear limit;
     /// those that were closed stay so as far as their last kick's impulse bears.
-    fn impact(&self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
+    fn impact(&mut self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
         let constraint = |live: &Live<D>| {
             let operator = live.operator(setting.surface, motion.positions());
             live.impact(operator, duration)
         };
         let constraints: Vec<_> = self.live.iter().map(constraint).collect();
+        self.system.load(&constraints, setting.mobility(0.0));
         let approach = constraints.iter();
         let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));
         Impact {

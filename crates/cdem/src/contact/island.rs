@@ -3,8 +3,9 @@
 
 use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
-use crate::contact::solve::{Constraint, Limit, System, shear_norm, solve};
+use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::system::System;
 use crate::contact::touches::Touches;
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
@@ -143,6 +144,8 @@ pub(crate) struct Island<const D: usize> {
     pub(crate) live: Vec<Live<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
+    /// What its contacts do to each other, kept for its storage.
+    pub(super) system: System<D>,
 }
 
 impl<const D: usize> Island<D> {
@@ -237,8 +240,8 @@ impl<const D: usize> Island<D> {
             };
             let mut constraints: Vec<_> = self.live.iter().map(constraint).collect();
             let start = self.start(&constraints, motion);
-            let residual = solve(&mut constraints, mobility, motion.velocity);
-            books.solved(residual);
+            self.system.load(&constraints, mobility);
+            books.solved(self.system.solve(&mut constraints, motion.velocity));
             let least = setting.least_speed(drift);
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {
@@ -392,9 +395,9 @@ impl<const D: usize> Island<D> {
                 impulse: [0.0; D],
             });
         }
-        let mut system = System::new(&constraints, setting.mobility(0.0), |_| [0.0; D]);
-        system.solve();
+        self.system.load(&constraints, setting.mobility(0.0));
+        self.system.solve_from_rest(&constraints);
         let moved = |(_, shift): &(u32, [f64; D])| *shift != [0.0; D];
-        system.velocities().filter(moved).collect()
+        self.system.velocities().filter(moved).collect()
     }
 }

@@ -2,7 +2,7 @@
 //! models `unified-node` and `penalty`.
 
 mod broad_phase;
-mod direct;
+mod face;
 mod grouping;
 mod impact;
 pub(crate) mod island;
@@ -18,7 +18,10 @@ mod roots;
 mod search;
 mod shell;
 mod solve;
+#[cfg(test)]
+mod solve_tests;
 pub(crate) mod surface;
+mod system;
 mod touches;
 
 use island::{Bodies, Books, Island, Receive, Setting};

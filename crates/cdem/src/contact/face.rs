@@ -1,0 +1,226 @@
+//! Conjugate gradients on a face of the bounds: for contacts of known state the
+//! impulses solve linear equations.
+//!
+//! Sweeps crawl where contacts say nearly the same: two points that all but
+//! coincide, flush faces with more points than freedoms. Their equations have a
+//! few eigenvalues near zero, which conjugate gradients take one by one; and
+//! where contacts contradict each other a little, directions that change no
+//! velocity, along which impulses move until a contact opens or slips. To go to
+//! the next bound and on from there along the smaller face is the way of active
+//! sets (Dostál and Schöberl 2005, Computational Optimization and Applications
+//! 30); to let sweeps free what is bound in error, that of subspace minimisation
+//! (Silcowitz, Niebe, Erleben 2010, GRAPP).
+
+use crate::contact::solve::{Limit, RESIDUAL};
+use crate::contact::system::System;
+use crate::vector::{add_scaled, dot};
+
+/// Curvature along a direction in which impulses change no velocity, over that
+/// of each contact alone: round-off.
+const FLAT: f64 = 1e-14;
+
+/// Most that an impulse may change in a step, in terms of the velocity it makes
+/// alone, over the largest of these: contacts that all but contradict each other
+/// press and pull without bound, and what cancels between them leaves round-off
+/// in the momenta.
+const GROWTH: f64 = 1e3;
+
+/// Scratch: a value for each contact, or node.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Face<const D: usize> {
+    /// Rows whose impulse lies within its bounds.
+    free: Vec<[bool; D]>,
+    /// Velocities that are missing in free rows, m/s.
+    missing: Vec<[f64; D]>,
+    /// Direction of search, N·s; what it does to the relative velocities in free
+    /// rows and to the nodes, m/s.
+    direction: Vec<[f64; D]>,
+    response: Vec<[f64; D]>,
+    velocity: Vec<[f64; D]>,
+    /// Last square of the missing velocities, J; 0: begins anew.
+    square: f64,
+}
+
+/// Which bound ends a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum End {
+    Open(usize),
+    Slip(usize),
+}
+
+impl<const D: usize> System<D> {
+    /// Moves impulses within their bounds towards those with which all contacts
+    /// that hold have the velocity they ask for: `steps` steps of conjugate
+    /// gradients at most, each of the cost of a sweep. Shear at its limit stays
+    /// as it is. `scale` is that of the velocities, m/s. Returns the steps made.
+    pub(super) fn descend(&mut self, steps: u32, scale: f64) -> u32 {
+        let mut face = std::mem::take(&mut self.face);
+        face.enter(self);
+        let mut made = 0;
+        while made < steps && face.worst() > 0.1 * RESIDUAL * scale {
+            made += 1;
+            let (descent, steepest) = face.turn(self);
+            let (bound, end) = face.bound(self);
+            let step = descent.min(bound);
+            if step * steepest > GROWTH * scale {
+                break;
+            }
+            face.advance(self, step);
+            if let Some(end) = end.filter(|_| bound <= descent) {
+                face.stop(self, end);
+            }
+        }
+        self.face = face;
+        made
+    }
+}
+
+impl<const D: usize> Face<D> {
+    /// The face of the impulses as they are, and what is missing on it.
+    fn enter(&mut self, system: &System<D>) {
+        let count = system.points.len();
+        self.square = 0.0;
+        self.free.clear();
+        self.missing.clear();
+        self.direction.clear();
+        self.direction.resize(count, [0.0; D]);
+        self.response.resize(count, [0.0; D]);
+        for (number, point) in system.points.iter().enumerate() {
+            let opens = point.impulse[0] <= -point.limit.tension;
+            let slips = point.limit.slips(&point.impulse);
+            let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
+            let relative = system.relative_velocity(number, &system.velocity);
+            let missing = std::array::from_fn(|r| {
+                if free[r] {
+                    point.target[r] - relative[r]
+                } else {
+                    0.0
+                }
+            });
+            self.free.push(free);
+            self.missing.push(missing);
+        }
+    }
+
+    /// The largest velocity that is missing, m/s.
+    fn worst(&self) -> f64 {
+        let missing = self.missing.iter().flatten();
+        missing.fold(0.0, |worst, x| worst.max(x.abs()))
+    }
+
+    /// The next direction. Returns the step to its lowest point and the largest
+    /// velocity that a contact's part of it makes alone, m/s.
+    fn turn(&mut self, system: &System<D>) -> (f64, f64) {
+        let compliances = system.points.iter().map(|point| point.compliance);
+        let mut square = 0.0;
+        for (missing, compliance) in self.missing.iter().zip(compliances.clone()) {
+            for r in (0..D).filter(|&r| missing[r] != 0.0) {
+                square += missing[r] * missing[r] / compliance[r.min(1)];
+            }
+        }
+        let ratio = if self.square > 0.0 {
+            square / self.square
+        } else {
+            0.0
+        };
+        self.square = square;
+        self.velocity.clear();
+        self.velocity.resize(system.velocity.len(), [0.0; D]);
+        let (mut own, mut steepest) = (0.0, 0.0_f64);
+        for (number, compliance) in compliances.enumerate() {
+            let (missing, direction) = (&self.missing[number], &mut self.direction[number]);
+            for r in 0..D {
+                let alone = if missing[r] == 0.0 {
+                    0.0
+                } else {
+                    missing[r] / compliance[r.min(1)]
+                };
+                direction[r] = alone + ratio * direction[r];
+                own += direction[r] * direction[r] * compliance[r.min(1)];
+                steepest = steepest.max(direction[r].abs() * compliance[r.min(1)]);
+            }
+            system.apply(number, direction, &mut self.velocity);
+        }
+        let mut curvature = 0.0;
+        for (number, response) in self.response.iter_mut().enumerate() {
+            *response = system.relative_velocity(number, &self.velocity);
+            curvature += dot(response, &self.direction[number]);
+        }
+        let flat = curvature <= FLAT * own;
+        (
+            if flat {
+                f64::INFINITY
+            } else {
+                square / curvature
+            },
+            steepest,
+        )
+    }
+
+    /// The step at which a first contact comes to a bound, and which.
+    fn bound(&self, system: &System<D>) -> (f64, Option<End>) {
+        let mut first = (f64::INFINITY, None);
+        for (number, point) in system.points.iter().enumerate() {
+            let (free, direction) = (&self.free[number], &self.direction[number]);
+            if free[0] && direction[0] < 0.0 {
+                let step = (-point.limit.tension - point.impulse[0]) / direction[0];
+                if step < first.0 {
+                    first = (step, Some(End::Open(number)));
+                }
+            }
+            if free[1..].contains(&true) {
+                let step = step_to_slip(&point.limit, &point.impulse, direction);
+                if step < first.0 {
+                    first = (step, Some(End::Slip(number)));
+                }
+            }
+        }
+        first
+    }
+
+    fn advance(&mut self, system: &mut System<D>, step: f64) {
+        for (number, direction) in self.direction.iter().enumerate() {
+            add_scaled(&mut system.points[number].impulse, step, direction);
+            for r in (0..D).filter(|&r| self.free[number][r]) {
+                self.missing[number][r] -= step * self.response[number][r];
+            }
+        }
+        for (velocity, change) in system.velocity.iter_mut().zip(&self.velocity) {
+            add_scaled(velocity, step, change);
+        }
+    }
+
+    /// Leaves a contact at its bound, and begins anew on the smaller face.
+    fn stop(&mut self, system: &mut System<D>, end: End) {
+        let (number, first) = match end {
+            End::Open(number) => (number, 0),
+            End::Slip(number) => (number, 1),
+        };
+        if first == 0 {
+            let point = &system.points[number];
+            let mut rest = [0.0; D];
+            rest[0] = -point.limit.tension - point.impulse[0];
+            system.add(number, &rest);
+        }
+        self.free[number][first..].fill(false);
+        self.missing[number][first..].fill(0.0);
+        self.square = 0.0;
+    }
+}
+
+/// How far an impulse may go along a direction until its shear is at the limit:
+/// the first root of |s + αd| = μ (n + αe) + c.
+fn step_to_slip<const D: usize>(limit: &Limit, impulse: &[f64; D], direction: &[f64; D]) -> f64 {
+    let (bound, growth) = (limit.shear(impulse[0]), limit.friction * direction[0]);
+    let shear = |a: &[f64; D], b: &[f64; D]| (1..D).map(|r| a[r] * b[r]).sum::<f64>();
+    let a = shear(direction, direction) - growth * growth;
+    let b = shear(impulse, direction) - bound * growth;
+    let c = (bound * bound - shear(impulse, impulse)).max(0.0);
+    let divisor = b + (b * b + a * c).max(0.0).sqrt();
+    // No real root: it never comes there.
+    if divisor > 0.0 && b * b + a * c >= 0.0 {
+        c / divisor
+    } else {
+        f64::INFINITY
+    }
+}

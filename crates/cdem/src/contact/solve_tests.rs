@@ -1,0 +1,201 @@
+//! Tests of the solver on islands made by hand.
+
+use crate::contact::solve::{Constraint, Limit, shear_norm};
+use crate::contact::surface::{MAX_NODES, Operator};
+use crate::contact::system::System;
+use crate::model::inertia::{Inertia, Mobility};
+
+/// Mobility of blocks without damping at an instant.
+fn mobility<'a, const D: usize>(inertia: &'a Inertia<D>, block_of: &'a [u32]) -> Mobility<'a, D> {
+    Mobility {
+        inertia,
+        block_of,
+        damping: &[0.0],
+        interval: 0.0,
+    }
+}
+
+/// A contact between nodes with these weights, its normal along the last axis.
+fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<D> {
+    let frame: [[f64; D]; D] = std::array::from_fn(|r| {
+        let mut row = [0.0; D];
+        row[(r + D - 1) % D] = 1.0;
+        row
+    });
+    let mut operator = Operator {
+        count: weights.len(),
+        nodes: [0; MAX_NODES],
+        rows: [[[0.0; D]; MAX_NODES]; D],
+        frame,
+        offset: [0.0; D],
+    };
+    for (k, &(node, weight)) in weights.iter().enumerate() {
+        operator.nodes[k] = node;
+        for r in 0..D {
+            operator.rows[r][k] = frame[r].map(|x| weight * x);
+        }
+    }
+    Constraint {
+        operator,
+        target: [0.0; D],
+        limit: Limit {
+            friction,
+            ..Limit::default()
+        },
+        impulse: [0.0; D],
+    }
+}
+
+/// Two flush faces, one of `counts` nodes upon one of as many as it says, each
+/// node on the edges of the other face: more contacts than freedoms.
+fn flush_faces(counts: [u32; 2], friction: f64) -> Vec<Constraint<2>> {
+    let mut constraints = Vec::new();
+    for (side, sign) in [(0, -1.0), (1, 1.0)] {
+        let (own, other) = (counts[side], counts[1 - side]);
+        let first = [0, counts[0]];
+        for i in 1..own - 1 {
+            let at = f64::from(i * (other - 1)) / f64::from(own - 1);
+            let edge = (at as u32).min(other - 2);
+            let weight = at - f64::from(edge);
+            let start = first[1 - side] + edge;
+            constraints.push(contact(
+                &[
+                    (first[side] + i, sign),
+                    (start, -sign * (1.0 - weight)),
+                    (start + 1, -sign * weight),
+                ],
+                friction,
+            ));
+        }
+    }
+    constraints
+}
+
+/// Whether contacts bear within their bounds and only where they hold, but for
+/// `least`, m/s.
+fn assert_solved(constraints: &[Constraint<2>], velocity: &[[f64; 2]], least: f64) {
+    for constraint in constraints {
+        let [normal, shear] = constraint.operator.relative_velocities(velocity);
+        let [press, drag] = constraint.impulse;
+        let limit = constraint.limit.shear(press);
+        assert!(press >= 0.0 && normal >= constraint.target[0] - least);
+        assert!(press == 0.0 || normal <= constraint.target[0] + least);
+        assert!(drag.abs() <= limit * (1.0 + 1e-12));
+        let slip = shear - constraint.target[1];
+        assert!(slip.abs() <= least || (drag.abs() >= limit * (1.0 - 1e-9) && drag * slip <= 0.0));
+    }
+}
+
+/// Velocities between ±1 m/s and towards each other.
+fn closing(counts: [u32; 2], seed: u64) -> Vec<[f64; 2]> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut velocity = |side: f64| [random.f64() - 0.5, side + 0.2 * random.f64()];
+    let below = (0..counts[0]).map(|_| 0.5);
+    let sides = below.chain((0..counts[1]).map(|_| -0.5));
+    sides.map(&mut velocity).collect()
+}
+
+#[test]
+fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
+    for counts in [[7, 5], [12, 9], [30, 41]] {
+        let nodes = (counts[0] + counts[1]) as usize;
+        let inertia = Inertia::<2>::new(vec![1.0; nodes], Vec::new());
+        let block_of = vec![0; nodes];
+        let mut random = fastrand::Rng::with_seed(7);
+        let mut constraints = flush_faces(counts, 0.6);
+        for constraint in &mut constraints {
+            constraint.target = [0; 2].map(|_| 1e-3 * (random.f64() - 0.5));
+        }
+        let mut velocity = closing(counts, 3);
+        let before: f64 = velocity.iter().map(|v| v[1]).sum();
+        let mut system = System::default();
+        system.load(&constraints, mobility(&inertia, &block_of));
+        let residual = system.solve(&mut constraints, &mut velocity);
+        assert!(residual <= 1e-8, "{counts:?}: {residual:e}");
+        assert_solved(&constraints, &velocity, 1e-6);
+        let after: f64 = velocity.iter().map(|v| v[1]).sum();
+        assert!((after - before).abs() < 1e-12, "{counts:?}");
+    }
+}
+
+/// Redundant contacts leave their impulses open, but never the velocities.
+#[test]
+fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
+    let counts = [12, 9];
+    let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
+    let block_of = vec![0; 21];
+    let solved = |start: f64| {
+        let mut constraints = flush_faces(counts, 0.0);
+        for constraint in &mut constraints {
+            constraint.impulse[0] = start;
+        }
+        let mut velocity = closing(counts, 5);
+        let mut system = System::default();
+        system.load(&constraints, mobility(&inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity);
+        velocity
+    };
+    let (cold, warm) = (solved(0.0), solved(0.3));
+    for (a, b) in cold.iter().flatten().zip(warm.iter().flatten()) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn storage_that_has_been_used_gives_the_same_bits_as_new() {
+    let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
+    let block_of = vec![0; 21];
+    let mut used = System::default();
+    let mut other = flush_faces([9, 8], 0.2);
+    used.load(&other, mobility(&inertia, &block_of));
+    used.solve(&mut other, &mut closing([9, 8], 1));
+    let mut results = [used, System::default()].map(|mut system| {
+        let mut constraints = flush_faces([12, 9], 0.4);
+        let mut velocity = closing([12, 9], 2);
+        system.load(&constraints, mobility(&inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity);
+        let impulses = constraints.iter().map(|constraint| constraint.impulse);
+        (velocity, impulses.collect::<Vec<_>>())
+    });
+    assert_eq!(std::mem::take(&mut results[0]), results[1]);
+}
+
+/// A row of blocks of two nodes with consistent masses: what one end feels,
+/// all must.
+#[test]
+fn a_long_row_of_rigid_masses_is_stopped_as_one() {
+    const BLOCKS: u32 = 200;
+    let matrix = vec![2.0, 1.0, 1.0, 2.0];
+    let dense = (0..BLOCKS as usize).map(|block| (2 * block, matrix.clone()));
+    let mut mass = vec![3.0; 2 * BLOCKS as usize];
+    mass.push(1e12);
+    let inertia = Inertia::<2>::new(mass, dense.collect());
+    let block_of = vec![0; 2 * BLOCKS as usize + 1];
+    let mut constraints = vec![contact(&[(0, 1.0), (2 * BLOCKS, -1.0)], 0.0)];
+    for block in 1..BLOCKS {
+        constraints.push(contact(&[(2 * block, 1.0), (2 * block - 1, -1.0)], 0.0));
+    }
+    let mut velocity = vec![[0.0, -1.0]; 2 * BLOCKS as usize];
+    velocity.push([0.0; 2]);
+    let mut system = System::default();
+    system.load(&constraints, mobility(&inertia, &block_of));
+    let residual = system.solve(&mut constraints, &mut velocity);
+    assert!(residual <= 1e-8, "{residual:e}");
+    assert_solved(&constraints, &velocity, 1e-5);
+}
+
+#[test]
+fn shear_in_space_is_cut_back_along_its_own_direction() {
+    let inertia = Inertia::<3>::new(vec![2.0, 1e300], Vec::new());
+    let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
+    let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
+    let mut system = System::default();
+    system.load(&constraints, mobility(&inertia, &[0, 0]));
+    system.solve(&mut constraints, &mut velocity);
+    let impulse = constraints[0].impulse;
+    assert!((impulse[0] - 2.0).abs() < 1e-12 && (shear_norm(&impulse) - 1.0).abs() < 1e-12);
+    // From 5 m/s, by μ times the normal impulse over the mass.
+    for (got, start) in velocity[0].iter().zip([3.0, -4.0]) {
+        assert!((got - 0.9 * start).abs() < 1e-12);
+    }
+}
