@@ -218,7 +218,9 @@ impl<const D: usize> Island<D> {
         let touches = Touches::new(self, setting, motion, drift).first(0.0);
         if let Some((0.0, pairs)) = touches {
             for pair in pairs {
-                books.touches += self.touch(setting, motion.positions(), pair, time);
+                let at = motion.positions();
+                let end = at.after(motion.velocity, drift);
+                books.touches += self.touch(setting, [at, end], pair, time);
             }
         }
     }
@@ -282,7 +284,9 @@ impl<const D: usize> Island<D> {
             motion.drift(&self.nodes, wait);
             elapsed += wait;
             for pair in pairs {
-                books.touches += self.touch(setting, motion.positions(), pair, time + elapsed);
+                let at = motion.positions();
+                let end = at.after(motion.velocity, duration - elapsed);
+                books.touches += self.touch(setting, [at, end], pair, time + elapsed);
             }
             let before = self.velocities(motion);
             let drift = (duration, duration - elapsed);
@@ -312,31 +316,41 @@ impl<const D: usize> Island<D> {
         self.nodes.iter().map(of).collect()
     }
 
-    /// Whether a closed pair already says what `pair` would.
+    /// Whether a closed pair already says what `pair` would, `at` the positions
+    /// of its touch, and still does at the `end` of the drift.
     pub(super) fn says(
         &self,
         surface: &dyn Surface<D>,
         pair: Pair,
-        at: Positions<D>,
+        [at, end]: [Positions<D>; 2],
         tolerance: f64,
     ) -> bool {
+        let goes_on = |live: &Live<D>| {
+            let projection = surface.project(live.pair, end);
+            projection.outside <= tolerance
+                || surface
+                    .neighbour(live.pair, &projection.foot, end)
+                    .is_some()
+        };
         let same = |live: &Live<D>| {
-            live.pair == pair || surface.same_contact(live.pair, pair, at, tolerance)
+            live.pair == pair
+                || surface.same_contact(live.pair, pair, at, tolerance) && goes_on(live)
         };
         self.live.iter().any(same)
     }
 
-    /// Closes a pair, unless another one already says the same. Returns how
-    /// many contacts have begun: one or none.
+    /// Closes a pair `at` its touch, unless another one already says the same and
+    /// does so until the `end` of the drift. Returns how many contacts have
+    /// begun: one or none.
     pub(crate) fn touch(
         &mut self,
         setting: &Setting<D>,
-        at: Positions<D>,
+        [at, end]: [Positions<D>; 2],
         pair: Pair,
         time: f64,
     ) -> u64 {
         let surface = setting.surface;
-        if self.says(surface, pair, at, setting.tolerance) {
+        if self.says(surface, pair, [at, end], setting.tolerance) {
             return 0;
         }
         let blocks = [

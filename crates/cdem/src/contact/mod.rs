@@ -150,17 +150,17 @@ impl<const D: usize> Terms<D> {
     }
 }
 
-/// Makes the surfaces of the blocks of a mesh.
-pub(crate) type MakeSurface<const D: usize> = fn(&Scene, &Mesh<D>) -> Box<dyn Surface<D>>;
+/// Makes the surfaces of the blocks of a mesh, for contact within a tolerance, m.
+pub(crate) type MakeSurface<const D: usize> = fn(&Scene, &Mesh<D>, f64) -> Box<dyn Surface<D>>;
 
 /// Surfaces in 2-D: vertices against edges.
-pub(crate) fn plane_surface(scene: &Scene, mesh: &Mesh<2>) -> Box<dyn Surface<2>> {
+pub(crate) fn plane_surface(scene: &Scene, mesh: &Mesh<2>, _tolerance: f64) -> Box<dyn Surface<2>> {
     Box::new(outline::Outline::new(mesh, scene.thickness))
 }
 
 /// Surfaces in 3-D: vertices against triangles, edges against edges.
-pub(crate) fn solid_surface(_scene: &Scene, mesh: &Mesh<3>) -> Box<dyn Surface<3>> {
-    Box::new(shell::Shell::new(mesh))
+pub(crate) fn solid_surface(_scene: &Scene, mesh: &Mesh<3>, tolerance: f64) -> Box<dyn Surface<3>> {
+    Box::new(shell::Shell::new(mesh, tolerance))
 }
 
 impl<const D: usize> Contacts<D> {
@@ -222,7 +222,7 @@ impl<const D: usize> Contacts<D> {
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();
-                self.books.touches += island.touch(&setting, at, pair, 0.0);
+                self.books.touches += island.touch(&setting, [at; 2], pair, 0.0);
                 for live in &mut island.live[count..] {
                     live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
                 }

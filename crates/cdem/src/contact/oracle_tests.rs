@@ -4,7 +4,7 @@
 
 use fastrand::Rng;
 
-use super::broad_phase::overlapping;
+use super::broad_phase::{Aabb, overlapping};
 use super::outline::Outline;
 use super::shell::Shell;
 use super::surface::{Pair, Positions, Surface};
@@ -70,7 +70,7 @@ impl Space<3> for Solid {
         &[ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8];
 
     fn surface(mesh: &Mesh<3>) -> Box<dyn Surface<3>> {
-        Box::new(Shell::new(mesh))
+        Box::new(Shell::new(mesh, TOLERANCE))
     }
 
     fn corners(kind: ElementKind) -> Vec<[f64; 3]> {
@@ -288,7 +288,11 @@ impl<const D: usize> Meeting<D> {
         let fastest = self.velocity.iter().map(norm).fold(0.0, f64::max);
         let reach = 2.0 * fastest;
         let (mut all, mut near) = (Vec::new(), Vec::new());
-        for family in surface.families(at, reach + TOLERANCE) {
+        let grown = |boxes: &[Aabb<D>]| -> Vec<Aabb<D>> {
+            let half = 0.5 * (reach + TOLERANCE);
+            boxes.iter().map(|aabb| aabb.grown(half)).collect()
+        };
+        for family in surface.families(at) {
             let pair = |main: u32, target: u32| Pair {
                 main: family.first_main + main,
                 target: family.first_target + target,
@@ -296,7 +300,8 @@ impl<const D: usize> Meeting<D> {
             for main in 0..family.mains.len() as u32 {
                 all.extend((0..family.targets.len() as u32).map(|target| pair(main, target)));
             }
-            let boxes = overlapping(&family.mains, &family.targets, |_, _| true);
+            let boxes = [&family.mains, &family.targets].map(|boxes| grown(boxes));
+            let boxes = overlapping(&boxes[0], &boxes[1], |_, _| true);
             near.extend(boxes.into_iter().map(|(main, target)| pair(main, target)));
         }
         all.retain(apart);

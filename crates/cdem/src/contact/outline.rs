@@ -232,16 +232,15 @@ impl Surface<2> for Outline {
         &self.edges[target as usize]
     }
 
-    fn families(&self, at: Positions<2>, margin: f64) -> Vec<Family<2>> {
-        let half = 0.5 * margin;
+    fn families(&self, at: Positions<2>) -> Vec<Family<2>> {
         let mains = self
             .vertices
             .iter()
-            .map(|v| Aabb::around([at.at(v.node[0])], half));
+            .map(|v| Aabb::around([at.at(v.node[0])], 0.0));
         let targets = self
             .edges
             .iter()
-            .map(|e| Aabb::around(e.map(|node| at.at(node)), half));
+            .map(|e| Aabb::around(e.map(|node| at.at(node)), 0.0));
         vec![Family {
             mains: mains.collect(),
             targets: targets.collect(),

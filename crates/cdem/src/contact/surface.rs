@@ -132,9 +132,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn main_nodes(&self, main: u32) -> &[u32];
     /// Nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
-    /// Boxes around the features of each family, grown so that those of two
-    /// features within `margin` of each other overlap.
-    fn families(&self, at: Positions<D>, margin: f64) -> Vec<Family<D>>;
+    /// Boxes around the features of each family.
+    fn families(&self, at: Positions<D>) -> Vec<Family<D>>;
     /// Whether a pair of overlapping boxes is one to look at: where either
     /// feature could be the main one, only one of the two ways is.
     fn matches(&self, _pair: Pair) -> bool {

@@ -107,7 +107,9 @@ fn touch<const D: usize>(
     let then = at.after(motion.velocity, wait);
     let end = at.after(motion.velocity, remaining);
     match surface.rightful(pair, [then, end], depth) {
-        Some(pair) if !island.says(surface, pair, then, depth) => Touch::At(elapsed + wait, pair),
+        Some(pair) if !island.says(surface, pair, [then, end], depth) => {
+            Touch::At(elapsed + wait, pair)
+        }
         _ => Touch::Refused,
     }
 }

@@ -5,7 +5,7 @@ use super::{Facet, Mesh};
 use crate::vector::{dot, norm, sub};
 
 /// A flat piece of a facet; in 2-D only the first two corners count.
-pub(super) type Piece<const D: usize> = [[f64; D]; 3];
+pub(crate) type Piece<const D: usize> = [[f64; D]; 3];
 
 impl<const D: usize> Mesh<D> {
     /// A facet's pieces: itself, or four triangles about the mean of a
@@ -40,7 +40,7 @@ pub(super) fn normal<const D: usize>(piece: &Piece<D>) -> [f64; D] {
 }
 
 /// Distance from a point to a piece.
-pub(super) fn distance_to<const D: usize>(piece: &Piece<D>, point: [f64; D]) -> f64 {
+pub(crate) fn distance_to<const D: usize>(piece: &Piece<D>, point: [f64; D]) -> f64 {
     let [a, b, c] = *piece;
     if D == 2 {
         return distance_to_segment(a, b, point);

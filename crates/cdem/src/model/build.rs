@@ -37,7 +37,8 @@ impl<const D: usize> Model<D> {
         let base_level = pace.levels(&mesh, step)?;
         let tolerance = contact_tolerance(scene, &mesh)?;
         let mut contacts = (mesh.blocks.len() > 1)
-            .then(|| Contacts::new(scene, &mesh, make_surface(scene, &mesh), tolerance));
+            .then(|| make_surface(scene, &mesh, tolerance))
+            .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
         let mut model = Self {
             inertia: inertia_of(&masses),
             gravity: scene.gravity.clone(),

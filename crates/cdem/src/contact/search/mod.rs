@@ -390,7 +390,7 @@ impl<const D: usize> Blocks<'_, D> {
         may_touch: &dyn Fn(Pair) -> bool,
     ) -> Vec<Pair> {
         let mut pairs = Vec::new();
-        for mut family in self.surface.families(at, 0.0) {
+        for mut family in self.surface.families(at) {
             let (first_main, first_target) = (family.first_main, family.first_target);
             for (main, aabb) in (first_main..).zip(&mut family.mains) {
                 *aabb = aabb.grown(margin(self.main_block(main)));

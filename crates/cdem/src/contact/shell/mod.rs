@@ -24,7 +24,7 @@ use crate::contact::broad_phase::{Aabb, Family};
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
 };
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
@@ -44,10 +44,10 @@ enum Meeting {
 }
 
 impl Shell {
-    /// The boundary of `mesh`.
-    pub(super) fn new(mesh: &Mesh<3>) -> Self {
+    /// The boundary of `mesh`, for contact within `tolerance`, m.
+    pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         Self {
-            skin: Skin::new(mesh),
+            skin: Skin::new(mesh, tolerance),
         }
     }
 
@@ -220,23 +220,22 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn families(&self, at: Positions<3>, margin: f64) -> Vec<Family<3>> {
-        let half = 0.5 * margin;
+    fn families(&self, at: Positions<3>) -> Vec<Family<3>> {
         let vertices = 0..self.skin.vertex_count;
         let triangles = 0..self.skin.triangles.len() as u32;
         let edges = (0..self.skin.edges.len() as u32).map(|edge| {
-            if self.skin.is_sharp(edge, at) {
-                Aabb::around(self.skin.edge(edge, at), half)
+            if self.skin.may_be_sharp(edge, at) {
+                Aabb::around(self.skin.edge(edge, at), 0.0)
             } else {
-                Aabb::around([], half)
+                Aabb::around([], 0.0)
             }
         });
         let edges: Vec<_> = edges.collect();
-        let around = |triangle| Aabb::around(self.skin.triangle(triangle, at), half);
+        let around = |triangle| Aabb::around(self.skin.triangle(triangle, at), 0.0);
         vec![
             Family {
                 mains: vertices
-                    .map(|vertex| Aabb::around([self.skin.point(vertex, at)], half))
+                    .map(|vertex| Aabb::around([self.skin.point(vertex, at)], 0.0))
                     .collect(),
                 targets: triangles.clone().map(around).collect(),
                 first_main: 0,
@@ -258,6 +257,19 @@ impl Surface<3> for Shell {
         }
     }
 
+    fn apart(&self, pair: Pair, at: Positions<3>) -> f64 {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let p = self.skin.point(vertex, at);
+                distance_to(&self.skin.triangle(triangle, at), p)
+            }
+            Meeting::Crossing { main, target } => {
+                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+                crossing::distance(&main, &target)
+            }
+        }
+    }
+
     fn near(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> bool {
         // What touches at a corner may do so with any feature there.
         let reach = reach.max(tolerance);
@@ -269,8 +281,9 @@ impl Surface<3> for Shell {
                     && facing.outside().1 <= reach
             }
             Meeting::Crossing { main, target } => {
-                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-                crossing::distance(&main, &target) <= reach + tolerance
+                let mut edges = [main, target].into_iter();
+                self.apart(pair, at) <= reach + tolerance
+                    && edges.all(|edge| self.skin.is_sharp(edge, at))
             }
         }
     }

@@ -6,11 +6,17 @@ use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
-/// Turn of the boundary at an edge, rad, up to which it counts as flat there.
-/// A straight edge laid across a flatter one sinks in by a quarter of the turn
-/// over its length at most: by the tolerance of contact (1e-4 of the smallest
-/// edge) on a mesh of equal edges.
-const FLAT: f64 = 4e-4;
+/// Turn of the boundary at an edge, rad, from which on it is sharp whatever its
+/// size.
+const SHARP: f64 = 0.1;
+
+/// What a straight edge laid across a flat one may sink in, over the tolerance of
+/// contact.
+const SAGITTA: f64 = 0.25;
+
+/// Turn, rad, of an edge that strain may make sharp before the next search: all
+/// but the clearly re-entrant.
+const MAY_BE_SHARP: f64 = -0.1;
 
 /// Nodes of an edge or a triangle at most: those of a quadrilateral.
 const MOST: usize = 4;
@@ -103,13 +109,15 @@ pub(super) struct Skin {
     /// Edges and triangles around corners.
     edges_at: Around,
     triangles_at: Around,
+    /// Tolerance of contact, m.
+    tolerance: f64,
 }
 
 impl Skin {
-    /// The boundary of `mesh`. A quadrilateral becomes four triangles about the
+    /// The boundary of `mesh`, for contact within `tolerance`, m. A quadrilateral becomes four triangles about the
     /// mean of its nodes: blocks that share it agree on where it is, warped or
     /// not, and a force on its middle goes to all four nodes alike.
-    pub(super) fn new(mesh: &Mesh<3>) -> Self {
+    pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         let facets: Vec<Nodes> = mesh
             .boundary_facets()
             .into_iter()
@@ -160,6 +168,7 @@ impl Skin {
             corners,
             triangles,
             edges,
+            tolerance,
         }
     }
 
@@ -282,9 +291,33 @@ impl Skin {
         sine.atan2(dot(&one, &other))
     }
 
-    /// Whether an edge can meet other edges: it is convex, and not flat.
+    /// Whether an edge can meet other edges: it is convex, and so sharp that one
+    /// laid across it would sink in by more than a quarter of the tolerance
+    /// before its ends touch.
     pub(super) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
-        self.turn(edge, at) > FLAT
+        self.sinks_in(edge, at) > SAGITTA * self.tolerance
+    }
+
+    /// Whether an edge is sharp or may be so soon.
+    pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>) -> bool {
+        self.turn(edge, at) > MAY_BE_SHARP
+    }
+
+    /// How far a straight edge laid across this one, between the ends of the
+    /// triangles beside it, is below it, m: ≤ 0 where it is re-entrant.
+    fn sinks_in(&self, edge: u32, at: Positions<3>) -> f64 {
+        let turn = self.turn(edge, at);
+        if turn >= SHARP {
+            return f64::INFINITY;
+        }
+        let sides = self.edges[edge as usize].sides().into_iter().flatten();
+        let [a, b] = self.edge(edge, at);
+        let length = norm(&sub(&b, &a));
+        let heights = sides.map(|side| {
+            let [p, q, r] = self.triangle(side, at);
+            norm(&cross(&sub(&q, &p), &sub(&r, &p))) / length
+        });
+        turn / heights.map(|height| 1.0 / height).sum::<f64>()
     }
 
     /// The triangle on the other side of edge `k` of a triangle.

@@ -77,7 +77,7 @@ proptest! {
         let one = warped_cube([0.0; 3], &warp);
         let other = warped_cube(add(&[0.2, 0.1, 1.6], &shift), &warp);
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-        let shell = Shell::new(&mesh);
+        let shell = Shell::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; mesh.nodes.len()];
         let at = Positions::new(&mesh.nodes, &still);
         let rigid: Vec<[f64; 3]> =
@@ -116,12 +116,12 @@ proptest! {
         let mut other = warped_cube(add(&[0.4, 0.3, 1.0], &shift), &warp);
         let pairs = {
             let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-            all_pairs(&Shell::new(&mesh))
+            all_pairs(&Shell::new(&mesh, 1e-6))
         };
         for pair in pairs.into_iter().step_by(11) {
             let close = |other: &[[f64; 3]]| {
                 let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, other)]);
-                let shell = Shell::new(&mesh);
+                let shell = Shell::new(&mesh, 1e-6);
                 let still = vec![[0.0; 3]; 16];
                 let at = Positions::new(&mesh.nodes, &still);
                 let projection = shell.project(pair, at);
@@ -135,7 +135,7 @@ proptest! {
                 add_scaled(node, sign * projection.gap, &normal);
             }
             let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-            let shell = Shell::new(&mesh);
+            let shell = Shell::new(&mesh, 1e-6);
             let still = vec![[0.0; 3]; 16];
             let at = Positions::new(&mesh.nodes, &still);
             let foot = shell.project(pair, at).foot;
@@ -221,7 +221,7 @@ impl Query {
             (ElementKind::Tet4, &start[..4]),
             (ElementKind::Tet4, &start[4..]),
         ]);
-        let shell = Shell::new(&mesh);
+        let shell = Shell::new(&mesh, 1e-6);
         (mesh, shell, velocity)
     }
 }
@@ -384,7 +384,7 @@ fn no_touch_of_a_million_is_missed_or_late() {
 fn a_quadrilateral_is_four_triangles_about_its_mean() {
     let cube = warped_cube([0.0; 3], &[[0.0; 3]; 8]);
     let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
-    let shell = Shell::new(&mesh);
+    let shell = Shell::new(&mesh, 1e-6);
     let still = vec![[0.0; 3]; 8];
     let at = Positions::new(&mesh.nodes, &still);
     assert_eq!(shell.skin.triangles.len(), 24);
@@ -454,7 +454,7 @@ proptest! {
         }
         let still = vec![[0.0; 3]; mesh.nodes.len()];
         let at = Positions::new(&mesh.nodes, &still);
-        let shell = Shell::new(&mesh);
+        let shell = Shell::new(&mesh, 1e-6);
         let contacts = contacts_of(&shell, at, 1e-6);
         let sum: f64 = contacts.iter().map(|&pair| shell.share(pair, at, 1e-6)).sum();
         let corners = |number: usize| {
