@@ -217,8 +217,10 @@ impl<const D: usize> Contacts<D> {
         let setting = self.terms.setting(inertia);
         for pair in pairs {
             let projection = self.terms.surface.project(pair, at);
-            if projection.gap.abs() <= self.terms.tolerance
-                && projection.outside <= self.terms.tolerance
+            // Near: edges within a flat face are searched for, but bear nothing.
+            if projection.gap.abs() <= within
+                && projection.outside <= within
+                && self.terms.surface.near(pair, at, within, within)
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();

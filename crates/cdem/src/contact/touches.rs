@@ -106,7 +106,10 @@ fn touch<const D: usize>(
     };
     let then = at.after(motion.velocity, wait);
     let end = at.after(motion.velocity, remaining);
-    match surface.rightful(pair, [then, end], depth) {
+    // A whole drift on: by its end, a touch in the last instant of this one would
+    // leave the choice between faces to round-off.
+    let later = at.after(motion.velocity, wait + duration);
+    match surface.rightful(pair, [then, later], depth) {
         Some(pair) if !island.says(surface, pair, [then, end], depth) => {
             Touch::At(elapsed + wait, pair)
         }

@@ -1,15 +1,21 @@
 //! Do blocks overlap? By brute force, knowing nothing of the contact search.
 
+mod solid;
+
 use cdem::sample::{FieldValues, Frame};
 
-/// The deepest that a node of one block lies inside another block, m; 0 where
-/// none does. Plane frames only.
+/// How deep blocks lie in each other, m; 0 where none do. In the plane: the
+/// deepest that a node of one lies inside another. In space: the farthest that
+/// two cells of different blocks would have to be moved to part.
 ///
 /// # Panics
 /// If the frame does not say to which block its cells belong.
 #[must_use]
 pub fn deepest_overlap(frame: &Frame) -> f64 {
     let cells = cells(frame);
+    if frame.kinds.iter().any(|kind| kind.dimension() == 3) {
+        return solid::deepest(frame, &cells);
+    }
     let boundary = boundary(&cells);
     let mut deepest = 0.0_f64;
     for (point, at) in frame.points.iter().enumerate() {

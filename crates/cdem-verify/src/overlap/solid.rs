@@ -1,0 +1,157 @@
+//! Cells in space, told apart by separating axes (Gottschalk, Lin, Manocha 1996).
+
+use cdem::sample::Frame;
+
+type Vector = [f64; 3];
+
+/// A convex cell: its corners, and the unit normals and edges that can part it
+/// from another.
+struct Cell {
+    block: i32,
+    corners: Vec<Vector>,
+    normals: Vec<Vector>,
+    edges: Vec<Vector>,
+    low: Vector,
+    high: Vector,
+}
+
+/// The farthest that two cells of different blocks would have to be moved to
+/// part, m.
+pub(super) fn deepest(frame: &Frame, cells: &[(i32, Vec<u32>)]) -> f64 {
+    let cells: Vec<Cell> = frame
+        .kinds
+        .iter()
+        .zip(cells)
+        .map(|(kind, (block, nodes))| {
+            let corners = nodes.iter().map(|&node| frame.points[node as usize]);
+            Cell::new(*block, corners.collect(), kind.facets())
+        })
+        .collect();
+    let mut deepest = 0.0_f64;
+    for (number, one) in cells.iter().enumerate() {
+        for other in &cells[..number] {
+            if one.block != other.block && one.may_meet(other) {
+                deepest = deepest.max(one.overlap(other));
+            }
+        }
+    }
+    deepest
+}
+
+impl Cell {
+    fn new(block: i32, corners: Vec<Vector>, facets: &[&[u8]]) -> Self {
+        let (mut normals, mut edges) = (Vec::new(), Vec::new());
+        for facet in facets {
+            let points: Vec<Vector> = facet.iter().map(|&k| corners[k as usize]).collect();
+            let mean = [0, 1, 2].map(|c| points.iter().map(|p| p[c]).sum::<f64>());
+            let mean = mean.map(|sum| sum / points.len() as f64);
+            for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
+                edges.push(minus(b, a));
+                // A quadrilateral may be warped: four triangles about its mean.
+                normals.extend(unit(&cross(&minus(b, a), &minus(&mean, a))));
+            }
+        }
+        let bound = |c: usize, of: fn(f64, f64) -> f64, from: f64| {
+            corners.iter().map(|p| p[c]).fold(from, of)
+        };
+        Self {
+            block,
+            low: [0, 1, 2].map(|c| bound(c, f64::min, f64::INFINITY)),
+            high: [0, 1, 2].map(|c| bound(c, f64::max, f64::NEG_INFINITY)),
+            corners,
+            normals,
+            edges,
+        }
+    }
+
+    fn may_meet(&self, other: &Self) -> bool {
+        (0..3).all(|c| self.low[c] < other.high[c] && other.low[c] < self.high[c])
+    }
+
+    /// The shortest shift that parts two cells, m; 0 where they are apart.
+    fn overlap(&self, other: &Self) -> f64 {
+        let crossings = self.edges.iter().flat_map(|one| {
+            let edges = other.edges.iter();
+            edges.filter_map(move |two| unit(&cross(one, two)))
+        });
+        let normals = self.normals.iter().chain(&other.normals).copied();
+        let mut least = f64::INFINITY;
+        for axis in normals.chain(crossings) {
+            let [one, two] = [self, other].map(|cell| cell.extent(&axis));
+            least = least.min((one[1] - two[0]).min(two[1] - one[0]));
+            if least <= 0.0 {
+                return 0.0;
+            }
+        }
+        least
+    }
+
+    fn extent(&self, axis: &Vector) -> [f64; 2] {
+        let along = self.corners.iter().map(|p| dot(p, axis));
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    }
+}
+
+fn minus(a: &Vector, b: &Vector) -> Vector {
+    [0, 1, 2].map(|c| a[c] - b[c])
+}
+
+fn dot(a: &Vector, b: &Vector) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn cross(a: &Vector, b: &Vector) -> Vector {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
+}
+
+/// `None` for what is all but zero, as the product of parallel edges.
+fn unit(v: &Vector) -> Option<Vector> {
+    let length = dot(v, v).sqrt();
+    (length > 1e-9).then(|| v.map(|x| x / length))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cdem::mesh::ElementKind;
+
+    /// A cube of edge 1 about a place, turned by an angle about z and then y.
+    fn cube(block: i32, at: Vector, turn: f64) -> Cell {
+        let (s, c) = turn.sin_cos();
+        let corners = [
+            [0, 0, 0],
+            [1, 0, 0],
+            [1, 1, 0],
+            [0, 1, 0],
+            [0, 0, 1],
+            [1, 0, 1],
+            [1, 1, 1],
+            [0, 1, 1],
+        ];
+        let placed = corners.map(|corner| {
+            let [x, y, z] = corner.map(|k| f64::from(k) - 0.5);
+            let [x, y] = [c * x - s * y, s * x + c * y];
+            [c * x + s * z + at[0], y + at[1], c * z - s * x + at[2]]
+        });
+        Cell::new(block, placed.to_vec(), ElementKind::Hex8.facets())
+    }
+
+    #[test]
+    fn cubes_overlap_by_what_parts_them() {
+        let still = cube(0, [0.0; 3], 0.0);
+        let beside = cube(1, [0.9, 0.3, 0.2], 0.0);
+        assert!((still.overlap(&beside) - 0.1).abs() < 1e-15);
+        assert_eq!(still.overlap(&cube(1, [1.1, 0.3, 0.2], 0.0)), 0.0);
+        // Edge across edge: apart, though the boxes around them meet.
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let turned = cube(1, [0.0; 3], quarter);
+        let reach = turned.high[0];
+        for (gap, meets) in [(0.01, false), (-0.01, true)] {
+            let found = still.overlap(&cube(1, [0.5 + reach + gap, 0.0, 0.0], quarter));
+            assert_eq!(found > 0.0, meets, "{gap} {found}");
+            assert!((found - f64::max(0.0, -gap)).abs() < 1e-12, "{gap} {found}");
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Joints in space: strength until they part, none after.
+
+use cdem::mesh::ElementKind;
+use cdem::scene::{LoadKind, Schedule};
+use cdem_verify::{Case, load, run};
+use nalgebra::Vector3;
+
+/// Largest pull that the joint bears, N, when, s, and the largest from `pause`
+/// seconds after that.
+fn pull(case: &Case, direction: &Vector3<f64>, pause: f64) -> [f64; 3] {
+    let mut simulation = case.start();
+    simulation.block_rows();
+    let (mut most, mut when, mut after) = (0.0, 0.0, 0.0_f64);
+    run(&mut simulation, |simulation| {
+        let pulled = -Vector3::from(simulation.block_rows()[1].force).dot(direction);
+        if pulled > most {
+            (most, when, after) = (pulled, simulation.time(), 0.0);
+        } else if simulation.time() > when + pause {
+            after = after.max(pulled);
+        }
+    });
+    println!("bears {most:.6e} N at {when:.5} s; after that {after:.1e} N");
+    [most, when, after]
+}
+
+#[test]
+fn flush_faces_touch_in_their_corners_alone() {
+    // Edges within the faces bear nothing, nor do side faces at the corners.
+    for (divisions, points) in [(1, 4), (2, 9)] {
+        let mut case = load("joint-3d");
+        for block in ["lower", "upper"] {
+            case.divide(block, &[divisions; 3], ElementKind::Hex8);
+        }
+        let simulation = case.start();
+        assert_eq!(simulation.live_contacts().len(), points);
+        let frame = simulation.contact_frame();
+        assert!(
+            frame
+                .normals
+                .iter()
+                .all(|normal| normal[2].abs() > 1.0 - 1e-12)
+        );
+        // Round-off, over the places of 1 m.
+        assert!((frame.areas.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+#[ignore = "slow study: a joint of consistent masses takes milliseconds a step"]
+fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
+    let [most, when, after] = pull(&load("joint-3d"), &Vector3::z(), 0.0);
+    // Never more than it bears, and no less by more than the growth of the load
+    // in a step and the vibration that the ramp raises.
+    assert!(most <= 1e6 * (1.0 + 1e-9), "{most} {when} {after}");
+    assert!(most > 1e6 * 0.99, "{most} {when} {after}");
+    assert!((when / 0.5 - 1.0).abs() < 0.01, "{most} {when} {after}");
+    assert!(after < 1.0, "{most} {when} {after}"); // N: one part in a million
+}
+
+#[test]
+#[ignore = "slow study: a joint of consistent masses takes milliseconds a step"]
+fn a_joint_slips_at_its_cohesion_and_has_none_after() {
+    let direction = Vector3::new(0.6, 0.8, 0.0);
+    let mut case = load("joint-3d");
+    // It must bear the moment.
+    case.scene.contact.strength.tensile_strength = 1e9;
+    case.scene.time.end = 0.42;
+    let ramp = vec![(0.0, vec![0.0; 3]), (0.5, vec![0.6e6, 0.8e6, 0.0])];
+    case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
+    // Its points slip one after the other, as waves bring the load to the next.
+    let round_trip = 4.0 / (0.5e9_f64 / 2000.0).sqrt();
+    let [most, when, after] = pull(&case, &direction, round_trip);
+    assert!(most <= 0.8e6 * (1.0 + 1e-9), "{most} {when} {after}");
+    assert!(most > 0.8e6 * 0.99, "{most} {when} {after}");
+    assert!((when / 0.4 - 1.0).abs() < 0.02, "{most} {when} {after}");
+    assert!(after < 1.0, "{most} {when} {after}");
+}

@@ -1,0 +1,10 @@
+//! Contact in space against exact answers; run with `--nocapture` for the
+//! figures.
+
+#![allow(clippy::print_stdout)] // the figures are the report
+
+mod element;
+mod joints;
+mod slope;
+mod types;
+mod wedge;
