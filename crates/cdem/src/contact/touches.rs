@@ -1,8 +1,9 @@
 //! Which open pairs of an island touch first, and when.
 
 use crate::contact::island::{Island, Setting};
-use crate::contact::surface::Pair;
+use crate::contact::surface::{Pair, Surface};
 use crate::model::motion::Motion;
+use crate::vector::{norm, sub};
 
 /// When the open pairs of an island touch in a drift.
 pub(super) struct Touches {
@@ -101,6 +102,9 @@ fn touch<const D: usize>(
 ) -> Touch {
     let (surface, at, depth) = (setting.surface, motion.positions(), setting.tolerance);
     let remaining = duration - elapsed;
+    if surface.apart(pair, at) > depth + remaining * fastest(surface, motion, pair) {
+        return Touch::Never;
+    }
     let Some(wait) = surface.time_of_impact(pair, at, motion.velocity, remaining, depth) else {
         return Touch::Never;
     };
@@ -115,4 +119,19 @@ fn touch<const D: usize>(
         }
         _ => Touch::Refused,
     }
+}
+
+/// Most by which the nodes of the two features move against each other, m/s:
+/// their velocities as seen from one of them.
+fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &Motion<D>, pair: Pair) -> f64 {
+    let of = |node: &u32| &motion.velocity[*node as usize];
+    let (main, target) = (
+        surface.main_nodes(pair.main),
+        surface.target_nodes(pair.target),
+    );
+    let seen = |nodes: &[u32]| {
+        let speeds = nodes.iter().map(|node| norm(&sub(of(node), of(&main[0]))));
+        speeds.fold(0.0, f64::max)
+    };
+    seen(main) + seen(target)
 }
