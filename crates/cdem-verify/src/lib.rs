@@ -8,7 +8,7 @@ mod random;
 
 use std::path::{Path, PathBuf};
 
-use cdem::mesh::assemble;
+use cdem::mesh::{RawMesh, assemble};
 use cdem::scene::{Geometry, Scene};
 use cdem::{AnyMesh, Simulation};
 
@@ -51,7 +51,17 @@ impl Case {
     /// With the message a user would get, if scene and mesh do not fit.
     #[must_use]
     pub fn start(&self) -> Simulation {
-        let mut read = |path: &Path| cdem_io::gmsh::read(&self.directory.join(path));
+        self.start_from(|mesh| mesh)
+    }
+
+    /// The run of the scene at t = 0, with every mesh that is read changed
+    /// before it is cut into blocks: refined, say.
+    ///
+    /// # Panics
+    /// With the message a user would get, if scene and mesh do not fit.
+    #[must_use]
+    pub fn start_from(&self, change: impl Fn(RawMesh) -> RawMesh) -> Simulation {
+        let mut read = |path: &Path| cdem_io::gmsh::read(&self.directory.join(path)).map(&change);
         let mesh = if self.scene.dimension == 2 {
             assemble(&self.scene, &mut read).map(AnyMesh::Plane)
         } else {

@@ -13,21 +13,22 @@ fn wave_speed() -> f64 {
 
 /// Figures of a run over their exact values.
 #[derive(Debug)]
-struct Figures {
-    duration: f64,
-    mean: f64,
-    deviation: f64,
+pub(crate) struct Figures {
+    pub(crate) duration: f64,
+    pub(crate) mean: f64,
+    pub(crate) deviation: f64,
     /// Largest force of the middle 80 %, and of any step: the front's.
-    peak: f64,
-    front: f64,
-    lateral: f64,
-    struck: f64,
-    loss: f64,
-    residual: f64,
-    momentum: f64,
+    pub(crate) peak: f64,
+    pub(crate) front: f64,
+    pub(crate) lateral: f64,
+    pub(crate) struck: f64,
+    pub(crate) loss: f64,
+    pub(crate) residual: f64,
+    pub(crate) momentum: f64,
 }
 
-fn measure(case: &Case) -> Figures {
+/// Runs two bars of 10 m and of unit cross-section, in the plane or in space.
+pub(crate) fn measure(case: &Case) -> Figures {
     let mut simulation = case.start();
     let step = simulation.overview().step;
     let energy = simulation.history().kinetic_energy;
@@ -37,7 +38,8 @@ fn measure(case: &Case) -> Figures {
     run(&mut simulation, |simulation| {
         balance.look(simulation);
         let force = simulation.block_rows()[1].force;
-        forces.push([force[0] / exact, force[1] / exact]);
+        let lateral = f64::hypot(force[1], force[2]);
+        forces.push([force[0] / exact, lateral / exact]);
     });
     let touching = |force: &[f64; 2]| force[0] != 0.0;
     let first = forces.iter().position(touching).expect("the bars touch");
@@ -50,10 +52,7 @@ fn measure(case: &Case) -> Figures {
         deviation: fit::deviation(middle),
         peak: middle.iter().copied().fold(0.0, f64::max),
         front: normal.iter().copied().fold(0.0, f64::max),
-        lateral: forces
-            .iter()
-            .map(|force| force[1].abs())
-            .fold(0.0, f64::max),
+        lateral: forces.iter().map(|force| force[1]).fold(0.0, f64::max),
         struck: simulation.block_rows()[1].velocity[0] / SPEED,
         loss: simulation.history().impact_loss / energy,
         residual: balance.residual,
@@ -71,7 +70,7 @@ fn bars(rows: [usize; 2], element: ElementKind) -> Case {
 }
 
 /// The bounds that the scene names.
-fn check(figures: &Figures) {
+pub(crate) fn check(figures: &Figures) {
     assert!((figures.duration - 1.0).abs() < 0.03, "{figures:?}");
     assert!((figures.mean - 1.0).abs() < 0.005, "{figures:?}");
     assert!(figures.deviation < 0.03, "{figures:?}");

@@ -1,14 +1,18 @@
-//! Contact in the plane against exact answers; run with `--nocapture` for the
+//! Contact against exact answers; run with `--nocapture` for the
 //! figures.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
 mod bars;
+mod bars_in_space;
 mod corners;
 mod crowd;
+mod halving;
+mod hertz;
 mod impacts;
 mod joints;
 mod many;
 mod paper;
+mod patch;
 mod slope;
 mod stack;

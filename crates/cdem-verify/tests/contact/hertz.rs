@@ -1,0 +1,159 @@
+//! Elastic balls: Hertz's impact.
+
+use std::time::Instant;
+
+use cdem_verify::{Balance, fit, load, run};
+
+use crate::halving::halve;
+
+const RADIUS: f64 = 0.1;
+/// Speed before a wall; balls that meet have half of their approach each.
+const SPEED: f64 = 1.0;
+
+/// Contact time, s, and peak force, N, of a ball before a rigid wall.
+fn hertz() -> [f64; 2] {
+    let modulus = 70e9 / (1.0 - 0.3_f64.powi(2));
+    let mass = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3) * 2699.0;
+    let approach = (15.0 * mass * SPEED.powi(2) / (16.0 * modulus * RADIUS.sqrt())).powf(0.4);
+    let force = 4.0 / 3.0 * modulus * RADIUS.sqrt() * approach.powf(1.5);
+    [2.94327 * approach / SPEED, force]
+}
+
+/// Figures of a run over Hertz's.
+#[derive(Debug)]
+struct Figures {
+    duration: f64,
+    peak: f64,
+    /// Mass of the mesh over that of the ball.
+    mass: f64,
+    /// Impulse over 2 m v of the mesh.
+    impulse: f64,
+    /// Kinetic energy of what the mesh's centre does, over that before.
+    restitution: f64,
+    loss: f64,
+    residual: f64,
+    growth: f64,
+    penetration: f64,
+}
+
+/// The centre of the upper or of the lower ball.
+fn on_ball(point: [f64; 3]) -> [f64; 3] {
+    let centre = RADIUS.copysign(point[2]);
+    let from = [point[0], point[1], point[2] - centre];
+    let length = from.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let [x, y, z] = from.map(|x| x * RADIUS / length);
+    [x, y, z + centre]
+}
+
+/// Runs a scene, the edges of its mesh halved some times.
+fn meet(name: &str, halvings: usize) -> Figures {
+    let began = Instant::now();
+    let case = load(name);
+    let mut simulation =
+        case.start_from(|mesh| (0..halvings).fold(mesh, |mesh, _| halve(mesh, on_ball)));
+    let overview = simulation.overview();
+    let before = simulation.block_rows();
+    let energy = simulation.history().kinetic_energy;
+    let [time, force] = hertz();
+    let mut balance = Balance::new(&mut simulation);
+    let (mut peak, mut impulse) = (0.0_f64, 0.0);
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+        let now = 4.0 * simulation.block_rows()[0].force[2];
+        peak = peak.max(now);
+        impulse += now * overview.step;
+    });
+    let mut rows = simulation.ended_contacts();
+    rows.extend(simulation.live_contacts());
+    let first = rows
+        .iter()
+        .map(|row| row.time_on)
+        .fold(f64::INFINITY, f64::min);
+    let last = rows
+        .iter()
+        .map(|row| row.time_off.unwrap_or(f64::INFINITY))
+        .fold(0.0, f64::max);
+    let after = simulation.block_rows();
+    let relative = |rows: &[cdem::sample::BlockRow]| rows[0].velocity[2] - rows[1].velocity[2];
+    let ball = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3) * 2699.0;
+    let figures = Figures {
+        duration: (last - first) / time,
+        peak: peak / force,
+        mass: 4.0 * before[0].mass / ball,
+        impulse: impulse / (8.0 * before[0].mass * SPEED),
+        restitution: -relative(&after) / relative(&before),
+        loss: simulation.history().impact_loss / energy,
+        residual: balance.residual,
+        growth: balance.growth,
+        penetration: simulation.max_penetration(),
+    };
+    println!(
+        "{name}, {} elements, levels {:?}, step {:.2e} s, {} contacts begun: {figures:.5?} in {:.1?}",
+        overview.elements,
+        overview.levels,
+        overview.step,
+        simulation.contacts_begun(),
+        began.elapsed()
+    );
+    figures
+}
+
+/// What Hertz leaves out at this size, as the scene says: shorter contact, more
+/// force.
+const BALL: [f64; 2] = [0.990, 1.014];
+
+fn errors(figures: &Figures) -> [f64; 2] {
+    [
+        figures.duration / BALL[0] - 1.0,
+        figures.peak / BALL[1] - 1.0,
+    ]
+}
+
+/// Nothing is lost, and what is booked is all there is.
+fn check_sums(figures: &Figures) {
+    assert!((figures.impulse - 1.0).abs() < 1e-3, "{figures:?}");
+    assert!((figures.restitution - 1.0).abs() < 1e-3, "{figures:?}");
+    assert!(figures.loss < 1e-3, "{figures:?}");
+    assert!(figures.residual < 1e-3, "{figures:?}");
+    assert!(figures.growth < 1e-3, "{figures:?}");
+    // A thousandth of the approach.
+    assert!(figures.penetration < 1.8e-7, "{figures:?}");
+}
+
+#[test]
+fn a_ball_leaves_a_wall_as_hertz_says() {
+    let figures = meet("hertz-wall", 0);
+    check_sums(&figures);
+    // Three elements to the radius of contact; flat faces on a round ball leave
+    // out 2.8 % of its mass.
+    assert!((figures.mass - 0.972).abs() < 1e-3, "{figures:?}");
+    let [duration, peak] = errors(&figures);
+    assert!(duration.abs() < 0.06, "{duration}");
+    assert!(peak.abs() < 0.03, "{peak}");
+}
+
+#[test]
+#[ignore = "slow study: finer balls"]
+fn finer_balls_come_nearer_to_hertz() {
+    let mut points = Vec::new();
+    for halvings in 0..3 {
+        let figures = meet("hertz-wall", halvings);
+        check_sums(&figures);
+        let [duration, peak] = errors(&figures);
+        println!("{halvings}: duration off by {duration:.2e}, peak force by {peak:.2e}");
+        points.push((-(halvings as f64) * f64::ln(2.0), duration.abs().ln()));
+    }
+    let order = fit::slope(&points);
+    println!("order of the duration {order:.2}");
+    assert!(order > 1.5, "{order}");
+}
+
+#[test]
+#[ignore = "slow study: two balls"]
+fn balls_meet_as_hertz_says() {
+    let figures = meet("hertz-pair", 0);
+    check_sums(&figures);
+    let [duration, peak] = errors(&figures);
+    assert!(duration.abs() < 0.06, "{duration}");
+    assert!(peak.abs() < 0.03, "{peak}");
+}
