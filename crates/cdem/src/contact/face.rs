@@ -11,7 +11,7 @@
 //! 30); to let sweeps free what is bound in error, that of subspace minimisation
 //! (Silcowitz, Niebe, Erleben 2010, GRAPP).
 
-use crate::contact::solve::{Limit, RESIDUAL};
+use crate::contact::solve::Limit;
 use crate::contact::system::System;
 use crate::vector::{add_scaled, dot};
 
@@ -52,12 +52,13 @@ impl<const D: usize> System<D> {
     /// Moves impulses within their bounds towards those with which all contacts
     /// that hold have the velocity they ask for: `steps` steps of conjugate
     /// gradients at most, each of the cost of a sweep. Shear at its limit stays
-    /// as it is. `scale` is that of the velocities, m/s. Returns the steps made.
-    pub(super) fn descend(&mut self, steps: u32, scale: f64) -> u32 {
+    /// as it is. Velocities that miss less than a tenth of `least` are right;
+    /// `scale` is that of all, m/s. Returns the steps made.
+    pub(super) fn descend(&mut self, steps: u32, least: f64, scale: f64) -> u32 {
         let mut face = std::mem::take(&mut self.face);
         face.enter(self);
         let mut made = 0;
-        while made < steps && face.worst() > 0.1 * RESIDUAL * scale {
+        while made < steps && face.worst() > 0.1 * least {
             made += 1;
             let (descent, steepest) = face.turn(self);
             let (bound, end) = face.bound(self);

@@ -16,6 +16,8 @@ struct Impact<const D: usize> {
     /// Nodes that it may move, those of the island first, and their velocities
     /// before it, m/s.
     start: Vec<(u32, [f64; D])>,
+    /// Relative velocity below which a change is none, m/s.
+    precision: f64,
 }
 
 impl<const D: usize> Impact<D> {
@@ -38,7 +40,7 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        books.solved(system.solve(&mut self.constraints, motion.velocity));
+        books.solved(system.solve(&mut self.constraints, motion.velocity, self.precision));
     }
 }
 
@@ -108,6 +110,7 @@ impl<const D: usize> Island<D> {
         Impact {
             approach: approach.collect(),
             start: self.start(&constraints, motion),
+            precision: self.precision(setting, motion.positions(), duration),
             constraints,
         }
     }

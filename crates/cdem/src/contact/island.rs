@@ -24,6 +24,9 @@ const SIMULTANEOUS: f64 = 1e-9;
 /// boundary edge by default.
 const LEAST_MOVE: f64 = 1e-10;
 
+/// Round-off of a gap, over the coordinates of its nodes.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
+
 /// Residual of a solve of which the user should know: forces of contacts are
 /// wrong by as much, until the next step goes on from there.
 const UNSOLVED: f64 = 1e-2;
@@ -242,8 +245,12 @@ impl<const D: usize> Island<D> {
             };
             let mut constraints: Vec<_> = self.live.iter().map(constraint).collect();
             let start = self.start(&constraints, motion);
+            let precision = self.precision(setting, at, drift);
             self.system.load(&constraints, mobility);
-            books.solved(self.system.solve(&mut constraints, motion.velocity));
+            books.solved(
+                self.system
+                    .solve(&mut constraints, motion.velocity, precision),
+            );
             let least = setting.least_speed(drift);
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {
@@ -294,6 +301,14 @@ impl<const D: usize> Island<D> {
             touches.update(self, setting, motion, (&before, elapsed, duration));
         }
         motion.drift(&self.nodes, duration - elapsed);
+    }
+
+    /// Relative velocity below which contacts ask for what positions cannot say,
+    /// m/s: their round-off over a drift of `drift` seconds.
+    pub(super) fn precision(&self, setting: &Setting<D>, at: Positions<D>, drift: f64) -> f64 {
+        let coordinates = self.nodes.iter().flat_map(|&node| at.at(node));
+        let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
+        setting.least_speed(drift).max(ROUND_OFF * size / drift)
     }
 
     /// All nodes that constraints may move, those of the island first, and their
@@ -407,10 +422,12 @@ impl<const D: usize> Island<D> {
                 target,
                 limit: Limit::default(),
                 impulse: [0.0; D],
+                borne: 0.0,
             });
         }
+        let precision = self.precision(setting, at, 1.0);
         self.system.load(&constraints, setting.mobility(0.0));
-        self.system.solve_from_rest(&constraints);
+        self.system.solve_from_rest(&constraints, precision);
         let moved = |(_, shift): &(u32, [f64; D])| *shift != [0.0; D];
         self.system.velocities().filter(moved).collect()
     }

@@ -165,6 +165,7 @@ impl<const D: usize> Live<D> {
             target,
             limit: self.limit(interval),
             impulse: start,
+            borne: 0.0,
         }
     }
 
@@ -178,6 +179,7 @@ impl<const D: usize> Live<D> {
             constraint.target = [0.0; D];
             return constraint;
         }
+        constraint.borne = self.impulse[0].abs();
         let strength = self.limit(drift);
         let spare = self.law.friction * self.impulse[0] - shear_norm(&self.impulse);
         constraint.limit = Limit {

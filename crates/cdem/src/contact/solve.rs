@@ -3,7 +3,7 @@
 
 use crate::contact::surface::Operator;
 use crate::contact::system::{Point, System};
-use crate::vector::norm;
+use crate::vector::{norm, sub};
 
 /// Bounds of a contact's impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,6 +49,8 @@ pub(crate) struct Constraint<const D: usize> {
     pub(crate) limit: Limit,
     /// Impulse in the operator's frame, N·s: start value in, solution out.
     pub(crate) impulse: [f64; D],
+    /// Normal impulse borne in this substep already, N·s: what counts as little.
+    pub(crate) borne: f64,
 }
 
 impl<const D: usize> Constraint<D> {
@@ -80,8 +82,8 @@ pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
 /// and the next step corrects it.
 pub(super) const RESIDUAL: f64 = 1e-8;
 
-/// Residual that is good enough where neither sweeps nor descents get on: the
-/// next step goes on from there.
+/// Residual that is good enough where neither sweeps nor descents get on, as
+/// between contacts that contradict each other: the next step goes on from there.
 const GOOD_ENOUGH: f64 = 1e-4;
 
 /// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
@@ -92,8 +94,10 @@ const STALLED: f64 = 0.2;
 /// Steps of the first descent; each next one may take twice as many.
 const DESCENT: u32 = 16;
 
-/// Descents after which a residual may be good enough.
-const DESCENTS: u32 = 6;
+/// Share of the residual to which a descent and the sweeps after it must come,
+/// or there are no more: impulses that contacts which contradict each other
+/// could only balance far away are not looked for.
+const WORTH: f64 = 0.5;
 
 /// Round-off of a relative velocity, over the largest velocity in it.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
@@ -104,14 +108,16 @@ const MAX_EFFORT: u32 = 2000;
 impl<const D: usize> System<D> {
     /// Finds the impulses of the constraints that were loaded and adds them to
     /// the velocities. Returns the residual: the largest change of a relative
-    /// velocity in the last sweep over the largest that the impulses make.
+    /// velocity in the last sweep over the largest that the impulses make. A
+    /// change below `least`, m/s, is none.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
+        least: f64,
     ) -> f64 {
         self.begin(constraints, |node| velocity[node as usize]);
-        let residual = self.iterate();
+        let residual = self.iterate(least);
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
@@ -122,9 +128,9 @@ impl<const D: usize> System<D> {
     }
 
     /// The same for nodes at rest; their velocities are left here.
-    pub(crate) fn solve_from_rest(&mut self, constraints: &[Constraint<D>]) {
+    pub(crate) fn solve_from_rest(&mut self, constraints: &[Constraint<D>], least: f64) {
         self.begin(constraints, |_| [0.0; D]);
-        self.iterate();
+        self.iterate(least);
     }
 
     /// Finds the impulses; returns the residual.
@@ -132,35 +138,44 @@ impl<const D: usize> System<D> {
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
     /// (Silcowitz, Niebe, Erleben 2010) and, where that does not get on, by
     /// descents along the faces of the bounds.
-    fn iterate(&mut self) -> f64 {
+    fn iterate(&mut self, least: f64) -> f64 {
         let fastest = self.velocity.iter().map(norm).fold(0.0, f64::max);
+        let least = least.max(ROUND_OFF * fastest);
         let mut search = std::mem::take(&mut self.search);
         search.begin(self.points.len());
-        let (mut effort, mut sweeps, mut descents) = (0, 0, 0);
-        let mut last = f64::INFINITY;
+        let (mut effort, mut sweeps, mut descents, mut descends) = (0, 0, 0, true);
+        let (mut last, mut best) = (f64::INFINITY, f64::INFINITY);
         let residual = loop {
             search.remember(&self.points);
             let (change, scale) = self.sweep();
             (effort, sweeps) = (effort + 1, sweeps + 1);
             let residual = change / scale;
-            if change <= RESIDUAL * scale + ROUND_OFF * fastest {
+            if change <= least.max(RESIDUAL * scale) {
                 break residual.min(RESIDUAL); // of round-off alone it says nothing
             }
-            if effort >= MAX_EFFORT || (descents >= DESCENTS && residual <= GOOD_ENOUGH) {
+            if effort >= MAX_EFFORT || (!descends && residual <= GOOD_ENOUGH) {
                 break residual; // a solve ends with a sweep
             }
-            let stalls = sweeps % PATIENCE == 0 && residual > STALLED * last;
-            if sweeps % PATIENCE == 0 {
-                last = residual;
-            }
-            if stalls {
-                effort += self.descend(DESCENT << descents.min(8), scale);
-                descents += 1;
-                search.begin(self.points.len());
-                (sweeps, last) = (0, f64::INFINITY);
-            } else {
+            let pause = sweeps % PATIENCE == 0;
+            if !(pause && descends && residual > STALLED * last) {
+                last = if pause { residual } else { last };
                 search.advance(self);
+                continue;
             }
+            descends = residual <= WORTH * best;
+            if residual < best {
+                best = residual;
+                search.keep(&self.points);
+            } else {
+                search.restore(self);
+            }
+            if descends {
+                let steps = DESCENT << descents;
+                effort += self.descend(steps.min(MAX_EFFORT), least.max(RESIDUAL * scale), scale);
+                descents += 1;
+            }
+            search.begin(self.points.len());
+            (sweeps, last) = (0, f64::INFINITY);
         };
         self.search = search;
         residual
@@ -176,6 +191,8 @@ pub(super) struct Search<const D: usize> {
     direction: Vec<[f64; D]>,
     /// Square of the last sweep's change, J.
     square: f64,
+    /// Impulses to come back to, N·s.
+    kept: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Search<D> {
@@ -188,6 +205,18 @@ impl<const D: usize> Search<D> {
     fn remember(&mut self, points: &[Point<D>]) {
         self.before.clear();
         self.before.extend(points.iter().map(|point| point.impulse));
+    }
+
+    fn keep(&mut self, points: &[Point<D>]) {
+        self.kept.clear();
+        self.kept.extend(points.iter().map(|point| point.impulse));
+    }
+
+    fn restore(&self, system: &mut System<D>) {
+        for (number, kept) in self.kept.iter().enumerate() {
+            let change = sub(kept, &system.points[number].impulse);
+            system.add(number, &change);
+        }
     }
 
     /// Goes on along the last direction after a sweep. What then is beyond a

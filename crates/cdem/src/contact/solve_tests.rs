@@ -43,6 +43,7 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
             ..Limit::default()
         },
         impulse: [0.0; D],
+        borne: 0.0,
     }
 }
 
@@ -110,7 +111,7 @@ fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
         let before: f64 = velocity.iter().map(|v| v[1]).sum();
         let mut system = System::default();
         system.load(&constraints, mobility(&inertia, &block_of));
-        let residual = system.solve(&mut constraints, &mut velocity);
+        let residual = system.solve(&mut constraints, &mut velocity, 0.0);
         assert!(residual <= 1e-8, "{counts:?}: {residual:e}");
         assert_solved(&constraints, &velocity, 1e-6);
         let after: f64 = velocity.iter().map(|v| v[1]).sum();
@@ -132,7 +133,7 @@ fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
         let mut velocity = closing(counts, 5);
         let mut system = System::default();
         system.load(&constraints, mobility(&inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity);
+        system.solve(&mut constraints, &mut velocity, 0.0);
         velocity
     };
     let (cold, warm) = (solved(0.0), solved(0.3));
@@ -148,12 +149,12 @@ fn storage_that_has_been_used_gives_the_same_bits_as_new() {
     let mut used = System::default();
     let mut other = flush_faces([9, 8], 0.2);
     used.load(&other, mobility(&inertia, &block_of));
-    used.solve(&mut other, &mut closing([9, 8], 1));
+    used.solve(&mut other, &mut closing([9, 8], 1), 0.0);
     let mut results = [used, System::default()].map(|mut system| {
         let mut constraints = flush_faces([12, 9], 0.4);
         let mut velocity = closing([12, 9], 2);
         system.load(&constraints, mobility(&inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity);
+        system.solve(&mut constraints, &mut velocity, 0.0);
         let impulses = constraints.iter().map(|constraint| constraint.impulse);
         (velocity, impulses.collect::<Vec<_>>())
     });
@@ -179,7 +180,7 @@ fn a_long_row_of_rigid_masses_is_stopped_as_one() {
     velocity.push([0.0; 2]);
     let mut system = System::default();
     system.load(&constraints, mobility(&inertia, &block_of));
-    let residual = system.solve(&mut constraints, &mut velocity);
+    let residual = system.solve(&mut constraints, &mut velocity, 0.0);
     assert!(residual <= 1e-8, "{residual:e}");
     assert_solved(&constraints, &velocity, 1e-5);
 }
@@ -191,7 +192,7 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
     let mut system = System::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
-    system.solve(&mut constraints, &mut velocity);
+    system.solve(&mut constraints, &mut velocity, 0.0);
     let impulse = constraints[0].impulse;
     assert!((impulse[0] - 2.0).abs() < 1e-12 && (shear_norm(&impulse) - 1.0).abs() < 1e-12);
     // From 5 m/s, by μ times the normal impulse over the mass.

@@ -53,6 +53,7 @@ pub(super) struct Point<const D: usize> {
     pub(super) target: [f64; D],
     pub(super) limit: Limit,
     pub(super) impulse: [f64; D],
+    borne: f64,
 }
 
 impl<const D: usize> System<D> {
@@ -103,6 +104,7 @@ impl<const D: usize> System<D> {
                 target: [0.0; D],
                 limit: Limit::default(),
                 impulse: [0.0; D],
+                borne: 0.0,
             });
         }
         self.nodes.clear();
@@ -173,6 +175,7 @@ impl<const D: usize> System<D> {
             let point = &mut self.points[number];
             point.target = constraint.target;
             point.limit = constraint.limit;
+            point.borne = constraint.borne;
             point.impulse = [0.0; D];
             let start = std::array::from_fn(|r| {
                 if point.moves(r) {
@@ -192,7 +195,7 @@ impl<const D: usize> System<D> {
     }
 
     /// One sweep of Gauss–Seidel: its largest change of a relative velocity,
-    /// and the largest that a normal impulse makes, m/s.
+    /// and the largest that a normal impulse of the substep makes, m/s.
     pub(super) fn sweep(&mut self) -> (f64, f64) {
         let (mut change, mut scale) = (0.0_f64, f64::MIN_POSITIVE);
         for number in 0..self.points.len() {
@@ -200,7 +203,8 @@ impl<const D: usize> System<D> {
             let point = &mut self.points[number];
             let old = point.impulse;
             change = change.max(point.relax(&relative));
-            scale = scale.max(point.impulse[0].abs() * point.compliance[0]);
+            let normal = point.impulse[0].abs().max(point.borne);
+            scale = scale.max(normal * point.compliance[0]);
             let step = std::array::from_fn(|r| point.impulse[r] - old[r]);
             if step != [0.0; D] {
                 let gains = &self.gains[point.gains.clone()];
