@@ -136,7 +136,7 @@ fn a_ball_leaves_a_wall_as_hertz_says() {
 #[ignore = "slow study: finer balls"]
 fn finer_balls_come_nearer_to_hertz() {
     let mut points = Vec::new();
-    for halvings in 0..3 {
+    for halvings in 0..2 {
         let figures = meet("hertz-wall", halvings);
         check_sums(&figures);
         let [duration, peak] = errors(&figures);
