@@ -1,12 +1,12 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
-use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::System;
 use crate::contact::touches::Touches;
+use crate::contact::{Interior, PENETRATION};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::step::kick::Velocity;
@@ -16,6 +16,12 @@ use crate::vector::pad;
 /// there are more, as when long faces meet at a small angle, those of the next
 /// 1/16 of the substep become one event: closed a little early, never late.
 const EVENTS: usize = 16;
+
+/// Gap, over the tolerance, at which a pair that is about to touch joins an event
+/// that comes before: as much as overlaps may be. Faces that rest on each other
+/// would open and close by less one after the other, each an impact of the whole
+/// pile.
+const EARLY: f64 = PENETRATION;
 
 /// Touches closer in time than this share of the substep are one event.
 const SIMULTANEOUS: f64 = 1e-9;
@@ -45,6 +51,13 @@ pub(crate) struct Setting<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Setting<'a, D> {
+    /// Blocks of a pair: main and target.
+    pub(super) fn blocks(&self, pair: Pair) -> [u32; 2] {
+        let main = self.surface.main_nodes(pair.main)[0];
+        let target = self.surface.target_nodes(pair.target)[0];
+        [main, target].map(|node| self.block_of[node as usize])
+    }
+
     /// Relative velocity that moves points by nothing but round-off over a drift
     /// of `drift` seconds, m/s.
     pub(super) fn least_speed(&self, drift: f64) -> f64 {
@@ -218,7 +231,7 @@ impl<const D: usize> Island<D> {
         (time, drift): (f64, f64),
         books: &mut Books,
     ) {
-        let touches = Touches::new(self, setting, motion, drift).first(0.0);
+        let touches = Touches::new(self, setting, motion, drift).first(0.0, |_, _| false);
         if let Some((0.0, pairs)) = touches {
             for pair in pairs {
                 let at = motion.positions();
@@ -284,7 +297,12 @@ impl<const D: usize> Island<D> {
             } else {
                 duration / EVENTS as f64
             };
-            let Some((instant, pairs)) = touches.first(window) else {
+            let close = |instant: f64, pair: Pair| {
+                let at = motion.positions();
+                let then = at.after(motion.velocity, (instant - elapsed).max(0.0));
+                setting.surface.project(pair, then).gap <= EARLY * setting.tolerance
+            };
+            let Some((instant, pairs)) = touches.first(window, close) else {
                 break;
             };
             let wait = (instant - elapsed).max(0.0);
@@ -331,29 +349,6 @@ impl<const D: usize> Island<D> {
         self.nodes.iter().map(of).collect()
     }
 
-    /// Whether a closed pair already says what `pair` would, `at` the positions
-    /// of its touch, and still does at the `end` of the drift.
-    pub(super) fn says(
-        &self,
-        surface: &dyn Surface<D>,
-        pair: Pair,
-        [at, end]: [Positions<D>; 2],
-        tolerance: f64,
-    ) -> bool {
-        let goes_on = |live: &Live<D>| {
-            let projection = surface.project(live.pair, end);
-            projection.outside <= tolerance
-                || surface
-                    .neighbour(live.pair, &projection.foot, end)
-                    .is_some()
-        };
-        let same = |live: &Live<D>| {
-            live.pair == pair
-                || surface.same_contact(live.pair, pair, at, tolerance) && goes_on(live)
-        };
-        self.live.iter().any(same)
-    }
-
     /// Closes a pair `at` its touch, unless another one already says the same and
     /// does so until the `end` of the drift. Returns how many contacts have
     /// begun: one or none.
@@ -365,14 +360,11 @@ impl<const D: usize> Island<D> {
         time: f64,
     ) -> u64 {
         let surface = setting.surface;
-        if self.says(surface, pair, [at, end], setting.tolerance) {
+        let blocks = setting.blocks(pair);
+        let mut known = self.live.iter().filter(|live| live.between(blocks));
+        if known.any(|live| live.says(surface, pair, [at, end], setting.tolerance)) {
             return 0;
         }
-        let blocks = [
-            surface.main_nodes(pair.main)[0],
-            surface.target_nodes(pair.target)[0],
-        ]
-        .map(|node| setting.block_of[node as usize]);
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, setting.tolerance);
         let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));

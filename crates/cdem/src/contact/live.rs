@@ -68,6 +68,32 @@ impl Record {
 }
 
 impl<const D: usize> Live<D> {
+    /// Whether it is one between two blocks, whichever is the main one.
+    pub(crate) fn between(&self, blocks: [u32; 2]) -> bool {
+        let [one, other] = self.record.blocks;
+        blocks == [one, other] || blocks == [other, one]
+    }
+
+    /// Whether it says what `pair` of the same blocks would, `at` the positions
+    /// of its touch, and still does at the `end` of the drift.
+    pub(crate) fn says(
+        &self,
+        surface: &dyn Surface<D>,
+        pair: Pair,
+        [at, end]: [Positions<D>; 2],
+        tolerance: f64,
+    ) -> bool {
+        if self.pair == pair {
+            return true;
+        }
+        let goes_on = || {
+            let projection = surface.project(self.pair, end);
+            let foot = &projection.foot;
+            projection.outside <= tolerance || surface.neighbour(self.pair, foot, end).is_some()
+        };
+        surface.same_contact(self.pair, pair, at, tolerance) && goes_on()
+    }
+
     /// Moves a sliding contact's foot to where its point is now, and on to a
     /// neighbouring target feature; `false` where the surface has ended by
     /// more than `tolerance`, so that flush corners do not flicker.

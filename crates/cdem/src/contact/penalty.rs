@@ -34,10 +34,10 @@ impl<const D: usize> Island<D> {
             let at = motion.positions();
             let projection = surface.project(pair, at);
             let overlaps = projection.gap < 0.0 && projection.outside <= 0.0;
-            let known = self.says(surface, pair, [at; 2], tolerance);
-            if overlaps && !known && surface.admits(pair, at) {
-                books.touches += self.touch(setting, [at; 2], pair, time);
-                if let Some(live) = self.live.last_mut() {
+            if overlaps && surface.admits(pair, at) {
+                let begun = self.touch(setting, [at; 2], pair, time);
+                books.touches += begun;
+                if let Some(live) = self.live.last_mut().filter(|_| begun > 0) {
                     live.offset[0] = 0.0;
                 }
             }

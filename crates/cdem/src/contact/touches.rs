@@ -1,6 +1,7 @@
 //! Which open pairs of an island touch first, and when.
 
 use crate::contact::island::{Island, Setting};
+use crate::contact::live::Live;
 use crate::contact::surface::{Pair, Surface};
 use crate::model::motion::Motion;
 use crate::vector::{norm, sub};
@@ -31,12 +32,8 @@ impl Touches {
         motion: &Motion<D>,
         duration: f64,
     ) -> Self {
-        let mut closed: Vec<Pair> = island.live.iter().map(|live| live.pair).collect();
-        closed.sort_unstable();
-        let touch = |pair: &Pair| match closed.binary_search(pair) {
-            Ok(_) => Touch::Closed,
-            Err(_) => touch(island, setting, motion, *pair, (0.0, duration)),
-        };
+        let closed = Closed::new(island);
+        let touch = |pair: &Pair| touch(&closed, setting, motion, *pair, (0.0, duration));
         Self {
             touch: island.near.iter().map(touch).collect(),
             near: island.near.clone(),
@@ -44,8 +41,13 @@ impl Touches {
     }
 
     /// The first instant at which pairs touch, s from the start of the drift,
-    /// and those that do within `window` seconds from then, in order of time.
-    pub(super) fn first(&mut self, window: f64) -> Option<(f64, Vec<Pair>)> {
+    /// and those that do within `window` seconds from then, in order of time;
+    /// with them those that are `close` at that instant and touch in this drift.
+    pub(super) fn first(
+        &mut self,
+        window: f64,
+        close: impl Fn(f64, Pair) -> bool,
+    ) -> Option<(f64, Vec<Pair>)> {
         let times = self.touch.iter().filter_map(|touch| match touch {
             Touch::At(time, _) => Some(*time),
             _ => None,
@@ -54,7 +56,7 @@ impl Touches {
         let mut due = Vec::new();
         for touch in &mut self.touch {
             if let Touch::At(time, pair) = *touch
-                && time <= first + window
+                && (time <= first + window || close(first, pair))
             {
                 due.push((time, pair));
                 *touch = Touch::Closed;
@@ -77,6 +79,7 @@ impl Touches {
             Ok(number) => motion.velocity[*node as usize] != before[number],
             Err(_) => false,
         };
+        let closed = Closed::new(island);
         for (state, &pair) in self.touch.iter_mut().zip(&self.near) {
             let main = setting.surface.main_nodes(pair.main).iter();
             let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
@@ -86,26 +89,58 @@ impl Touches {
                 _ => nodes.any(changed),
             };
             if again {
-                *state = touch(island, setting, motion, pair, (elapsed, duration));
+                *state = touch(&closed, setting, motion, pair, (elapsed, duration));
             }
         }
     }
 }
 
+/// The closed contacts of an island, by blocks.
+struct Closed<'a, const D: usize> {
+    live: Vec<([u32; 2], &'a Live<D>)>,
+}
+
+impl<'a, const D: usize> Closed<'a, D> {
+    fn new(island: &'a Island<D>) -> Self {
+        let by_blocks = |live: &'a Live<D>| (ordered(live.record.blocks), live);
+        let mut live: Vec<_> = island.live.iter().map(by_blocks).collect();
+        live.sort_by_key(|live| live.0);
+        Self { live }
+    }
+
+    /// Those between two blocks.
+    fn between(&self, blocks: [u32; 2]) -> impl Iterator<Item = &'a Live<D>> + Clone {
+        let blocks = ordered(blocks);
+        let first = self.live.partition_point(|live| live.0 < blocks);
+        let same = self.live[first..].iter();
+        same.take_while(move |live| live.0 == blocks)
+            .map(|live| live.1)
+    }
+}
+
+fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// When an open pair touches from `elapsed` on, at constant velocities.
 fn touch<const D: usize>(
-    island: &Island<D>,
+    closed: &Closed<D>,
     setting: &Setting<D>,
     motion: &Motion<D>,
     pair: Pair,
     (elapsed, duration): (f64, f64),
 ) -> Touch {
-    let (surface, at, depth) = (setting.surface, motion.positions(), setting.tolerance);
+    let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
+    let mut live = closed.between(setting.blocks(pair));
+    if live.clone().any(|live| live.pair == pair) {
+        return Touch::Closed;
+    }
     let remaining = duration - elapsed;
-    if surface.apart(pair, at) > depth + remaining * fastest(surface, motion, pair) {
+    if surface.apart(pair, at) > tolerance + remaining * fastest(surface, motion, pair) {
         return Touch::Never;
     }
-    let Some(wait) = surface.time_of_impact(pair, at, motion.velocity, remaining, depth) else {
+    let wait = surface.time_of_impact(pair, at, motion.velocity, remaining, tolerance);
+    let Some(wait) = wait else {
         return Touch::Never;
     };
     let then = at.after(motion.velocity, wait);
@@ -113,11 +148,30 @@ fn touch<const D: usize>(
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
-    match surface.rightful(pair, [then, later], depth) {
-        Some(pair) if !island.says(surface, pair, [then, end], depth) => {
-            Touch::At(elapsed + wait, pair)
+    // What is closed at the same place comes first: it costs less to ask.
+    let mut gap = None;
+    let bars = |live: &Live<D>| {
+        live.says(surface, pair, [then, end], tolerance) || {
+            let apart = sub(&surface.point(live.pair, then), &surface.point(pair, then));
+            let held = surface.project(live.pair, later);
+            let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
+            norm(&apart) <= tolerance && held.outside <= tolerance && held.gap >= *gap
         }
-        _ => Touch::Refused,
+    };
+    if live.any(bars) {
+        return Touch::Refused;
+    }
+    match surface.rightful(pair, [then, later], tolerance) {
+        Some(rightful) if rightful == pair => Touch::At(elapsed + wait, pair),
+        Some(rightful) => {
+            let mut live = closed.between(setting.blocks(pair));
+            if live.any(|live| live.says(surface, rightful, [then, end], tolerance)) {
+                Touch::Refused
+            } else {
+                Touch::At(elapsed + wait, rightful)
+            }
+        }
+        None => Touch::Refused,
     }
 }
 

@@ -16,6 +16,8 @@ pub(super) struct Crossing {
     pub(super) gap: f64,
     /// Where the lines are nearest, over the lengths of main and target edge.
     pub(super) foot: [f64; 2],
+    /// Sine of the angle between the edges.
+    pub(super) sine: f64,
     /// Whether the normal is main direction × target direction, or opposite.
     pub(super) forward: bool,
 }
@@ -31,7 +33,8 @@ impl Crossing {
         let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
         let area = cross(&along, &other);
         let size = norm(&area);
-        if size <= PARALLEL * norm(&along) * norm(&other) {
+        let sine = size / (norm(&along) * norm(&other));
+        if sine <= PARALLEL {
             return None;
         }
         let from = sub(&main[0], &target[0]);
@@ -45,6 +48,7 @@ impl Crossing {
                 -dot(&cross(&from, &other), &area) / square,
                 -dot(&cross(&from, &along), &area) / square,
             ],
+            sine,
             forward,
         })
     }

@@ -28,6 +28,10 @@ use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
+/// Turn of a feature against another, rad, for a relative motion of its nodes by
+/// its size: either may turn, at both ends.
+const TURNS: f64 = 4.0;
+
 /// The boundary of all blocks in space.
 #[derive(Clone, Debug)]
 pub(super) struct Shell {
@@ -164,14 +168,42 @@ impl Shell {
     fn first_fall(
         volume: &Volume,
         duration: f64,
-        begins_behind: bool,
+        is_shallow: impl Fn() -> bool,
         touches: impl Fn(f64) -> bool,
     ) -> Option<f64> {
-        let behind = begins_behind && volume.now() <= volume.round_off(duration);
-        if behind && volume.falls_now() && touches(0.0) {
+        let behind = volume.now() <= volume.round_off(duration) && volume.falls_now();
+        if behind && is_shallow() && touches(0.0) {
             return Some(0.0);
         }
         volume.falls_through(duration).find(|&time| touches(time))
+    }
+
+    /// Whether all edges from a vertex lie above a plane with this normal, up to
+    /// a turn of `slack`.
+    fn admits_facing(&self, vertex: u32, normal: &[f64; 3], slack: f64, at: Positions<3>) -> bool {
+        self.skin.edges_at(vertex).iter().all(|&edge| {
+            let away = self.skin.away(vertex, edge, at);
+            dot(&away, normal) >= -slack * norm(&away)
+        })
+    }
+
+    /// Whether the faces beside a main edge lie above, and those beside a target
+    /// edge below, a plane with this normal, up to a turn of `slack`.
+    fn admits_crossing(
+        &self,
+        edges: [u32; 2],
+        normal: &[f64; 3],
+        slack: f64,
+        at: Positions<3>,
+    ) -> bool {
+        edges.into_iter().zip([1.0, -1.0]).all(|(edge, sign)| {
+            let sides = self.skin.directions_into_sides(edge, at);
+            let mut heights = sides
+                .into_iter()
+                .flatten()
+                .map(|into| sign * dot(&into, normal));
+            heights.all(|height| height >= -slack)
+        })
     }
 
     /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
@@ -276,14 +308,29 @@ impl Surface<3> for Shell {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 let facing = self.facing(vertex, triangle, at);
+                let smallest = facing.heights.into_iter().fold(f64::MAX, f64::min);
                 facing.gap <= reach
                     && facing.gap >= -reach - tolerance
                     && facing.outside().1 <= reach
+                    && self.admits_facing(
+                        vertex,
+                        &facing.normal,
+                        FLUSH + TURNS * reach / smallest,
+                        at,
+                    )
             }
             Meeting::Crossing { main, target } => {
-                let mut edges = [main, target].into_iter();
-                self.apart(pair, at) <= reach + tolerance
-                    && edges.all(|edge| self.skin.is_sharp(edge, at))
+                let edges = [main, target];
+                if self.apart(pair, at) > reach + tolerance
+                    || !edges.iter().all(|&edge| self.skin.is_sharp(edge, at))
+                {
+                    return false;
+                }
+                let shortest = f64::min(self.length(main, at), self.length(target, at));
+                self.crossing(main, target, at).is_none_or(|crossing| {
+                    let turn = TURNS * reach / (shortest * crossing.sine);
+                    self.admits_crossing(edges, &crossing.normal, FLUSH + turn, at)
+                })
             }
         }
     }
@@ -316,26 +363,13 @@ impl Surface<3> for Shell {
     fn admits(&self, pair: Pair, at: Positions<3>) -> bool {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
-                let normal = self.skin.normal(triangle, at);
-                self.skin.edges_at(vertex).iter().all(|&edge| {
-                    let away = self.skin.away(vertex, edge, at);
-                    dot(&away, &normal) >= -FLUSH * norm(&away)
-                })
+                self.admits_facing(vertex, &self.skin.normal(triangle, at), FLUSH, at)
             }
             Meeting::Crossing { main, target } => {
-                let Some(crossing) = self.crossing(main, target, at) else {
-                    return false;
-                };
-                let lies = |edge: u32, sign: f64| {
-                    let sides = self
-                        .skin
-                        .directions_into_sides(edge, at)
-                        .into_iter()
-                        .flatten();
-                    let mut heights = sides.map(|into| sign * dot(&into, &crossing.normal));
-                    heights.all(|height| height >= -FLUSH)
-                };
-                lies(main, 1.0) && lies(target, -1.0)
+                let crossing = self.crossing(main, target, at);
+                crossing.is_some_and(|crossing| {
+                    self.admits_crossing([main, target], &crossing.normal, FLUSH, at)
+                })
             }
         }
     }
@@ -366,7 +400,7 @@ impl Surface<3> for Shell {
             Meeting::Facing { vertex, triangle } => {
                 let [a, b, c] = self.skin.triangles[triangle as usize].corners;
                 let volume = Volume::new([between(a, vertex), between(a, b), between(a, c)]);
-                let shallow = self.facing(vertex, triangle, at).gap >= -depth;
+                let shallow = || self.facing(vertex, triangle, at).gap >= -depth;
                 Self::first_fall(&volume, duration, shallow, |time| {
                     let then = at.after(velocity, time);
                     let facing = self.facing(vertex, triangle, then);
@@ -387,8 +421,10 @@ impl Surface<3> for Shell {
                         })
                     }
                 };
-                let now = self.crossing(main, target, at);
-                let shallow = now.is_some_and(|crossing| crossing.gap >= -depth);
+                let shallow = || {
+                    let now = self.crossing(main, target, at);
+                    now.is_some_and(|crossing| crossing.gap >= -depth)
+                };
                 let first = |volume: &Volume, forward| {
                     Self::first_fall(volume, duration, shallow, touches(forward))
                 };
