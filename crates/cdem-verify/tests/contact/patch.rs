@@ -170,6 +170,28 @@ fn stress_is_uneven_where_triangles_match_quadrilaterals() {
     assert!(errors.force.abs() < 5e-5, "{errors:?}");
 }
 
+/// The rims of the two faces bulge differently, by less than the strain of
+/// 2.5e-5: what lies beyond the other's still rests on it.
+#[test]
+fn faces_with_free_rims_come_to_rest() {
+    let mut case = load("pressed-blocks-3d");
+    case.divide("lower", &[2; 3], Tet4);
+    case.divide("upper", &[3; 3], Hex8);
+    case.scene.boundary.truncate(1);
+    let mut simulation = case.start();
+    run(&mut simulation, |_| {});
+    let end = simulation.history();
+    assert!(
+        end.kinetic_energy.abs() < 1e-9 * end.strain_energy,
+        "{end:?}"
+    );
+    assert!(
+        end.correction_loss.abs() < 1e-9 * end.strain_energy,
+        "{end:?}"
+    );
+    assert!(end.impact_loss.abs() < 1e-4 * end.strain_energy, "{end:?}");
+}
+
 #[test]
 #[ignore = "slow study: the patch test on finer meshes"]
 fn what_is_uneven_stays_at_the_interface() {

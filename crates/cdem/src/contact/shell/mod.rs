@@ -133,15 +133,46 @@ impl Shell {
         }
     }
 
-    /// Whether a foot lies on the triangle, up to `slack` beyond its edges. In a
-    /// re-entrant corner a point that touches both faces is beyond the edge of
-    /// each by its depth in the other.
-    fn lies_on(&self, triangle: u32, facing: &Facing, at: Positions<3>, depth: f64) -> bool {
+    /// Whether the foot of a vertex lies on a triangle, up to `depth` beyond its
+    /// edges where
+    /// - the edge is re-entrant: a point that touches both faces is beyond the edge
+    ///   of each by its depth in the other;
+    /// - a face of the vertex lies flush on the triangle: the rims of two faces
+    ///   that end together wind about each other, all but parallel.
+    fn lies_on(
+        &self,
+        (vertex, triangle): (u32, u32),
+        facing: &Facing,
+        at: Positions<3>,
+        depth: f64,
+    ) -> bool {
         (0..3).all(|k| {
             let inside = facing.inside(k);
             let slack = FOOT_ROUND_OFF * facing.heights[k];
             let edge = self.skin.triangles[triangle as usize].edges[k];
-            inside >= -slack || inside >= -slack - depth && self.skin.turn(edge, at) < -FLUSH
+            inside >= -slack
+                || inside >= -slack - depth
+                    && (self.skin.turn(edge, at) < -FLUSH
+                        || self.leads_onto(vertex, (triangle, k), &facing.normal, at))
+        })
+    }
+
+    /// Whether an edge of a vertex lies in the plane of a triangle, and leads to
+    /// its side of edge `k`.
+    fn leads_onto(
+        &self,
+        vertex: u32,
+        (triangle, k): (u32, usize),
+        normal: &[f64; 3],
+        at: Positions<3>,
+    ) -> bool {
+        let points = self.skin.triangle(triangle, at);
+        let along = sub(&points[(k + 1) % 3], &points[k]);
+        let inward = cross(normal, &scale(1.0 / norm(&along), &along));
+        self.skin.edges_at(vertex).iter().any(|&edge| {
+            let away = self.skin.away(vertex, edge, at);
+            let slack = FLUSH * norm(&away);
+            dot(&away, normal).abs() <= slack && dot(&away, &inward) > slack
         })
     }
 
@@ -404,7 +435,7 @@ impl Surface<3> for Shell {
                 Self::first_fall(&volume, duration, shallow, |time| {
                     let then = at.after(velocity, time);
                     let facing = self.facing(vertex, triangle, then);
-                    self.lies_on(triangle, &facing, then, depth)
+                    self.lies_on((vertex, triangle), &facing, then, depth)
                 })
             }
             Meeting::Crossing { main, target } => {
