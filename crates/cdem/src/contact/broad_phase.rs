@@ -122,7 +122,7 @@ impl Class {
         let per_cell = f64::from_bits(((1023 - self.0) as u64) << 52);
         let place = coordinate * per_cell;
         let cell = place as i64; // towards zero
-        cell - i64::from(place < cell as f64)
+        cell.saturating_sub(i64::from(place < cell as f64))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::scene::{BoundaryTarget, Scene};
 use crate::vector::{add, cross, pad, sub, truncate};
 
 /// Of light in vacuum, m/s.
-const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+pub(crate) const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 impl<const D: usize> Model<D> {
     /// Builds the model and the state at t = 0; fills in what the scene left

@@ -23,6 +23,7 @@ pub(crate) use synchronise::Synchronised;
 use crate::around::Around;
 use crate::contact::Contacts;
 use crate::mesh::Element;
+use crate::model::build::SPEED_OF_LIGHT;
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
@@ -176,6 +177,10 @@ impl<const D: usize> Run<D> {
             return false;
         }
         let outlook = self.outlook();
+        // What is torn to pieces is beyond a search, and stopped after the step.
+        if !outlook.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT) {
+            return false;
+        }
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
