@@ -154,12 +154,12 @@ fn stress_is_even_between_hexahedra() {
     check_even(&press([(Hex8, 2), (Hex8, 3)]));
 }
 
-/// Within what the pushes miss; 6e-5 where crossings of edges that strain has
-/// made sharp on the way help.
+/// Pushes at the vertices alone miss by 6.4e-5: as much at a tenth of the
+/// pressure, and after twice the time.
 #[test]
-fn stress_is_even_to_three_per_cent_between_tetrahedra_and_hexahedra() {
+fn stress_is_all_but_even_between_tetrahedra_and_hexahedra_that_do_not_match() {
     let errors = press([(Tet4, 2), (Hex8, 3)]);
-    assert!(errors.largest < 0.03, "{errors:?}");
+    assert!(errors.largest < 1e-4, "{errors:?}");
     assert!(errors.force.abs() < 5e-5, "{errors:?}");
 }
 

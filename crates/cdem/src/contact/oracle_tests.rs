@@ -19,6 +19,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Two cells, and velocities that keep each of them convex and its faces plane:
 /// x' = v + G (x − centre).
+#[derive(Default)]
 struct Meeting<const D: usize> {
     mesh: Mesh<D>,
     velocity: Vec<[f64; D]>,
@@ -136,8 +137,7 @@ struct Draw {
 
 impl<const D: usize> Meeting<D> {
     fn random<S: Space<D>>(random: &mut Rng, draw: Draw) -> Self {
-        let mut mesh = Mesh::default();
-        let mut velocity = Vec::new();
+        let mut meeting = Self::default();
         let direction: [f64; D] = std::array::from_fn(|_| number(random, 1.0));
         for number_of in 0..2 {
             let kind = S::KINDS[random.usize(..S::KINDS.len())];
@@ -159,9 +159,7 @@ impl<const D: usize> Meeting<D> {
                 }
             });
             let (mean, gradient) = Self::motion(random, draw, &direction, sign);
-            let first = mesh.nodes.len() as u32;
-            for corner in S::corners(kind) {
-                let mut corner = corner;
+            let nodes = S::corners(kind).into_iter().map(|mut corner| {
                 if number_of == 1 {
                     corner[D - 1] *= draw.thickness;
                 }
@@ -170,19 +168,30 @@ impl<const D: usize> Meeting<D> {
                 for (v, row) in v.iter_mut().zip(&gradient) {
                     *v += dot(row, &from);
                 }
-                mesh.nodes.push(add(&centre, &from));
-                velocity.push(v);
-            }
-            let nodes: Vec<u32> = (first..mesh.nodes.len() as u32).collect();
-            mesh.elements.push(Element::new(kind, &nodes));
-            mesh.blocks.push(Block {
-                name: String::new(),
-                source: number_of,
-                nodes: first..mesh.nodes.len() as u32,
-                elements: number_of as u32..number_of as u32 + 1,
+                (add(&centre, &from), v)
             });
+            meeting.push(kind, nodes);
         }
-        Self { mesh, velocity }
+        meeting
+    }
+
+    /// Adds a cell with the places and velocities of its nodes.
+    fn push(&mut self, kind: ElementKind, nodes: impl Iterator<Item = ([f64; D], [f64; D])>) {
+        let number = self.mesh.blocks.len();
+        let first = self.mesh.nodes.len() as u32;
+        for (place, velocity) in nodes {
+            self.mesh.nodes.push(place);
+            self.velocity.push(velocity);
+        }
+        let nodes = first..self.mesh.nodes.len() as u32;
+        let numbers: Vec<u32> = nodes.clone().collect();
+        self.mesh.elements.push(Element::new(kind, &numbers));
+        self.mesh.blocks.push(Block {
+            name: String::new(),
+            source: number,
+            nodes,
+            elements: number as u32..number as u32 + 1,
+        });
     }
 
     fn motion(
@@ -207,29 +216,18 @@ impl<const D: usize> Meeting<D> {
     /// The same, seen by an observer elsewhere, who may name the cells the other
     /// way round.
     fn seen_from<S: Space<D>>(&self, angles: [f64; 3], shift: [f64; D], swapped: bool) -> Self {
-        let mut mesh = Mesh::default();
-        let mut velocity = Vec::new();
+        let mut meeting = Self::default();
         let order = if swapped { [1, 0] } else { [0, 1] };
-        for (number, old) in order.into_iter().enumerate() {
-            let block = &self.mesh.blocks[old];
-            let first = mesh.nodes.len() as u32;
-            for node in block.nodes.clone() {
-                let node = node as usize;
-                mesh.nodes
-                    .push(add(&S::turn(&self.mesh.nodes[node], angles), &shift));
-                velocity.push(S::turn(&self.velocity[node], angles));
-            }
-            let nodes: Vec<u32> = (first..mesh.nodes.len() as u32).collect();
+        for block in order.map(|old| &self.mesh.blocks[old]) {
             let kind = self.mesh.elements[block.elements.start as usize].kind;
-            mesh.elements.push(Element::new(kind, &nodes));
-            mesh.blocks.push(Block {
-                name: String::new(),
-                source: number,
-                nodes: first..mesh.nodes.len() as u32,
-                elements: number as u32..number as u32 + 1,
-            });
+            let turned = |node: u32| {
+                let place = S::turn(&self.mesh.nodes[node as usize], angles);
+                let velocity = S::turn(&self.velocity[node as usize], angles);
+                (add(&place, &shift), velocity)
+            };
+            meeting.push(kind, block.nodes.clone().map(turned));
         }
-        Self { mesh, velocity }
+        meeting
     }
 
     /// Distance of the two cells along the axis that has them farthest apart, m;
@@ -400,7 +398,7 @@ fn search_brute_force_and_separating_planes_agree() {
 }
 
 #[test]
-#[ignore = "a hundred thousand meetings of each draw, minutes: ./test --slow"]
+#[ignore = "slow study: a hundred thousand meetings of each draw"]
 fn search_brute_force_and_separating_planes_agree_a_hundred_thousand_times() {
     judge_all(100_000);
 }

@@ -131,7 +131,7 @@ fn touch<const D: usize>(
     (elapsed, duration): (f64, f64),
 ) -> Touch {
     let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
-    let mut live = closed.between(setting.blocks(pair));
+    let live = closed.between(setting.blocks(pair));
     if live.clone().any(|live| live.pair == pair) {
         return Touch::Closed;
     }
@@ -158,20 +158,13 @@ fn touch<const D: usize>(
             norm(&apart) <= tolerance && held.outside <= tolerance && held.gap >= *gap
         }
     };
-    if live.any(bars) {
+    if live.clone().any(bars) {
         return Touch::Refused;
     }
+    let says = |pair: Pair| move |live: &Live<D>| live.says(surface, pair, [then, end], tolerance);
     match surface.rightful(pair, [then, later], tolerance) {
-        Some(rightful) if rightful == pair => Touch::At(elapsed + wait, pair),
-        Some(rightful) => {
-            let mut live = closed.between(setting.blocks(pair));
-            if live.any(|live| live.says(surface, rightful, [then, end], tolerance)) {
-                Touch::Refused
-            } else {
-                Touch::At(elapsed + wait, rightful)
-            }
-        }
-        None => Touch::Refused,
+        Some(pair) if !live.clone().any(says(pair)) => Touch::At(elapsed + wait, pair),
+        _ => Touch::Refused,
     }
 }
 

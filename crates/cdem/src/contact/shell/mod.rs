@@ -100,7 +100,7 @@ impl Shell {
     /// Sum of the normals on the two sides of an edge.
     fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for side in self.skin.edges[edge as usize].sides().into_iter().flatten() {
+        for side in self.skin.edges[edge as usize].sides.into_iter().flatten() {
             add_scaled(&mut sum, 1.0, &self.skin.normal(side, at));
         }
         sum
@@ -532,9 +532,10 @@ impl Surface<3> for Shell {
     }
 
     fn classify(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> (ContactKind, f64) {
+        let places = Place::both(self, pair, at, tolerance);
         (
-            Place::kind(self, pair, at, tolerance),
-            self.share(pair, at, tolerance),
+            Place::kind(self, pair, &places, at),
+            self.share(pair, &places, at, tolerance),
         )
     }
 }

@@ -49,7 +49,7 @@ impl Place {
         if foot.min(1.0 - foot) * length <= tolerance && end < shell.skin.vertex_count {
             return Self::at_vertex(shell, end, at);
         }
-        let sides = shell.skin.edges[edge as usize].sides();
+        let sides = shell.skin.edges[edge as usize].sides;
         Self {
             vertex: None,
             edges: vec![edge],
@@ -128,9 +128,13 @@ impl Place {
         pairs
     }
 
-    /// The type of a contact.
-    pub(super) fn kind(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> ContactKind {
-        let places = Self::both(shell, pair, at, tolerance);
+    /// The type of a contact between the places of main and target.
+    pub(super) fn kind(
+        shell: &Shell,
+        pair: Pair,
+        places: &[Self; 2],
+        at: Positions<3>,
+    ) -> ContactKind {
         let Some(normal) = shell.normal(pair, at) else {
             return ContactKind::EdgeEdge;
         };

@@ -121,13 +121,21 @@ impl Patch {
 }
 
 impl Shell {
-    /// Tributary area of a contact, m²: 0 where no faces lie on each other.
-    pub(super) fn share(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> f64 {
+    /// Tributary area of a contact between the places of main and target, m²: 0
+    /// where no faces lie on each other.
+    pub(super) fn share(
+        &self,
+        pair: Pair,
+        places: &[Place; 2],
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> f64 {
         let Some(normal) = self.normal(pair, at) else {
             return 0.0;
         };
         let point = self.point(pair, at);
-        let [main, target] = Place::both(self, pair, at, tolerance)
+        let [main, target] = places
+            .each_ref()
             .map(|place| self.flush_facets(&place.triangles, &normal, at));
         let (Some(&first), Some(_)) = (main.first(), target.first()) else {
             return 0.0;

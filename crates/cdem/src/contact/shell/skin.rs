@@ -21,9 +21,6 @@ const MAY_BE_SHARP: f64 = -0.1;
 /// Nodes of an edge or a triangle at most: those of a quadrilateral.
 const MOST: usize = 4;
 
-/// No triangle.
-const NONE: u32 = u32::MAX;
-
 /// A corner of triangles: a boundary node, or the mean of a quadrilateral's
 /// four.
 #[derive(Clone, Debug)]
@@ -81,19 +78,10 @@ pub(super) struct Triangle {
 pub(super) struct Edge {
     /// The corners at its ends.
     pub(super) ends: [u32; 2],
-    /// The triangles at it: one goes along it from its first end to its second,
-    /// the other back.
-    triangles: [u32; 2],
-    /// Whether there are just these two.
-    manifold: bool,
+    /// The triangles on its sides, one along it from its first end to its second,
+    /// the other back; `None` where there are more than two.
+    pub(super) sides: Option<[u32; 2]>,
     nodes: Nodes,
-}
-
-impl Edge {
-    /// The triangles on its sides; `None` where there are more than two.
-    pub(super) fn sides(&self) -> Option<[u32; 2]> {
-        self.manifold.then_some(self.triangles)
-    }
 }
 
 /// The boundary of all blocks in space.
@@ -114,9 +102,11 @@ pub(super) struct Skin {
 }
 
 impl Skin {
-    /// The boundary of `mesh`, for contact within `tolerance`, m. A quadrilateral becomes four triangles about the
-    /// mean of its nodes: blocks that share it agree on where it is, warped or
-    /// not, and a force on its middle goes to all four nodes alike.
+    /// The boundary of `mesh`, for contact within `tolerance`, m.
+    ///
+    /// A quadrilateral becomes four triangles about the mean of its nodes: blocks
+    /// that share it agree on where it is, warped or not, and a force on its
+    /// middle goes to all four nodes alike.
     pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         let facets: Vec<Nodes> = mesh
             .boundary_facets()
@@ -141,7 +131,7 @@ impl Skin {
             let mut add = |corners: [u32; 3]| {
                 triangles.push(Triangle {
                     corners,
-                    edges: [NONE; 3],
+                    edges: [u32::MAX; 3], // told by `edges_of`
                     facet: number as u32,
                     nodes: *facet,
                 });
@@ -270,7 +260,7 @@ impl Skin {
         edge: u32,
         at: Positions<3>,
     ) -> Option<[[f64; 3]; 2]> {
-        let sides = self.edges[edge as usize].sides()?;
+        let sides = self.edges[edge as usize].sides?;
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);
         let along = scale(1.0 / norm(&along), &along);
@@ -281,7 +271,7 @@ impl Skin {
     /// Angle by which the boundary turns at an edge, rad: positive where it is
     /// convex, and where more than two triangles meet.
     pub(super) fn turn(&self, edge: u32, at: Positions<3>) -> f64 {
-        let Some(sides) = self.edges[edge as usize].sides() else {
+        let Some(sides) = self.edges[edge as usize].sides else {
             return std::f64::consts::PI;
         };
         let [a, b] = self.edge(edge, at);
@@ -310,7 +300,7 @@ impl Skin {
         if turn >= SHARP {
             return f64::INFINITY;
         }
-        let sides = self.edges[edge as usize].sides().into_iter().flatten();
+        let sides = self.edges[edge as usize].sides.into_iter().flatten();
         let [a, b] = self.edge(edge, at);
         let length = norm(&sub(&b, &a));
         let heights = sides.map(|side| {
@@ -323,7 +313,7 @@ impl Skin {
     /// The triangle on the other side of edge `k` of a triangle.
     pub(super) fn across(&self, triangle: u32, k: usize) -> Option<u32> {
         let edge = self.triangles[triangle as usize].edges[k];
-        let [one, other] = self.edges[edge as usize].sides()?;
+        let [one, other] = self.edges[edge as usize].sides?;
         Some(if one == triangle { other } else { one })
     }
 }
@@ -350,12 +340,11 @@ fn edges_of(triangles: &mut [Triangle], corners: &[Corner]) -> Vec<Edge> {
         for &(_, triangle, k) in around {
             triangles[triangle as usize].edges[k] = edges.len() as u32;
         }
-        edges.push(Edge {
-            ends,
-            triangles: [around[0].1, around.get(1).map_or(NONE, |side| side.1)],
-            manifold: around.len() == 2 && around[1].0 == [ends[1], ends[0]],
-            nodes,
-        });
+        let sides = match around {
+            [one, other] if other.0 == [ends[1], ends[0]] => Some([one.1, other.1]),
+            _ => None,
+        };
+        edges.push(Edge { ends, sides, nodes });
     }
     edges
 }

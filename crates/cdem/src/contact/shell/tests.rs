@@ -384,7 +384,7 @@ fn no_touch_is_missed_or_late() {
 }
 
 #[test]
-#[ignore = "a million queries, minutes: ./test --slow"]
+#[ignore = "slow study: a million times of impact"]
 fn no_touch_of_a_million_is_missed_or_late() {
     never_late(3, 500_000, false);
     never_late(4, 500_000, true);
@@ -466,7 +466,7 @@ proptest! {
         let at = Positions::new(&mesh.nodes, &still);
         let shell = Shell::new(&mesh, 1e-6);
         let contacts = contacts_of(&shell, at, 1e-6);
-        let sum: f64 = contacts.iter().map(|&pair| shell.share(pair, at, 1e-6)).sum();
+        let sum: f64 = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).1).sum();
         let corners = |number: usize| {
             let nodes = mesh.blocks[number].nodes.clone();
             let outer = nodes.filter(|&node| {
