@@ -13,6 +13,10 @@ pub struct Balance {
     /// Most energy exchanged, and worst residual and growth, J.
     exchanged: f64,
     unbalanced: [f64; 2],
+    /// Least K + U less all work done so far, and how far it has come above what
+    /// it had been, J.
+    least: f64,
+    raised: f64,
     /// Change of momentum less the impulse of external forces, over Σ m|v|.
     pub momentum: f64,
     /// Change of angular momentum about the origin, less what corrections of
@@ -24,6 +28,9 @@ pub struct Balance {
     /// K + U less all work done on the blocks, above its start, over the
     /// energy exchanged; ≤ 0 but for the residual.
     pub growth: f64,
+    /// The same above its least so far: what a gain would show that losses
+    /// before it have made room for.
+    pub rise: f64,
 }
 
 impl Balance {
@@ -34,10 +41,13 @@ impl Balance {
             start: simulation.history(),
             exchanged: f64::MIN_POSITIVE,
             unbalanced: [0.0, f64::NEG_INFINITY],
+            least: f64::INFINITY,
+            raised: 0.0,
             momentum: 0.0,
             angular_momentum: 0.0,
             residual: 0.0,
             growth: f64::NEG_INFINITY,
+            rise: 0.0,
         }
     }
 
@@ -66,6 +76,9 @@ impl Balance {
         let [residual, growth] = &mut self.unbalanced;
         *residual = residual.max(row.energy_residual.abs());
         *growth = growth.max(energy(&row) - energy(&self.start));
+        self.least = self.least.min(energy(&row));
+        self.raised = self.raised.max(energy(&row) - self.least);
+        self.rise = self.raised / self.exchanged;
         self.residual = *residual / self.exchanged;
         self.growth = *growth / self.exchanged;
         row

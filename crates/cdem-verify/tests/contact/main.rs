@@ -16,3 +16,4 @@ mod paper;
 mod patch;
 mod slope;
 mod stack;
+mod tunnel;
