@@ -14,6 +14,7 @@ mod joints;
 mod many;
 mod paper;
 mod patch;
+mod rolling;
 mod slope;
 mod stack;
 mod tunnel;
