@@ -178,6 +178,8 @@ pub(crate) struct Health {
     looked: Option<u64>,
     /// Blocks that have been warned of.
     stretched: Vec<bool>,
+    /// Whether it has been warned of blocks that have outrun the search.
+    outrun: bool,
     /// What the user should know, in order of time.
     pub(crate) warnings: Vec<String>,
 }
@@ -194,6 +196,7 @@ impl Health {
             limit: RUNAWAY * (waves.fold(0.0, f64::max) + start.fold(0.0, f64::max)),
             looked: None,
             stretched: vec![false; run.model.blocks.len()],
+            outrun: false,
             warnings: Vec::new(),
         }
     }
@@ -259,14 +262,26 @@ impl Health {
     /// The look at what no contact knows of: blocks in each other. Dear, so
     /// every [`OVERLAP_INTERVAL`] steps, at the end, and where nodes have
     /// outrun the search.
-    pub(crate) fn check_overlap<const D: usize>(run: &mut Run<D>) -> Result<(), StepError> {
+    pub(crate) fn check_overlap<const D: usize>(
+        &mut self,
+        run: &mut Run<D>,
+    ) -> Result<(), StepError> {
         let number = run.state.number;
         let due = number.is_multiple_of(OVERLAP_INTERVAL) || number == run.model.step_count;
         let Some(contacts) = &mut run.contacts else {
             return Ok(());
         };
-        if !contacts.take_outrun() && !due {
+        let outrun = contacts.take_outrun();
+        if !outrun && !due {
             return Ok(());
+        }
+        if outrun && !self.outrun {
+            self.outrun = true;
+            self.warnings.push(format!(
+                "blocks were thrown farther in the step before t = {:.4e} s than contacts had been \
+                 looked for, and may have gone through others: try a smaller `time.step`",
+                number as f64 * run.model.step
+            ));
         }
         let contacts = &*contacts;
         let at = run.model.positions(&run.state);

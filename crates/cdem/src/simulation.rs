@@ -382,7 +382,7 @@ impl<const D: usize> Driven<D> {
         self.exchange
             .count(ledger.external_work, ledger.gravity_work);
         self.health.check_motion(&self.run)?;
-        Health::check_overlap(&mut self.run)?;
+        self.health.check_overlap(&mut self.run)?;
         let number = self.run.state.number;
         if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
             return Ok(());
