@@ -66,20 +66,6 @@ impl<const D: usize> Aabb<D> {
     }
 }
 
-/// Features that are tested against each other: mains against targets only.
-/// Numbers of features are those of the surface.
-#[derive(Clone, Debug)]
-pub(crate) struct Family<const D: usize> {
-    /// Boxes of main features, in order of their number.
-    pub(crate) mains: Vec<Aabb<D>>,
-    /// Boxes of target features, in order of their number.
-    pub(crate) targets: Vec<Aabb<D>>,
-    /// Number of the first main feature.
-    pub(crate) first_main: u32,
-    /// Number of the first target feature.
-    pub(crate) first_target: u32,
-}
-
 /// Cells beyond which coordinates are not resolved: boxes smaller than a
 /// 2⁻⁴⁰th of the largest coordinate share the class of that size.
 const RESOLVED: i32 = 40;

@@ -27,7 +27,7 @@ mod touches;
 use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
 use live::{Live, Record};
-use search::{Blocks, Search};
+use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
 
 use crate::mesh::Mesh;
@@ -107,6 +107,7 @@ pub(crate) struct Contacts<const D: usize> {
 /// What does not change in a run.
 struct Terms<const D: usize> {
     surface: Box<dyn Surface<D>>,
+    patches: Patches,
     laws: Laws,
     /// Block of each node.
     block_of: Vec<u32>,
@@ -120,21 +121,17 @@ impl<const D: usize> Terms<D> {
     fn blocks<'a>(&'a self, fixed: &'a [bool]) -> Blocks<'a, D> {
         Blocks {
             surface: &*self.surface,
+            patches: &self.patches,
             block_of: &self.block_of,
             fixed,
             tolerance: self.tolerance,
         }
     }
 
-    /// Whether contact between the features of a pair is wanted.
-    fn may_touch<'a>(&'a self, fixed: &'a [bool]) -> impl Fn(Pair) -> bool + 'a {
-        let blocks = self.blocks(fixed);
-        move |pair| {
-            let [a, b] = blocks.of(pair);
-            a != b
-                && !(fixed[a as usize] && fixed[b as usize])
-                && self.laws.between(a, b).enabled
-                && self.surface.matches(pair)
+    /// Whether contact between two blocks is wanted.
+    fn may_meet<'a>(&'a self, fixed: &'a [bool]) -> impl Fn([u32; 2]) -> bool + 'a {
+        move |[a, b]| {
+            a != b && !(fixed[a as usize] && fixed[b as usize]) && self.laws.between(a, b).enabled
         }
     }
 
@@ -177,6 +174,7 @@ impl<const D: usize> Contacts<D> {
         }
         Self {
             terms: Terms {
+                patches: Patches::new(&*surface, &block_of, &mesh.nodes),
                 surface,
                 laws: Laws::new(scene, mesh),
                 block_of,
@@ -212,7 +210,7 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn close_initial(&mut self, at: Positions<D>, inertia: &Inertia<D>) {
         let within = self.terms.tolerance;
         let blocks = self.terms.blocks(&self.fixed);
-        let pairs = blocks.pairs_within(at, within, &self.terms.may_touch(&self.fixed));
+        let pairs = blocks.pairs_within(at, within, &self.terms.may_meet(&self.fixed));
         let mut island = Island::default();
         let setting = self.terms.setting(inertia);
         for pair in pairs {
@@ -245,8 +243,8 @@ impl<const D: usize> Contacts<D> {
         let moved: Vec<f64> = outlook.now.iter().map(|speed| speed * step).collect();
         self.outrun |= self.search.was_outrun(&blocks, at, &moved);
         let near = {
-            let may_touch = self.terms.may_touch(&self.fixed);
-            self.search.near(&blocks, at, (outlook, step), &may_touch)
+            let may_meet = self.terms.may_meet(&self.fixed);
+            self.search.near(&blocks, at, (outlook, step), &may_meet)
         };
         let known = |live: &Live<D>| self.search.is_near(live.pair);
         if near != self.near || !self.live().all(known) {

@@ -4,8 +4,8 @@
 
 use fastrand::Rng;
 
-use super::broad_phase::{Aabb, overlapping};
 use super::outline::Outline;
+use super::search::Patches;
 use super::shell::Shell;
 use super::surface::{Pair, Positions, Surface};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
@@ -285,25 +285,20 @@ impl<const D: usize> Meeting<D> {
         let first = |pairs: Vec<Pair>| pairs.into_iter().filter_map(touch).min_by(f64::total_cmp);
         let fastest = self.velocity.iter().map(norm).fold(0.0, f64::max);
         let reach = 2.0 * fastest;
-        let (mut all, mut near) = (Vec::new(), Vec::new());
-        let grown = |boxes: &[Aabb<D>]| -> Vec<Aabb<D>> {
-            let half = 0.5 * (reach + TOLERANCE);
-            boxes.iter().map(|aabb| aabb.grown(half)).collect()
-        };
-        for family in surface.families(at) {
-            let pair = |main: u32, target: u32| Pair {
-                main: family.first_main + main,
-                target: family.first_target + target,
-            };
-            for main in 0..family.mains.len() as u32 {
-                all.extend((0..family.targets.len() as u32).map(|target| pair(main, target)));
+        let mut all = Vec::new();
+        for [mains, targets] in surface.families() {
+            for main in mains {
+                all.extend(targets.clone().map(|target| Pair { main, target }));
             }
-            let boxes = [&family.mains, &family.targets].map(|boxes| grown(boxes));
-            let boxes = overlapping(&boxes[0], &boxes[1], |_, _| true);
-            near.extend(boxes.into_iter().map(|(main, target)| pair(main, target)));
         }
         all.retain(apart);
-        near.retain(|pair| apart(pair) && surface.near(*pair, at, reach, TOLERANCE));
+        let block_of: Vec<u32> = (0..self.mesh.nodes.len() as u32)
+            .map(|node| block(&[node]))
+            .collect();
+        let patches = Patches::new(&*surface, &block_of, &self.mesh.nodes);
+        let margin = |_| 0.5 * (reach + TOLERANCE);
+        let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
+        near.retain(|pair| surface.near(*pair, at, reach, TOLERANCE));
         [first(all), first(near)]
     }
 }

@@ -1,6 +1,7 @@
 //! Surfaces in 2-D: boundary vertices against boundary edges.
 
-use crate::contact::broad_phase::{Aabb, Family};
+use std::ops::Range;
+
 use crate::contact::roots::roots;
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
@@ -232,21 +233,8 @@ impl Surface<2> for Outline {
         &self.edges[target as usize]
     }
 
-    fn families(&self, at: Positions<2>) -> Vec<Family<2>> {
-        let mains = self
-            .vertices
-            .iter()
-            .map(|v| Aabb::around([at.at(v.node[0])], 0.0));
-        let targets = self
-            .edges
-            .iter()
-            .map(|e| Aabb::around(e.map(|node| at.at(node)), 0.0));
-        vec![Family {
-            mains: mains.collect(),
-            targets: targets.collect(),
-            first_main: 0,
-            first_target: 0,
-        }]
+    fn families(&self) -> Vec<[Range<u32>; 2]> {
+        vec![[0..self.vertices.len() as u32, 0..self.edges.len() as u32]]
     }
 
     fn apart(&self, pair: Pair, at: Positions<2>) -> f64 {

@@ -1,6 +1,8 @@
 //! What contact needs to know of the blocks' surfaces, in any dimension.
 
-use crate::contact::broad_phase::{Aabb, Family};
+use std::ops::Range;
+
+use crate::contact::broad_phase::Aabb;
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, dot};
 
@@ -132,19 +134,29 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn main_nodes(&self, main: u32) -> &[u32];
     /// Nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
-    /// Boxes around the features of each family.
-    fn families(&self, at: Positions<D>) -> Vec<Family<D>>;
-    /// Whether a pair of overlapping boxes is one to look at: where either
-    /// feature could be the main one, only one of the two ways is.
+    /// Numbers of the main and of the target features that are looked at against
+    /// each other, family by family.
+    fn families(&self) -> Vec<[Range<u32>; 2]>;
+    /// Box around a main feature; empty where nothing can touch it for now.
+    fn main_box(&self, main: u32, at: Positions<D>) -> Aabb<D> {
+        let nodes = self.main_nodes(main).iter();
+        Aabb::around(nodes.map(|&node| at.at(node)), 0.0)
+    }
+    /// Box around a target feature; empty where nothing can touch it for now.
+    fn target_box(&self, target: u32, at: Positions<D>) -> Aabb<D> {
+        let nodes = self.target_nodes(target).iter();
+        Aabb::around(nodes.map(|&node| at.at(node)), 0.0)
+    }
+    /// Whether a pair of a family is one to look at: where either feature could be
+    /// the main one, only one of the two ways is.
     fn matches(&self, _pair: Pair) -> bool {
         true
     }
     /// Distance between the features of a pair, m, or less: never more, and it
     /// changes by no more than the nodes of both features move.
     fn apart(&self, pair: Pair, at: Positions<D>) -> f64 {
-        let around = |nodes: &[u32]| Aabb::around(nodes.iter().map(|&node| at.at(node)), 0.0);
-        let main = around(self.main_nodes(pair.main));
-        main.apart(&around(self.target_nodes(pair.target)))
+        let main = self.main_box(pair.main, at);
+        main.apart(&self.target_box(pair.target, at))
     }
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
     /// is what they may lie in each other. Only asked of features no farther

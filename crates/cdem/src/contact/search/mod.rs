@@ -21,12 +21,14 @@
 //! get the largest share among them. More of them may be near then, and so on;
 //! since shares only grow the end is the same in any order.
 
+mod patches;
 #[cfg(test)]
 mod study;
 #[cfg(test)]
 mod tests;
 
-use crate::contact::broad_phase;
+pub(super) use patches::Patches;
+
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::step::levels::Joined;
 use crate::step::outlook::Outlook;
@@ -67,6 +69,7 @@ struct Candidate {
 /// What a search needs to know of the blocks.
 pub(super) struct Blocks<'a, const D: usize> {
     pub(super) surface: &'a dyn Surface<D>,
+    pub(super) patches: &'a Patches,
     /// Block of each node; nodes of a block follow each other.
     pub(super) block_of: &'a [u32],
     /// Blocks that never move.
@@ -109,13 +112,13 @@ struct Motion {
 
 impl<const D: usize> Search<D> {
     /// The pairs near at the start of a coarse step of `step` seconds, sorted.
-    /// `may_touch` says which pairs are wanted.
+    /// `may_meet` says the pairs of which blocks are wanted.
     pub(super) fn near(
         &mut self,
         blocks: &Blocks<D>,
         at: Positions<D>,
         (outlook, step): (&Outlook, f64),
-        may_touch: &dyn Fn(Pair) -> bool,
+        may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         self.blocks.resize(blocks.fixed.len(), Motion::default());
         self.follow(blocks, at);
@@ -130,7 +133,7 @@ impl<const D: usize> Search<D> {
         let exceeds = |motion: &Motion| motion.moved + motion.share > motion.allowance;
         loop {
             if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
-                self.broad_phase(blocks, at, may_touch);
+                self.broad_phase(blocks, at, may_meet);
             }
             self.look_at_all(blocks, at);
             self.share_among_near(blocks, at);
@@ -198,7 +201,7 @@ impl<const D: usize> Search<D> {
         &mut self,
         blocks: &Blocks<D>,
         at: Positions<D>,
-        may_touch: &dyn Fn(Pair) -> bool,
+        may_meet: &dyn Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
         let shares = self.blocks.iter().map(|motion| motion.share);
@@ -221,7 +224,8 @@ impl<const D: usize> Search<D> {
         self.last.clone_from(&self.origin);
         let allowance = |block: u32| self.blocks[block as usize].allowance;
         let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
-        let pairs = blocks.overlapping(at, &margin, may_touch);
+        let patches = blocks.patches;
+        let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
         let candidates = pairs.into_iter().map(|pair| Candidate {
             pair,
             blocks: blocks.of(pair),
@@ -360,56 +364,21 @@ fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
 impl<const D: usize> Blocks<'_, D> {
     /// Blocks of the main and the target feature of a pair.
     pub(super) fn of(&self, pair: Pair) -> [u32; 2] {
-        [self.main_block(pair.main), self.target_block(pair.target)]
+        let main = self.surface.main_nodes(pair.main)[0];
+        let target = self.surface.target_nodes(pair.target)[0];
+        [main, target].map(|node| self.block_of[node as usize])
     }
 
-    fn main_block(&self, main: u32) -> u32 {
-        self.block_of[self.surface.main_nodes(main)[0] as usize]
-    }
-
-    fn target_block(&self, target: u32) -> u32 {
-        self.block_of[self.surface.target_nodes(target)[0] as usize]
-    }
-
-    /// Pairs that `may_touch` wants and that lie within `distance` of each other,
+    /// Pairs of blocks that `may_meet` and that lie within `distance` of each other,
     /// and some beyond, sorted.
     pub(super) fn pairs_within(
         &self,
         at: Positions<D>,
         distance: f64,
-        may_touch: &dyn Fn(Pair) -> bool,
+        may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
-        self.overlapping(at, &|_| 0.5 * distance, may_touch)
-    }
-
-    /// Pairs that `may_touch` wants and whose boxes overlap, each grown by the
-    /// `margin` of its block, sorted.
-    fn overlapping(
-        &self,
-        at: Positions<D>,
-        margin: &dyn Fn(u32) -> f64,
-        may_touch: &dyn Fn(Pair) -> bool,
-    ) -> Vec<Pair> {
-        let mut pairs = Vec::new();
-        for mut family in self.surface.families(at) {
-            let (first_main, first_target) = (family.first_main, family.first_target);
-            for (main, aabb) in (first_main..).zip(&mut family.mains) {
-                *aabb = aabb.grown(margin(self.main_block(main)));
-            }
-            for (target, aabb) in (first_target..).zip(&mut family.targets) {
-                *aabb = aabb.grown(margin(self.target_block(target)));
-            }
-            let pair = |main: u32, target: u32| Pair {
-                main: first_main + main,
-                target: first_target + target,
-            };
-            let wanted = |main, target| may_touch(pair(main, target));
-            let found = broad_phase::overlapping(&family.mains, &family.targets, wanted);
-            pairs.extend(found.into_iter().map(|(main, target)| pair(main, target)));
-        }
-        if !pairs.is_sorted() {
-            pairs.sort_unstable();
-        }
-        pairs
+        let margin = |_| 0.5 * distance;
+        self.patches
+            .overlapping(self.surface, at, &margin, may_meet)
     }
 }

@@ -94,12 +94,12 @@ impl Cost {
         let (at, step) = (run.model.positions(&run.state), run.model.step);
         let search = &mut contacts.search;
         let blocks = contacts.terms.blocks(&contacts.fixed);
-        let may_touch = contacts.terms.may_touch(&contacts.fixed);
-        let mut find = || drop(search.near(&blocks, at, (&outlook, step), &may_touch));
+        let may_meet = contacts.terms.may_meet(&contacts.fixed);
+        let mut find = || drop(search.near(&blocks, at, (&outlook, step), &may_meet));
         self.filter += time(3, &mut find);
-        self.broad_phase += time(1, || search.broad_phase(&blocks, at, &may_touch));
-        search.near(&blocks, at, (&outlook, step), &may_touch);
-        drop(may_touch);
+        self.broad_phase += time(1, || search.broad_phase(&blocks, at, &may_meet));
+        search.near(&blocks, at, (&outlook, step), &may_meet);
+        drop(may_meet);
         let number = run.state.number;
         self.joins += time(3, || assert!(!contacts.join(number)));
         self.grouping += time(3, || {

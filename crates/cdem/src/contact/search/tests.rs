@@ -2,10 +2,12 @@
 
 use proptest::prelude::*;
 
-use super::{APART, Blocks, Search};
+use super::{APART, Blocks, Patches, Search};
 use crate::contact::outline::Outline;
+use crate::contact::shell::Shell;
 use crate::contact::surface::{Pair, Positions, Surface};
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{self, Block, Element, ElementKind, Mesh};
+use crate::scene::Geometry;
 use crate::step::outlook::Outlook;
 
 const TOLERANCE: f64 = 1e-3;
@@ -58,6 +60,7 @@ fn stones() -> impl Strategy<Value = Vec<Stone>> {
 struct Crowd {
     stones: Vec<Stone>,
     outline: Outline,
+    patches: Patches,
     block_of: Vec<u32>,
     fixed: Vec<bool>,
     outlook: Outlook,
@@ -82,10 +85,13 @@ impl Crowd {
                 elements: number..number + 1,
             });
         }
+        let outline = Outline::new(&mesh, 1.0);
+        let block_of: Vec<u32> = (0..mesh.nodes.len() as u32).map(|node| node / 3).collect();
         let speeds: Vec<f64> = stones.iter().map(Stone::speed).collect();
         Self {
-            outline: Outline::new(&mesh, 1.0),
-            block_of: (0..mesh.nodes.len() as u32).map(|node| node / 3).collect(),
+            patches: Patches::new(&outline, &block_of, &mesh.nodes),
+            outline,
+            block_of,
             fixed,
             outlook: Outlook {
                 now: speeds.clone(),
@@ -103,14 +109,14 @@ impl Crowd {
     fn blocks(&self) -> Blocks<'_, 2> {
         Blocks {
             surface: &self.outline,
+            patches: &self.patches,
             block_of: &self.block_of,
             fixed: &self.fixed,
             tolerance: TOLERANCE,
         }
     }
 
-    fn may_touch(&self, pair: Pair) -> bool {
-        let [a, b] = self.blocks().of(pair);
+    fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
         a != b && !(self.fixed[a as usize] && self.fixed[b as usize])
     }
 
@@ -125,7 +131,7 @@ impl Crowd {
                 .map(|block| share[block as usize])
                 .iter()
                 .sum();
-            self.may_touch(pair)
+            self.may_meet(blocks.of(pair))
                 && blocks.surface.apart(pair, at) <= APART * (reach + TOLERANCE)
                 && self.outline.near(pair, at, reach, TOLERANCE)
         })
@@ -151,8 +157,8 @@ proptest! {
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
             let at = Positions::new(&nodes, &still);
-            let may_touch = |pair| crowd.may_touch(pair);
-            let near = whole.near(&crowd.blocks(), at, with, &may_touch);
+            let may_meet = |blocks| crowd.may_meet(blocks);
+            let near = whole.near(&crowd.blocks(), at, with, &may_meet);
             prop_assert_eq!(&near, &crowd.near(at, &shares(&whole)));
             for pair in &near {
                 prop_assert!(whole.is_near(*pair));
@@ -161,10 +167,57 @@ proptest! {
                 prop_assert!(crowd.fixed[a] || crowd.fixed[b] || whole.blocks[a].share == whole.blocks[b].share);
             }
             if number >= from {
-                let near_too = resumed.near(&crowd.blocks(), at, with, &may_touch);
+                let near_too = resumed.near(&crowd.blocks(), at, with, &may_meet);
                 prop_assert_eq!(near, near_too);
                 prop_assert_eq!(shares(&whole), shares(&resumed));
             }
         }
+    }
+}
+
+/// Two meshed boxes, one of which reaches into the other across a corner.
+fn corner_in_corner() -> Mesh<3> {
+    let cube = |min: [f64; 3], max: [f64; 3], divisions: usize| Geometry::Box {
+        min: min.to_vec(),
+        max: max.to_vec(),
+        divisions: vec![divisions; 3],
+        element: ElementKind::Hex8,
+    };
+    let blocks = [
+        cube([0.0; 3], [1.0; 3], 6),
+        cube([0.8, 0.7, 0.6], [1.8, 1.7, 1.6], 5),
+    ];
+    let blocks = blocks.map(|geometry| mesh::tests::block("cube", geometry));
+    mesh::tests::shapes(blocks.to_vec()).expect("boxes mesh")
+}
+
+#[test]
+fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
+    let mesh = corner_in_corner();
+    let shell = Shell::new(&mesh, TOLERANCE);
+    let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
+        .map(|node| u32::from(node >= mesh.blocks[1].nodes.start))
+        .collect();
+    let still = vec![[0.0; 3]; mesh.nodes.len()];
+    let at = Positions::new(&mesh.nodes, &still);
+    let patches = Patches::new(&shell, &block_of, &mesh.nodes);
+    for margin in [0.0, 0.02, 0.3] {
+        let mut all = Vec::new();
+        for [mains, targets] in shell.families() {
+            for main in mains {
+                let aabb = shell.main_box(main, at).grown(margin);
+                let block = |nodes: &[u32]| block_of[nodes[0] as usize];
+                let pairs = targets.clone().map(|target| Pair { main, target });
+                all.extend(pairs.filter(|&pair| {
+                    block(shell.main_nodes(main)) != block(shell.target_nodes(pair.target))
+                        && shell.matches(pair)
+                        && aabb.overlaps(&shell.target_box(pair.target, at).grown(margin))
+                }));
+            }
+        }
+        all.sort_unstable();
+        let found = patches.overlapping(&shell, at, &|_| margin, &|[a, b]| a != b);
+        assert!(all.len() > 100);
+        assert_eq!(found, all, "grown by {margin}");
     }
 }

@@ -14,13 +14,15 @@ mod skin;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use coplanar::Volume;
 use crossing::Crossing;
 use facing::Facing;
 use place::Place;
 use skin::Skin;
 
-use crate::contact::broad_phase::{Aabb, Family};
+use crate::contact::broad_phase::Aabb;
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
 };
@@ -104,6 +106,15 @@ impl Shell {
             add_scaled(&mut sum, 1.0, &self.skin.normal(side, at));
         }
         sum
+    }
+
+    /// Box around an edge; empty where nothing will cross it soon.
+    fn box_of_edge(&self, edge: u32, at: Positions<3>) -> Aabb<3> {
+        if self.skin.may_be_sharp(edge, at) {
+            Aabb::around(self.skin.edge(edge, at), 0.0)
+        } else {
+            Aabb::around([], 0.0)
+        }
     }
 
     fn length(&self, edge: u32, at: Positions<3>) -> f64 {
@@ -283,34 +294,27 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn families(&self, at: Positions<3>) -> Vec<Family<3>> {
-        let vertices = 0..self.skin.vertex_count;
-        let triangles = 0..self.skin.triangles.len() as u32;
-        let edges = (0..self.skin.edges.len() as u32).map(|edge| {
-            if self.skin.may_be_sharp(edge, at) {
-                Aabb::around(self.skin.edge(edge, at), 0.0)
-            } else {
-                Aabb::around([], 0.0)
-            }
-        });
-        let edges: Vec<_> = edges.collect();
-        let around = |triangle| Aabb::around(self.skin.triangle(triangle, at), 0.0);
+    fn families(&self) -> Vec<[Range<u32>; 2]> {
+        let (vertices, edges) = (self.skin.vertex_count, self.skin.edges.len() as u32);
+        let triangles = self.skin.triangles.len() as u32;
         vec![
-            Family {
-                mains: vertices
-                    .map(|vertex| Aabb::around([self.skin.point(vertex, at)], 0.0))
-                    .collect(),
-                targets: triangles.clone().map(around).collect(),
-                first_main: 0,
-                first_target: 0,
-            },
-            Family {
-                mains: edges.clone(),
-                targets: edges,
-                first_main: self.skin.vertex_count,
-                first_target: triangles.end,
-            },
+            [0..vertices, 0..triangles],
+            [vertices..vertices + edges, triangles..triangles + edges],
         ]
+    }
+
+    fn main_box(&self, main: u32, at: Positions<3>) -> Aabb<3> {
+        match main.checked_sub(self.skin.vertex_count) {
+            None => Aabb::around([self.skin.point(main, at)], 0.0),
+            Some(edge) => self.box_of_edge(edge, at),
+        }
+    }
+
+    fn target_box(&self, target: u32, at: Positions<3>) -> Aabb<3> {
+        match target.checked_sub(self.skin.triangles.len() as u32) {
+            None => Aabb::around(self.skin.triangle(target, at), 0.0),
+            Some(edge) => self.box_of_edge(edge, at),
+        }
     }
 
     fn matches(&self, pair: Pair) -> bool {
