@@ -13,19 +13,31 @@ pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 /// a + b.
 #[inline]
 pub(crate) fn add<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|c| a[c] + b[c])
+    let mut sum = *a;
+    for c in 0..D {
+        sum[c] += b[c];
+    }
+    sum
 }
 
 /// a − b.
 #[inline]
 pub(crate) fn sub<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|c| a[c] - b[c])
+    let mut difference = *a;
+    for c in 0..D {
+        difference[c] -= b[c];
+    }
+    difference
 }
 
 /// s·a.
 #[inline]
 pub(crate) fn scale<const D: usize>(s: f64, a: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|c| s * a[c])
+    let mut scaled = *a;
+    for x in &mut scaled {
+        *x *= s;
+    }
+    scaled
 }
 
 /// a ← a + s·b.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::contact::broad_phase::Aabb;
 use crate::sample::ContactKind;
-use crate::vector::{add_scaled, dot};
+use crate::vector::{add, add_scaled, dot};
 
 /// Nodes that a contact constraint touches at most: two edges, each from a
 /// corner of a quadrilateral to the mean of its four.
@@ -47,9 +47,10 @@ impl<'a, const D: usize> Positions<'a, D> {
     }
 
     /// Position of a node.
+    #[inline]
     pub(crate) fn at(&self, node: u32) -> [f64; D] {
         let node = node as usize;
-        let mut position = std::array::from_fn(|c| self.rest[node][c] + self.displacement[node][c]);
+        let mut position = add(&self.rest[node], &self.displacement[node]);
         if let Some((velocity, time)) = self.drift {
             add_scaled(&mut position, time, &velocity[node]);
         }

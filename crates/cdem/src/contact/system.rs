@@ -27,6 +27,9 @@ pub(crate) struct System<const D: usize> {
     operators: Vec<Term<D>>,
     /// Velocities that impulses make, 1/kg.
     gains: Vec<Term<D>>,
+    /// For each operator and each node that it moves, the place of that among the
+    /// gains of its point.
+    slots: Vec<u32>,
     /// Scratch of the solver.
     pub(super) search: Search<D>,
     pub(super) face: Face<D>,
@@ -45,6 +48,8 @@ pub(super) struct Point<const D: usize> {
     /// Its part of the operators and of the gains.
     operators: Range<usize>,
     gains: Range<usize>,
+    /// Where its slots begin.
+    slots: usize,
     /// Relative velocity in each row for a unit impulse in each column, 1/kg.
     own: [[f64; D]; D],
     /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
@@ -86,12 +91,17 @@ impl<const D: usize> System<D> {
         self.points.clear();
         self.operators.clear();
         self.gains.clear();
+        self.slots.clear();
         for constraint in constraints {
             let start = [self.operators.len(), self.gains.len()];
+            let slots = self.slots.len();
             for &node in constraint.operator.nodes() {
                 self.operators.push(term(node));
                 for (other, _) in mobility.column(node) {
-                    if self.gains[start[1]..].iter().all(|gain| gain.node != other) {
+                    let gains = &self.gains[start[1]..];
+                    let known = gains.iter().position(|gain| gain.node == other);
+                    self.slots.push(known.unwrap_or(gains.len()) as u32);
+                    if known.is_none() {
                         self.gains.push(term(other));
                     }
                 }
@@ -99,6 +109,7 @@ impl<const D: usize> System<D> {
             self.points.push(Point {
                 operators: start[0]..self.operators.len(),
                 gains: start[1]..self.gains.len(),
+                slots,
                 own: [[0.0; D]; D],
                 compliance: [0.0; 2],
                 target: [0.0; D],
@@ -118,37 +129,38 @@ impl<const D: usize> System<D> {
 
     /// Takes the operator of a contact, with what its impulses do.
     fn fill(&mut self, number: usize, operator: &Operator<D>, mobility: Mobility<D>) {
-        let nodes = &self.nodes;
         let point = &mut self.points[number];
         let gains = &mut self.gains[point.gains.clone()];
         let terms = &mut self.operators[point.operators.clone()];
         for gain in &mut *gains {
             gain.rows = [[0.0; D]; D];
         }
+        let mut slots = self.slots[point.slots..].iter();
         for (k, term) in terms.iter_mut().enumerate() {
             term.rows = std::array::from_fn(|r| operator.rows[r][k]);
-            for (other, inverse) in mobility.column(operator.nodes[k]) {
-                let mut gains = gains.iter_mut();
-                let gain = gains.find(|gain| nodes[gain.node as usize] == other);
-                for (gain, row) in gain
-                    .into_iter()
-                    .flat_map(|g| g.rows.iter_mut().zip(&term.rows))
-                {
+            for ((_, inverse), &slot) in mobility.column(operator.nodes[k]).zip(&mut slots) {
+                let gain = &mut gains[slot as usize];
+                for r in 0..D {
                     for c in 0..D {
-                        gain[c] += inverse[c] * row[c];
+                        gain.rows[r][c] += inverse[c] * term.rows[r][c];
                     }
                 }
             }
         }
         let mut unheld = [0.0; D];
         point.own = [[0.0; D]; D];
-        for term in terms {
-            let mass = mobility.inertia.mass()[nodes[term.node as usize] as usize];
-            let gain = gains.iter().find(|gain| gain.node == term.node);
+        let mut slots = self.slots[point.slots..].iter();
+        for (term, &node) in terms.iter().zip(operator.nodes()) {
+            let mass = mobility.inertia.mass()[node as usize];
             for r in 0..D {
                 unheld[r] += dot(&term.rows[r], &term.rows[r]) / mass;
-                for s in 0..D {
-                    point.own[r][s] += gain.map_or(0.0, |g| dot(&term.rows[r], &g.rows[s]));
+            }
+            let moved = mobility.inertia.coupled(node as usize).zip(&mut slots);
+            for (_, &slot) in moved.filter(|(other, _)| *other == node as usize) {
+                for r in 0..D {
+                    for s in 0..D {
+                        point.own[r][s] += dot(&term.rows[r], &gains[slot as usize].rows[s]);
+                    }
                 }
             }
         }

@@ -224,16 +224,14 @@ impl Skin {
 
     /// Positions of a triangle's corners, m.
     pub(super) fn triangle(&self, triangle: u32, at: Positions<3>) -> [[f64; 3]; 3] {
-        self.triangles[triangle as usize]
-            .corners
-            .map(|corner| self.point(corner, at))
+        let [a, b, c] = self.triangles[triangle as usize].corners;
+        [self.point(a, at), self.point(b, at), self.point(c, at)]
     }
 
     /// Positions of an edge's ends, m.
     pub(super) fn edge(&self, edge: u32, at: Positions<3>) -> [[f64; 3]; 2] {
-        self.edges[edge as usize]
-            .ends
-            .map(|corner| self.point(corner, at))
+        let [a, b] = self.edges[edge as usize].ends;
+        [self.point(a, at), self.point(b, at)]
     }
 
     /// Outward unit normal of a triangle.
