@@ -5,6 +5,7 @@ mod balance;
 pub mod fit;
 mod overlap;
 mod random;
+mod rocks;
 
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use cdem::{AnyMesh, Simulation};
 pub use balance::Balance;
 pub use overlap::deepest_overlap;
 pub use random::Random;
+pub use rocks::{SEED, rocks};
 
 /// A verification scene: to be varied, then started.
 #[derive(Clone, Debug)]

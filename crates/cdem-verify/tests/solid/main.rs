@@ -5,6 +5,7 @@
 
 mod element;
 mod joints;
+mod rocks;
 mod slope;
 mod types;
 mod wedge;
