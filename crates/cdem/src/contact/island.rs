@@ -6,7 +6,7 @@ use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::System;
 use crate::contact::touches::Touches;
-use crate::contact::{Interior, PENETRATION};
+use crate::contact::Interior;
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::step::kick::Velocity;
@@ -25,10 +25,10 @@ const MISS: f64 = 0.1;
 const AGAIN: usize = 2;
 
 /// Gap, over the tolerance, at which a pair that is about to touch joins an event
-/// that comes before: as much as overlaps may be. Faces that rest on each other
+/// that comes before: a 1e-8th of the smallest boundary edge by default. Faces that rest on each other
 /// would open and close by less one after the other, each an impact of the whole
 /// pile.
-const EARLY: f64 = PENETRATION;
+const EARLY: f64 = 1e-4;
 
 /// Touches closer in time than this share of the substep are one event.
 const SIMULTANEOUS: f64 = 1e-9;
