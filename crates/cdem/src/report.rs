@@ -50,7 +50,7 @@ impl<const D: usize> Run<D> {
             damping_loss: instant.state.ledger.damping_loss,
             correction_loss: instant.state.ledger.correction_loss,
             remesh_loss: instant.state.ledger.remesh_loss,
-            impulse: instant.state.ledger.impulse,
+            impulse: instant.state.ledger.impulse.value(),
             elements: self.plan.histogram().iter().sum(),
             ..HistoryRow::default()
         };

@@ -54,6 +54,41 @@ pub(crate) fn norm<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// A sum of many vectors, whose rounding does not grow with their number (Kahan
+/// 1965, Communications of the ACM 8).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sum<const D: usize> {
+    value: [f64; D],
+    /// What rounding has added to it.
+    excess: [f64; D],
+}
+
+impl<const D: usize> Default for Sum<D> {
+    fn default() -> Self {
+        Self {
+            value: [0.0; D],
+            excess: [0.0; D],
+        }
+    }
+}
+
+impl<const D: usize> Sum<D> {
+    pub(crate) fn value(&self) -> [f64; D] {
+        self.value
+    }
+
+    /// Adds s·b.
+    #[inline]
+    pub(crate) fn add_scaled(&mut self, s: f64, b: &[f64; D]) {
+        for c in 0..D {
+            let change = s * b[c] - self.excess[c];
+            let new = self.value[c] + change;
+            self.excess[c] = (new - self.value[c]) - change;
+            self.value[c] = new;
+        }
+    }
+}
+
 /// Three components, the missing ones 0.
 #[inline]
 pub(crate) fn pad<const D: usize>(a: &[f64; D]) -> [f64; 3] {

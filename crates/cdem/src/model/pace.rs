@@ -1,6 +1,8 @@
 //! The coarse step and the level of each element, from their stable steps
 //! (design, section 3).
 
+use std::ops::Range;
+
 use super::{BlockData, ModelError};
 use crate::element::{ElementSet, stable_step};
 use crate::mass::{MassKind, Masses};
@@ -26,6 +28,8 @@ pub(super) struct Pace {
     /// Share of it that is used.
     share: Vec<f64>,
     safety: f64,
+    /// Elements of the blocks that move and whose mass matrix is dense.
+    dense: Vec<Range<usize>>,
 }
 
 impl Pace {
@@ -45,6 +49,7 @@ impl Pace {
             limit: vec![f64::INFINITY; count],
             share: vec![safety; count],
             safety,
+            dense: Vec::new(),
         };
         let lumped = |e: usize| {
             let block = mesh
@@ -68,7 +73,8 @@ impl Pace {
             if !block.fixed {
                 let omega = dense.frequency(mesh, sets);
                 pace.limit[elements.clone()].fill(stable_step(omega, block.damping.stiffness));
-                pace.share[elements].fill(safety.min(CAREFUL));
+                pace.share[elements.clone()].fill(safety.min(CAREFUL));
+                pace.dense.push(elements);
             }
         }
         pace.refuse_unstable(mesh, blocks)?;
@@ -100,10 +106,18 @@ impl Pace {
         Ok(())
     }
 
-    /// Steps that elements may take, s.
-    fn allowed(&self) -> impl Iterator<Item = f64> + '_ {
+    /// Steps that elements will take, up to powers of two, s. Blocks in contact
+    /// share the finest level among them: small ones wholly, and mostly.
+    fn taken(&self) -> Vec<f64> {
         let steps = self.limit.iter().zip(&self.share);
-        steps.map(|(limit, share)| limit * share)
+        let mut steps: Vec<f64> = steps.map(|(limit, share)| limit * share).collect();
+        let small = self.dense.iter().cloned().flatten();
+        let finest = small.map(|e| steps[e]).fold(f64::INFINITY, f64::min);
+        for elements in &self.dense {
+            steps[elements.clone()].fill(finest);
+        }
+        steps.retain(|step| step.is_finite());
+        steps
     }
 
     /// Largest and smallest stable step of what moves, s.
@@ -127,7 +141,7 @@ impl Pace {
     /// The coarse step, s, and the number of steps; fills in the scene's.
     pub(super) fn choose_step(&self, scene: &mut Scene) -> Result<(f64, u64), ModelError> {
         let end = scene.time.end;
-        let cheapest = || cheapest_step(self.allowed().filter(|step| step.is_finite()).collect());
+        let cheapest = || cheapest_step(self.taken());
         let wanted = scene.time.step.unwrap_or_else(cheapest).min(end);
         // A step that divides the end up to round-off is taken as it is.
         let count = (end / wanted * (1.0 - 1e-12)).ceil().max(1.0);

@@ -1,6 +1,6 @@
 //! The energy ledger (design, section 7).
 
-use crate::vector::{add_scaled, dot, pad};
+use crate::vector::{Sum, dot, pad};
 
 /// Sums since t = 0: work, J, and the impulse of all external forces, N·s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,7 +11,7 @@ pub(crate) struct Ledger {
     pub(crate) correction_loss: f64,
     /// What changes of time levels take of the energy as it is measured.
     pub(crate) remesh_loss: f64,
-    pub(crate) impulse: [f64; 3],
+    pub(crate) impulse: Sum<3>,
 }
 
 /// Which sum an impulse belongs to.
@@ -44,7 +44,7 @@ impl Ledger {
             Account::Damping | Account::Viscosity => self.damping_loss -= work,
         }
         if account != Account::Viscosity {
-            add_scaled(&mut self.impulse, 1.0, &pad(impulse));
+            self.impulse.add_scaled(1.0, &pad(impulse));
         }
     }
 
@@ -55,6 +55,6 @@ impl Ledger {
         self.damping_loss += share * other.damping_loss;
         self.correction_loss += share * other.correction_loss;
         self.remesh_loss += share * other.remesh_loss;
-        add_scaled(&mut self.impulse, share, &other.impulse);
+        self.impulse.add_scaled(share, &other.impulse.value());
     }
 }

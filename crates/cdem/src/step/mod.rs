@@ -412,7 +412,7 @@ impl<const D: usize> Run<D> {
             let padded = pad(impulse);
             add_scaled(&mut self.block_impulse[block], 1.0, &padded);
             if self.model.blocks[block].fixed {
-                add_scaled(&mut self.ledger.impulse, -1.0, &padded);
+                self.ledger.impulse.add_scaled(-1.0, &padded);
             }
             let sum = &mut self.node_impulse[*node as usize];
             add_scaled(sum, 1.0, impulse);

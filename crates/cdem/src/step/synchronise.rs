@@ -42,7 +42,7 @@ impl<const D: usize> Run<D> {
         for (node, impulse) in &received {
             add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
             if self.model.is_fixed(*node) {
-                add_scaled(&mut half.impulse, -1.0, &pad(impulse));
+                half.impulse.add_scaled(-1.0, &pad(impulse));
             }
         }
         let nodes = substep.nodes();
