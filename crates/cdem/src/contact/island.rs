@@ -1,12 +1,12 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
+use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::System;
 use crate::contact::touches::Touches;
-use crate::contact::Interior;
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::step::kick::Velocity;

@@ -339,6 +339,7 @@ impl Surface<3> for Shell {
 
     fn near(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> bool {
         // What touches at a corner may do so with any feature there.
+        let own_reach = reach;
         let reach = reach.max(tolerance);
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
@@ -357,7 +358,9 @@ impl Surface<3> for Shell {
             Meeting::Crossing { main, target } => {
                 let edges = [main, target];
                 if self.apart(pair, at) > reach + tolerance
-                    || !edges.iter().all(|&edge| self.skin.is_sharp(edge, at))
+                    || !edges
+                        .iter()
+                        .all(|&e| self.skin.may_sharpen(e, at, own_reach))
                 {
                     return false;
                 }
@@ -443,6 +446,13 @@ impl Surface<3> for Shell {
                 })
             }
             Meeting::Crossing { main, target } => {
+                // Edges within faces that bulge in this drift are sharp by its end.
+                let end = at.after(velocity, duration);
+                let sharp =
+                    |&edge: &u32| self.skin.is_sharp(edge, at) || self.skin.is_sharp(edge, end);
+                if ![main, target].iter().all(sharp) {
+                    return None;
+                }
                 let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
                 let edges = [one, other].map(|ends| between(ends[0], ends[1]));
                 let volume = Volume::new([between(other[0], one[0]), edges[0], edges[1]]);

@@ -283,10 +283,16 @@ impl Skin {
     /// laid across it would sink in by more than a quarter of the tolerance
     /// before its ends touch.
     pub(super) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
-        self.sinks_in(edge, at) > SAGITTA * self.tolerance
+        self.may_sharpen(edge, at, 0.0)
     }
 
-    /// Whether an edge is sharp or may be so soon.
+    /// Whether an edge can meet other edges before the nodes beside it have moved
+    /// by `reach` against each other, m.
+    pub(super) fn may_sharpen(&self, edge: u32, at: Positions<3>, reach: f64) -> bool {
+        self.sinks_in(edge, at) + reach > SAGITTA * self.tolerance
+    }
+
+    /// Whether an edge is sharp or may be so before the next broad phase.
     pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>) -> bool {
         self.turn(edge, at) > MAY_BE_SHARP
     }
