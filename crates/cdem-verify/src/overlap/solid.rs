@@ -9,6 +9,9 @@ type Vector = [f64; 3];
 struct Cell {
     block: i32,
     corners: Vec<Vector>,
+    /// Triangles of its boundary: of a quadrilateral, which may be warped, four
+    /// about its mean.
+    triangles: Vec<[Vector; 3]>,
     normals: Vec<Vector>,
     edges: Vec<Vector>,
     low: Vector,
@@ -31,7 +34,7 @@ pub(super) fn deepest(frame: &Frame, cells: &[(i32, Vec<u32>)]) -> f64 {
     for (number, one) in cells.iter().enumerate() {
         for other in &cells[..number] {
             if one.block != other.block && one.may_meet(other) {
-                deepest = deepest.max(one.overlap(other));
+                deepest = deepest.max(one.exact_overlap(other));
             }
         }
     }
@@ -40,17 +43,22 @@ pub(super) fn deepest(frame: &Frame, cells: &[(i32, Vec<u32>)]) -> f64 {
 
 impl Cell {
     fn new(block: i32, corners: Vec<Vector>, facets: &[&[u8]]) -> Self {
-        let (mut normals, mut edges) = (Vec::new(), Vec::new());
+        let (mut triangles, mut edges) = (Vec::new(), Vec::new());
         for facet in facets {
             let points: Vec<Vector> = facet.iter().map(|&k| corners[k as usize]).collect();
-            let mean = [0, 1, 2].map(|c| points.iter().map(|p| p[c]).sum::<f64>());
-            let mean = mean.map(|sum| sum / points.len() as f64);
+            let mean = mean(points.iter());
             for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
                 edges.push(minus(b, a));
-                // A quadrilateral may be warped: four triangles about its mean.
-                normals.extend(unit(&cross(&minus(b, a), &minus(&mean, a))));
+                if points.len() > 3 {
+                    triangles.push([*a, *b, mean]);
+                }
+            }
+            if let &[a, b, c] = points.as_slice() {
+                triangles.push([a, b, c]);
             }
         }
+        let normal = |[a, b, c]: &[Vector; 3]| unit(&cross(&minus(b, a), &minus(c, a)));
+        let normals = triangles.iter().filter_map(normal).collect();
         let bound = |c: usize, of: fn(f64, f64) -> f64, from: f64| {
             corners.iter().map(|p| p[c]).fold(from, of)
         };
@@ -59,6 +67,7 @@ impl Cell {
             low: [0, 1, 2].map(|c| bound(c, f64::min, f64::INFINITY)),
             high: [0, 1, 2].map(|c| bound(c, f64::max, f64::NEG_INFINITY)),
             corners,
+            triangles,
             normals,
             edges,
         }
@@ -68,7 +77,39 @@ impl Cell {
         (0..3).all(|c| self.low[c] < other.high[c] && other.low[c] < self.high[c])
     }
 
-    /// The shortest shift that parts two cells, m; 0 where they are apart.
+    /// The same between cells whose faces may be warped, where they are: what is
+    /// within the hulls of both is looked at tetrahedron by tetrahedron.
+    fn exact_overlap(&self, other: &Self) -> f64 {
+        if self.is_tetrahedron() && other.is_tetrahedron() || self.overlap(other) == 0.0 {
+            return self.overlap(other);
+        }
+        let [own, others] = [self, other].map(Self::tetrahedra);
+        let pairs = own
+            .iter()
+            .flat_map(|one| others.iter().map(move |two| (one, two)));
+        let meeting = pairs.filter(|(one, two)| one.may_meet(two));
+        meeting
+            .map(|(one, two)| one.overlap(two))
+            .fold(0.0, f64::max)
+    }
+
+    fn is_tetrahedron(&self) -> bool {
+        self.corners.len() == 4
+    }
+
+    /// Tetrahedra from the middle to the triangles of the boundary.
+    fn tetrahedra(&self) -> Vec<Self> {
+        let middle = mean(self.corners.iter());
+        let with_middle = |triangle: &[Vector; 3]| {
+            let [a, b, c] = *triangle;
+            let facets: [&[u8]; 4] = [&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]];
+            Self::new(self.block, vec![a, b, c, middle], &facets)
+        };
+        self.triangles.iter().map(with_middle).collect()
+    }
+
+    /// The shortest shift that parts the hulls of two cells, m; 0 where they are
+    /// apart.
     fn overlap(&self, other: &Self) -> f64 {
         let crossings = self.edges.iter().flat_map(|one| {
             let edges = other.edges.iter();
@@ -92,6 +133,12 @@ impl Cell {
             [low.min(x), high.max(x)]
         })
     }
+}
+
+fn mean<'a>(points: impl ExactSizeIterator<Item = &'a Vector>) -> Vector {
+    let share = 1.0 / points.len() as f64;
+    let add = |sum: Vector, point: &Vector| [0, 1, 2].map(|c| sum[c] + share * point[c]);
+    points.fold([0.0; 3], add)
 }
 
 fn minus(a: &Vector, b: &Vector) -> Vector {
@@ -136,6 +183,27 @@ mod tests {
             [c * x + s * z + at[0], y + at[1], c * z - s * x + at[2]]
         });
         Cell::new(block, placed.to_vec(), ElementKind::Hex8.facets())
+    }
+
+    #[test]
+    fn warped_faces_that_lie_in_each_other_do_not_overlap() {
+        // Both saddles have the same shape: the upper one's lies in the lower one's.
+        let saddle = |block, [low, high]: [f64; 2]| {
+            let warp = |x: f64, y: f64, z: f64| {
+                if z == 0.0 {
+                    0.1 * (2.0 * x - 1.0) * (2.0 * y - 1.0)
+                } else {
+                    z
+                }
+            };
+            let base = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+            let at = |z: f64| base.map(|[x, y]| [x, y, warp(x, y, z)]);
+            let corners = [at(low), at(high)].concat();
+            Cell::new(block, corners, ElementKind::Hex8.facets())
+        };
+        let [lower, upper] = [saddle(0, [-1.0, 0.0]), saddle(1, [0.0, 1.0])];
+        assert!(lower.overlap(&upper) > 0.05);
+        assert!(lower.exact_overlap(&upper) < 1e-15);
     }
 
     #[test]
