@@ -217,10 +217,9 @@ impl<const D: usize> Contacts<D> {
         let setting = self.terms.setting(inertia);
         for pair in pairs {
             let projection = self.terms.surface.project(pair, at);
-            // Near: edges within a flat face are searched for, but bear nothing.
             if projection.gap.abs() <= within
                 && projection.outside <= within
-                && self.terms.surface.near(pair, at, within, within)
+                && self.terms.surface.is_exposed(pair, at)
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();

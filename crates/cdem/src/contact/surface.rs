@@ -167,6 +167,11 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         let depth = reach + tolerance;
         projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach
     }
+    /// Whether nothing else touches before the two can: edges within a flat face
+    /// are searched for, but bear nothing as long as it is flat.
+    fn is_exposed(&self, _pair: Pair, _at: Positions<D>) -> bool {
+        true
+    }
     /// Where the main point lies with respect to the target.
     fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
     /// Whether the target's inward normal lies in the main feature's normal

@@ -373,6 +373,15 @@ impl Surface<3> for Shell {
         }
     }
 
+    fn is_exposed(&self, pair: Pair, at: Positions<3>) -> bool {
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => true,
+            Meeting::Crossing { main, target } => {
+                self.skin.is_sharp(main, at) && self.skin.is_sharp(target, at)
+            }
+        }
+    }
+
     fn project(&self, pair: Pair, at: Positions<3>) -> Projection {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
