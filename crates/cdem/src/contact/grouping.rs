@@ -3,6 +3,7 @@
 
 use crate::contact::island::Island;
 use crate::contact::live::Live;
+use crate::contact::near::Near;
 use crate::contact::surface::Pair;
 use crate::contact::{Beside, Contacts, STAY};
 use crate::model::inertia::Inertia;
@@ -117,9 +118,15 @@ impl<const D: usize> Contacts<D> {
             let place = self.place[self.moving_nodes(pair).next()? as usize];
             Some(island_of[place as usize] as usize)
         };
-        for &pair in &self.near {
+        let terms = &self.terms;
+        for island in &mut islands {
+            island.near = Near::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
+        }
+        let blocks = terms.blocks(&self.fixed);
+        for (&pair, apart) in self.near.iter().zip(self.search.distances()) {
             if let Some(island) = of_pair(pair) {
-                islands[island].near.push(pair);
+                let near = &mut islands[island].near;
+                near.push(blocks.surface, pair, blocks.of(pair), apart);
             }
         }
         for live in live {

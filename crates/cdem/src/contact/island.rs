@@ -3,6 +3,7 @@
 
 use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
+use crate::contact::near::Near;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::System;
@@ -162,7 +163,7 @@ pub(crate) type Receive<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Island<const D: usize> {
     /// Open pairs that may touch in this coarse step.
-    pub(crate) near: Vec<Pair>,
+    pub(crate) near: Near,
     /// Closed ones.
     pub(crate) live: Vec<Live<D>>,
     /// Nodes that move with the island, sorted.
@@ -343,7 +344,7 @@ impl<const D: usize> Island<D> {
                 break;
             };
             let wait = (instant - elapsed).max(0.0);
-            motion.drift(&self.nodes, wait);
+            self.go(motion, wait);
             elapsed += wait;
             for pair in pairs {
                 let at = motion.positions();
@@ -355,7 +356,13 @@ impl<const D: usize> Island<D> {
             self.meet(setting, motion, drift, bodies, receive, books);
             touches.update(self, setting, motion, (&before, elapsed, duration));
         }
-        motion.drift(&self.nodes, duration - elapsed);
+        self.go(motion, duration - elapsed);
+    }
+
+    /// Moves the island at the velocities that the pairs near were looked at with.
+    fn go(&mut self, motion: &mut Motion<D>, duration: f64) {
+        motion.drift(&self.nodes, duration);
+        self.near.go(duration);
     }
 
     /// Relative velocity below which contacts ask for what positions cannot say,

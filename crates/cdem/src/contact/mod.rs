@@ -8,6 +8,9 @@ mod impact;
 pub(crate) mod island;
 pub(crate) mod law;
 pub(crate) mod live;
+mod near;
+#[cfg(test)]
+mod near_tests;
 #[cfg(test)]
 mod oracle_tests;
 mod outline;
@@ -92,6 +95,8 @@ pub(crate) struct Contacts<const D: usize> {
     outrun: bool,
     /// Pairs that may touch in this coarse step, sorted.
     near: Vec<Pair>,
+    /// Distance of open pairs up to which none is left out in a drift, m.
+    within: f64,
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
     islands: Vec<Island<D>>,
@@ -196,6 +201,7 @@ impl<const D: usize> Contacts<D> {
             search: Search::default(),
             outrun: false,
             near: Vec::new(),
+            within: tolerance,
             joins: Vec::new(),
             islands: Vec::new(),
             grouped: false,
@@ -422,6 +428,11 @@ impl<const D: usize> Contacts<D> {
                 .fold(0.0, f64::max);
             if deepest > PENETRATION * self.terms.tolerance {
                 moves.extend(island.part(&setting, at));
+            }
+        }
+        if !moves.is_empty() {
+            for island in &mut self.islands {
+                island.near.forget();
             }
         }
         moves

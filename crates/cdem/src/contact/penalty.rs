@@ -30,7 +30,7 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) -> Vec<Record> {
         let (surface, tolerance) = (setting.surface, setting.tolerance);
-        for pair in self.near.clone() {
+        for pair in self.near.pairs().collect::<Vec<_>>() {
             let at = motion.positions();
             let projection = surface.project(pair, at);
             let overlaps = projection.gap < 0.0 && projection.outside <= 0.0;

@@ -8,9 +8,9 @@ use crate::vector::{norm, sub};
 
 /// When the open pairs of an island touch in a drift.
 pub(super) struct Touches {
-    /// One for each near pair of the island.
-    touch: Vec<Touch>,
-    near: Vec<Pair>,
+    /// Those that are not never, with their numbers among the pairs near, which
+    /// rise.
+    touch: Vec<(usize, Touch)>,
 }
 
 /// When a pair touches, s from the start of the drift.
@@ -27,17 +27,14 @@ enum Touch {
 impl Touches {
     /// Touches within `duration` from now.
     pub(super) fn new<const D: usize>(
-        island: &Island<D>,
+        island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
         duration: f64,
     ) -> Self {
-        let closed = Closed::new(island);
-        let touch = |pair: &Pair| touch(&closed, setting, motion, *pair, (0.0, duration));
-        Self {
-            touch: island.near.iter().map(touch).collect(),
-            near: island.near.clone(),
-        }
+        let mut touches = Self { touch: Vec::new() };
+        touches.look(island, setting, motion, (0.0, duration), |_, _, _| true);
+        touches
     }
 
     /// The first instant at which pairs touch, s from the start of the drift,
@@ -48,13 +45,13 @@ impl Touches {
         window: f64,
         close: impl Fn(f64, Pair) -> bool,
     ) -> Option<(f64, Vec<Pair>)> {
-        let times = self.touch.iter().filter_map(|touch| match touch {
+        let times = self.touch.iter().filter_map(|(_, touch)| match touch {
             Touch::At(time, _) => Some(*time),
             _ => None,
         });
         let first = times.min_by(f64::total_cmp)?;
         let mut due = Vec::new();
-        for touch in &mut self.touch {
+        for (_, touch) in &mut self.touch {
             if let Touch::At(time, pair) = *touch
                 && (time <= first + window || close(first, pair))
             {
@@ -70,26 +67,57 @@ impl Touches {
     /// the island: pairs of nodes that go on as they did touch as they would.
     pub(super) fn update<const D: usize>(
         &mut self,
-        island: &Island<D>,
+        island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
         (before, elapsed, duration): (&[[f64; D]], f64, f64),
     ) {
-        let changed = |node: &u32| match island.nodes.binary_search(node) {
-            Ok(number) => motion.velocity[*node as usize] != before[number],
-            Err(_) => false,
+        let again = |own: &[u32], old: Touch, pair: Pair| match old {
+            Touch::Closed => false,
+            Touch::Refused => true,
+            Touch::Never | Touch::At(..) => {
+                let main = setting.surface.main_nodes(pair.main).iter();
+                let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
+                nodes.any(|node| match own.binary_search(node) {
+                    Ok(number) => motion.velocity[*node as usize] != before[number],
+                    Err(_) => false,
+                })
+            }
         };
-        let closed = Closed::new(island);
-        for (state, &pair) in self.touch.iter_mut().zip(&self.near) {
-            let main = setting.surface.main_nodes(pair.main).iter();
-            let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
-            let again = match state {
-                Touch::Closed => false,
-                Touch::Refused => true,
-                _ => nodes.any(changed),
-            };
-            if again {
-                *state = touch(&closed, setting, motion, pair, (elapsed, duration));
+        self.look(island, setting, motion, (elapsed, duration), again);
+    }
+
+    /// Looks `again` at pairs, given the nodes of the island; leaves out those that
+    /// cannot touch.
+    fn look<const D: usize>(
+        &mut self,
+        island: &mut Island<D>,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        (elapsed, duration): (f64, f64),
+        again: impl Fn(&[u32], Touch, Pair) -> bool,
+    ) {
+        let Island {
+            near, live, nodes, ..
+        } = island;
+        near.measure(nodes, motion);
+        let mut closed = None;
+        let mut known = std::mem::take(&mut self.touch).into_iter().peekable();
+        for number in 0..near.len() {
+            let old = known.next_if(|(of, _)| *of == number);
+            let mut touch = old.map_or(Touch::Never, |(_, touch)| touch);
+            if touch == Touch::Never && near.cannot_touch(number, duration - elapsed) {
+                continue;
+            }
+            let pair = near.pair(number);
+            if again(nodes, touch, pair) {
+                let closed = closed.get_or_insert_with(|| Closed::new(live));
+                let apart;
+                (touch, apart) = look_at(closed, setting, motion, pair, (elapsed, duration));
+                near.remember(number, apart);
+            }
+            if touch != Touch::Never {
+                self.touch.push((number, touch));
             }
         }
     }
@@ -101,9 +129,9 @@ struct Closed<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Closed<'a, D> {
-    fn new(island: &'a Island<D>) -> Self {
+    fn new(live: &'a [Live<D>]) -> Self {
         let by_blocks = |live: &'a Live<D>| (ordered(live.record.blocks), live);
-        let mut live: Vec<_> = island.live.iter().map(by_blocks).collect();
+        let mut live: Vec<_> = live.iter().map(by_blocks).collect();
         live.sort_by_key(|live| live.0);
         Self { live }
     }
@@ -122,23 +150,40 @@ fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// When an open pair touches from `elapsed` on, at constant velocities.
-fn touch<const D: usize>(
+/// When an open pair touches from `elapsed` on, at constant velocities, and how
+/// far apart its features are now, m, or less.
+fn look_at<const D: usize>(
     closed: &Closed<D>,
+    setting: &Setting<D>,
+    motion: &Motion<D>,
+    pair: Pair,
+    (elapsed, duration): (f64, f64),
+) -> (Touch, f64) {
+    let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
+    let live = closed.between(setting.blocks(pair));
+    if live.clone().any(|live| live.pair == pair) {
+        return (Touch::Closed, 0.0);
+    }
+    let remaining = duration - elapsed;
+    let apart = surface.apart(pair, at);
+    let touch = if apart > tolerance + remaining * fastest(surface, motion, pair) {
+        Touch::Never
+    } else {
+        touch(live, setting, motion, pair, (elapsed, duration))
+    };
+    (touch, apart)
+}
+
+/// The same of a pair between the closed contacts `live` of its blocks.
+fn touch<'a, const D: usize>(
+    live: impl Iterator<Item = &'a Live<D>> + Clone,
     setting: &Setting<D>,
     motion: &Motion<D>,
     pair: Pair,
     (elapsed, duration): (f64, f64),
 ) -> Touch {
     let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
-    let live = closed.between(setting.blocks(pair));
-    if live.clone().any(|live| live.pair == pair) {
-        return Touch::Closed;
-    }
     let remaining = duration - elapsed;
-    if surface.apart(pair, at) > tolerance + remaining * fastest(surface, motion, pair) {
-        return Touch::Never;
-    }
     let wait = surface.time_of_impact(pair, at, motion.velocity, remaining, tolerance);
     let Some(wait) = wait else {
         return Touch::Never;

@@ -154,7 +154,7 @@ impl<const D: usize> Run<D> {
 
     /// Sections 3 and 4: what may touch, the levels that go with it, and
     /// islands of pairs.
-    fn prepare(&mut self) {
+    pub(crate) fn prepare(&mut self) {
         if self.find_contacts() || self.plan.elements.is_empty() {
             self.assign_levels();
         }

@@ -164,6 +164,18 @@ impl<const D: usize> Search<D> {
         })
     }
 
+    /// How far apart the features of each of the pairs near were when they were
+    /// found, m, but for round-off.
+    pub(super) fn distances(&self) -> impl Iterator<Item = f64> + '_ {
+        self.found.iter().map(|&number| {
+            let candidate = &self.candidates[number as usize];
+            let [a, b] = candidate
+                .blocks
+                .map(|block| self.blocks[block as usize].way);
+            candidate.until - (a + b)
+        })
+    }
+
     /// Whether a pair is a candidate and near.
     pub(super) fn is_near(&self, pair: Pair) -> bool {
         let main = pair.main as usize;
@@ -271,8 +283,8 @@ impl<const D: usize> Search<D> {
         let ahead: Vec<f64> = ahead.collect();
         for number in 0..self.candidates.len() {
             let candidate = &self.candidates[number];
-            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-            if candidate.until <= a + b {
+            let [a, b] = candidate.blocks;
+            if candidate.until <= ahead[a as usize] + ahead[b as usize] {
                 self.look(blocks, at, number);
             }
         }
@@ -281,7 +293,8 @@ impl<const D: usize> Search<D> {
     /// Finds out whether a candidate is near.
     fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>, number: usize) {
         let candidate = &mut self.candidates[number];
-        let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
+        let [a, b] = candidate.blocks;
+        let [a, b] = [&self.blocks[a as usize], &self.blocks[b as usize]];
         let reach = a.share + b.share;
         let apart = blocks.surface.apart(candidate.pair, at);
         candidate.until = apart + a.way + b.way;
@@ -331,9 +344,9 @@ impl<const D: usize> Search<D> {
     fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, block: usize) {
         for i in self.start[block] as usize..self.start[block + 1] as usize {
             let number = self.of_block[i] as usize;
-            let of = self.candidates[number].blocks;
-            let ahead = of.map(|block| self.blocks[block as usize].ahead(blocks.tolerance));
-            if !self.near[number] && self.candidates[number].until <= ahead[0] + ahead[1] {
+            let [a, b] = self.candidates[number].blocks;
+            let ahead = |block: u32| self.blocks[block as usize].ahead(blocks.tolerance);
+            if !self.near[number] && self.candidates[number].until <= ahead(a) + ahead(b) {
                 self.look(blocks, at, number);
             }
         }
