@@ -2,7 +2,7 @@
 //! touch, (4) and (5) of the paper.
 
 use crate::contact::Jump;
-use crate::contact::island::{Bodies, Books, Island, Receive, Setting};
+use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
 use crate::contact::live::Live;
 use crate::contact::solve::Constraint;
 use crate::contact::system::System;
@@ -67,6 +67,7 @@ impl<const D: usize> Island<D> {
             taken: bodies.taken,
             remaining,
         };
+        let mut scale = 0.0;
         let impulses = bodies.interior.split(motion, &jump);
         if !impulses.is_empty() {
             let beyond = impulses.iter().map(|impulse| impulse.0);
@@ -74,7 +75,13 @@ impl<const D: usize> Island<D> {
             let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
             impact.start.extend(beyond.map(with_velocity));
             impact.solve(&mut self.system, setting, motion, (&impulses, 1.0), books);
-            let scale = bodies.interior.balance(motion);
+            scale = bodies.interior.balance(motion);
+            impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
+        }
+        for _ in 0..AGAIN {
+            if !self.bend(setting, motion, &mut impact.constraints, remaining) {
+                break;
+            }
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
         }
         self.end_impact(setting, motion, (&impact, duration), receive, books);
@@ -113,6 +120,31 @@ impl<const D: usize> Island<D> {
             precision: self.precision(setting, motion.positions(), duration),
             constraints,
         }
+    }
+
+    /// Asks of the pairs that have just touched what their gaps would miss in the
+    /// `remaining` seconds: points that slide along a turning edge go into it by
+    /// the square of the time. Whether any goes too far.
+    fn bend(
+        &self,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        constraints: &mut [Constraint<D>],
+        remaining: f64,
+    ) -> bool {
+        let then = motion.positions().after(motion.velocity, remaining);
+        let mut too_far = false;
+        for (live, constraint) in self.live.iter().zip(constraints) {
+            if live.fresh && constraint.impulse[0] > 0.0 {
+                let projection = setting.surface.project(live.pair, then);
+                let miss = projection.gap - live.offset[0];
+                if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
+                    constraint.target[0] -= miss / remaining;
+                    too_far = true;
+                }
+            }
+        }
+        too_far
     }
 
     /// Takes the impulses of a solved impact into the records and the books.

@@ -22,8 +22,8 @@ const EVENTS: usize = 16;
 /// a drift, over the tolerance, and how often the island is solved again for it.
 /// Gaps are asked for along their present gradients; those of points that slide
 /// along a turning edge change besides, by the square of the drift.
-const MISS: f64 = 0.1;
-const AGAIN: usize = 2;
+pub(super) const MISS: f64 = 0.1;
+pub(super) const AGAIN: usize = 2;
 
 /// Gap, over the tolerance, at which a pair that is about to touch joins an event
 /// that comes before: a 1e-8th of the smallest boundary edge by default. Faces that rest on each other
