@@ -79,7 +79,8 @@ impl<const D: usize> Island<D> {
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
         }
         for _ in 0..AGAIN {
-            if !self.bend(setting, motion, &mut impact.constraints, remaining) {
+            let drift = (duration, remaining);
+            if !self.bend(setting, motion, &mut impact.constraints, drift) {
                 break;
             }
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
@@ -122,26 +123,31 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Asks of the pairs that have just touched what their gaps would miss in the
-    /// `remaining` seconds: points that slide along a turning edge go into it by
-    /// the square of the time. Whether any goes too far.
+    /// Asks of the closed pairs what their gaps would miss in the `remaining`
+    /// seconds: points that slide along a turning edge go into it by the square of
+    /// the time. Whether any goes too far. Those that were closed before have been
+    /// asked for it in their kick; they get no more than twice its velocity now,
+    /// however little time is left.
     fn bend(
         &self,
         setting: &Setting<D>,
         motion: &Motion<D>,
         constraints: &mut [Constraint<D>],
-        remaining: f64,
+        (duration, remaining): (f64, f64),
     ) -> bool {
         let then = motion.positions().after(motion.velocity, remaining);
         let mut too_far = false;
         for (live, constraint) in self.live.iter().zip(constraints) {
-            if live.fresh && constraint.impulse[0] > 0.0 {
-                let projection = setting.surface.project(live.pair, then);
-                let miss = projection.gap - live.offset[0];
-                if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
-                    constraint.target[0] -= miss / remaining;
-                    too_far = true;
-                }
+            let projection = setting.surface.project(live.pair, then);
+            let miss = projection.gap - live.offset[0];
+            if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
+                let within = if live.fresh {
+                    remaining
+                } else {
+                    remaining.max(0.5 * duration)
+                };
+                constraint.target[0] -= miss / within;
+                too_far = true;
             }
         }
         too_far

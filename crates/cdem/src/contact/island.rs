@@ -295,7 +295,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Adds to `missed` by how much the gaps of contacts that press will miss
-    /// theirs after the drift, m; whether that is too far.
+    /// theirs after the drift, or sink in as they part, m; whether that is too far.
     fn misses(
         &self,
         setting: &Setting<D>,
@@ -307,8 +307,10 @@ impl<const D: usize> Island<D> {
         let then = motion.positions().after(motion.velocity, drift);
         let mut too_far = false;
         for ((live, constraint), missed) in self.live.iter().zip(constraints).zip(missed) {
-            if constraint.impulse[0] > 0.0 {
-                let miss = setting.surface.project(live.pair, then).gap - live.offset[0];
+            let projection = setting.surface.project(live.pair, then);
+            let miss = projection.gap - live.offset[0];
+            let sinks = miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance;
+            if constraint.impulse[0] > 0.0 || sinks {
                 *missed += miss;
                 too_far |= miss.abs() > MISS * setting.tolerance;
             }
