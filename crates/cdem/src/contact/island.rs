@@ -7,7 +7,7 @@ use crate::contact::near::Near;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::System;
-use crate::contact::touches::Touches;
+use crate::contact::touches::{Touches, Wanted};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::step::kick::Velocity;
@@ -26,10 +26,14 @@ pub(super) const MISS: f64 = 0.1;
 pub(super) const AGAIN: usize = 2;
 
 /// Gap, over the tolerance, at which a pair that is about to touch joins an event
-/// that comes before: a 1e-8th of the smallest boundary edge by default. Faces that rest on each other
-/// would open and close by less one after the other, each an impact of the whole
-/// pile.
+/// that comes before: a 1e-8th of the smallest boundary edge by default.
 const EARLY: f64 = 1e-4;
+
+/// Overlap, over the tolerance, that is none: a 1e-6th of the smallest boundary edge
+/// by default. A pair too slow to come deeper in a drift waits for the next kick,
+/// which holds it: stones that settle would open and close one after the other, each
+/// touch an impact of the whole pile.
+pub(in crate::contact) const SHALLOW: f64 = 1e-2;
 
 /// Touches closer in time than this share of the substep are one event.
 const SIMULTANEOUS: f64 = 1e-9;
@@ -239,7 +243,8 @@ impl<const D: usize> Island<D> {
         (time, drift): (f64, f64),
         books: &mut Books,
     ) {
-        let touches = Touches::new(self, setting, motion, drift).first(0.0, |_, _| false);
+        let touches =
+            Touches::new(self, setting, motion, (Wanted::Now, drift)).first(0.0, |_, _| false);
         if let Some((0.0, pairs)) = touches {
             for pair in pairs {
                 let at = motion.positions();
@@ -329,10 +334,10 @@ impl<const D: usize> Island<D> {
         receive: Receive<D>,
         books: &mut Books,
     ) {
-        let mut touches = Touches::new(self, setting, motion, duration);
+        let mut touches = Touches::new(self, setting, motion, (Wanted::InDrift, duration));
         let mut elapsed = 0.0;
         for event in 0.. {
-            let window = if event < EVENTS {
+            let window = if event + touches.ahead() <= EVENTS {
                 SIMULTANEOUS * (duration - elapsed)
             } else {
                 duration / EVENTS as f64

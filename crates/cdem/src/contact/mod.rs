@@ -225,7 +225,7 @@ impl<const D: usize> Contacts<D> {
             let projection = self.terms.surface.project(pair, at);
             if projection.gap.abs() <= within
                 && projection.outside <= within
-                && self.terms.surface.is_exposed(pair, at)
+                && self.terms.surface.presses(pair, at, within)
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();

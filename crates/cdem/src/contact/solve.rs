@@ -99,6 +99,10 @@ const DESCENT: u32 = 16;
 /// could only balance far away are not looked for.
 const WORTH: f64 = 0.5;
 
+/// Sweeps after descents are no longer worth it, at most: where a wall of flush
+/// stones contradicts itself they hardly get on, and the next step goes on from there.
+const LAST: u32 = 128;
+
 /// Round-off of a relative velocity, over the largest velocity in it.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
@@ -153,7 +157,8 @@ impl<const D: usize> System<D> {
             if change <= least.max(RESIDUAL * scale) {
                 break residual.min(RESIDUAL); // of round-off alone it says nothing
             }
-            if effort >= MAX_EFFORT || (!descends && residual <= GOOD_ENOUGH) {
+            let ends = residual <= GOOD_ENOUGH || sweeps >= LAST;
+            if effort >= MAX_EFFORT || (!descends && ends) {
                 break residual; // a solve ends with a sweep
             }
             let pause = sweeps % PATIENCE == 0;

@@ -167,9 +167,11 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         let depth = reach + tolerance;
         projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach
     }
-    /// Whether nothing else touches before the two can: edges within a flat face
-    /// are searched for, but bear nothing as long as it is flat.
-    fn is_exposed(&self, _pair: Pair, _at: Positions<D>) -> bool {
+    /// Whether a pair that touches at rest presses. Edges within a flat face do not
+    /// as long as it is flat; nor do corners and edges that only just meet, as those
+    /// of stones side by side and one above the other: it takes a motion to say
+    /// which way.
+    fn presses(&self, _pair: Pair, _at: Positions<D>, _tolerance: f64) -> bool {
         true
     }
     /// Where the main point lies with respect to the target.

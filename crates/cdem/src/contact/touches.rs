@@ -1,6 +1,6 @@
 //! Which open pairs of an island touch first, and when.
 
-use crate::contact::island::{Island, Setting};
+use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::Live;
 use crate::contact::surface::{Pair, Surface};
 use crate::model::motion::Motion;
@@ -24,17 +24,38 @@ enum Touch {
     Closed,
 }
 
+/// Which touches are looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Wanted {
+    /// Those of pairs that touch already.
+    Now,
+    /// Those in the drift, unless they may wait for the next kick.
+    InDrift,
+}
+
 impl Touches {
-    /// Touches within `duration` from now.
+    /// Touches within a drift of `duration` seconds from now.
     pub(super) fn new<const D: usize>(
         island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
-        duration: f64,
+        (wanted, duration): (Wanted, f64),
     ) -> Self {
         let mut touches = Self { touch: Vec::new() };
-        touches.look(island, setting, motion, (0.0, duration), |_, _, _| true);
+        touches.look(
+            island,
+            setting,
+            motion,
+            (wanted, (0.0, duration)),
+            |_, _, _| true,
+        );
         touches
+    }
+
+    /// Pairs that touch in the rest of the drift, as far as is known.
+    pub(super) fn ahead(&self) -> usize {
+        let ahead = |(_, touch): &&(usize, Touch)| matches!(touch, Touch::At(..));
+        self.touch.iter().filter(ahead).count()
     }
 
     /// The first instant at which pairs touch, s from the start of the drift,
@@ -84,7 +105,8 @@ impl Touches {
                 })
             }
         };
-        self.look(island, setting, motion, (elapsed, duration), again);
+        let interval = (elapsed, duration);
+        self.look(island, setting, motion, (Wanted::InDrift, interval), again);
     }
 
     /// Looks `again` at pairs, given the nodes of the island; leaves out those that
@@ -94,7 +116,7 @@ impl Touches {
         island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
-        (elapsed, duration): (f64, f64),
+        (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
         again: impl Fn(&[u32], Touch, Pair) -> bool,
     ) {
         let Island {
@@ -113,7 +135,8 @@ impl Touches {
             if again(nodes, touch, pair) {
                 let closed = closed.get_or_insert_with(|| Closed::new(live));
                 let apart;
-                (touch, apart) = look_at(closed, setting, motion, pair, (elapsed, duration));
+                (touch, apart) =
+                    look_at(closed, setting, motion, pair, (wanted, (elapsed, duration)));
                 near.remember(number, apart);
             }
             if touch != Touch::Never {
@@ -157,7 +180,7 @@ fn look_at<const D: usize>(
     setting: &Setting<D>,
     motion: &Motion<D>,
     pair: Pair,
-    (elapsed, duration): (f64, f64),
+    (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
 ) -> (Touch, f64) {
     let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
     let live = closed.between(setting.blocks(pair));
@@ -166,25 +189,36 @@ fn look_at<const D: usize>(
     }
     let remaining = duration - elapsed;
     let apart = surface.apart(pair, at);
-    let touch = if apart > tolerance + remaining * fastest(surface, motion, pair) {
-        Touch::Never
-    } else {
-        touch(live, setting, motion, pair, (elapsed, duration))
+    let way = remaining * fastest(surface, motion, pair);
+    if apart > tolerance + way {
+        return (Touch::Never, apart);
+    }
+    let span = match wanted {
+        Wanted::Now => 0.0,
+        Wanted::InDrift if way > SHALLOW * tolerance => remaining,
+        Wanted::InDrift if surface.project(pair, at).gap >= -SHALLOW * tolerance => {
+            return (Touch::Never, apart);
+        }
+        Wanted::InDrift => 0.0,
     };
-    (touch, apart)
+    (
+        touch(live, setting, motion, pair, (span, elapsed, duration)),
+        apart,
+    )
 }
 
-/// The same of a pair between the closed contacts `live` of its blocks.
+/// When a pair between the closed contacts `live` of its blocks touches, within
+/// `span` seconds after `elapsed`.
 fn touch<'a, const D: usize>(
     live: impl Iterator<Item = &'a Live<D>> + Clone,
     setting: &Setting<D>,
     motion: &Motion<D>,
     pair: Pair,
-    (elapsed, duration): (f64, f64),
+    (span, elapsed, duration): (f64, f64, f64),
 ) -> Touch {
     let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
     let remaining = duration - elapsed;
-    let wait = surface.time_of_impact(pair, at, motion.velocity, remaining, tolerance);
+    let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
     let Some(wait) = wait else {
         return Touch::Never;
     };

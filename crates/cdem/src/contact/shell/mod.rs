@@ -23,6 +23,7 @@ use place::Place;
 use skin::Skin;
 
 use crate::contact::broad_phase::Aabb;
+use crate::contact::island::SHALLOW;
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
 };
@@ -115,6 +116,10 @@ impl Shell {
         } else {
             Aabb::around([], 0.0)
         }
+    }
+
+    fn are_sharp(&self, edges: [u32; 2], at: Positions<3>) -> bool {
+        edges.iter().all(|&edge| self.skin.is_sharp(edge, at))
     }
 
     fn length(&self, edge: u32, at: Positions<3>) -> f64 {
@@ -248,6 +253,35 @@ impl Shell {
         })
     }
 
+    /// Whether two pairs press the same way, up to a small angle.
+    fn is_aligned(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
+        let normals = [one, other].map(|pair| self.normal(pair, at));
+        let [Some(one), Some(other)] = normals else {
+            return false;
+        };
+        norm(&cross(&one, &other)) <= FLUSH
+    }
+
+    /// Whether a vertex touches two triangles that meet at a re-entrant edge: each
+    /// of them whatever it does to the other.
+    fn is_beside(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
+        match (self.meeting(one), self.meeting(other)) {
+            (
+                Meeting::Facing { vertex, triangle },
+                Meeting::Facing {
+                    vertex: same,
+                    triangle: beside,
+                },
+            ) if vertex == same => {
+                let mut edges = (0..3)
+                    .filter(|&k| self.skin.across(triangle, k) == Some(beside))
+                    .map(|k| self.skin.triangles[triangle as usize].edges[k]);
+                edges.any(|edge| self.skin.turn(edge, at) < -FLUSH)
+            }
+            _ => false,
+        }
+    }
+
     /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
     /// the surface turns by a right angle or more there.
     fn next_triangle(&self, vertex: u32, triangle: u32, at: Positions<3>) -> Option<Pair> {
@@ -373,11 +407,19 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn is_exposed(&self, pair: Pair, at: Positions<3>) -> bool {
+    fn presses(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> bool {
+        let places = Place::both(self, pair, at, tolerance);
+        let on_face = || {
+            matches!(
+                Place::kind(self, pair, &places, at),
+                ContactKind::FaceFace | ContactKind::EdgeFace | ContactKind::VertexFace
+            )
+        };
         match self.meeting(pair) {
-            Meeting::Facing { .. } => true,
+            Meeting::Facing { .. } => on_face(),
             Meeting::Crossing { main, target } => {
-                self.skin.is_sharp(main, at) && self.skin.is_sharp(target, at)
+                let across = places.iter().all(|place| !place.is_at_vertex());
+                self.are_sharp([main, target], at) && (across || on_face())
             }
         }
     }
@@ -489,22 +531,30 @@ impl Surface<3> for Shell {
     }
 
     fn rightful(&self, pair: Pair, [at, then]: [Positions<3>; 2], tolerance: f64) -> Option<Pair> {
-        let candidates = Place::pairs(self, pair, at, tolerance);
         let touches = |pair: &Pair| {
             let projection = self.project(*pair, at);
             projection.gap.abs() <= tolerance
                 && projection.outside <= tolerance
                 && self.admits(*pair, at)
         };
-        let own = self.admits(pair, at).then_some(pair);
-        let mut best = own.map(|pair| (self.project(pair, then).gap, pair));
-        for other in candidates.into_iter().filter(touches) {
-            let gap = self.project(other, then).gap;
+        let others = Place::pairs(self, pair, at, tolerance).into_iter();
+        let mut rivals: Vec<Pair> = others
+            .filter(|other| *other != pair && touches(other) && !self.is_beside(pair, *other, at))
+            .collect();
+        if self.admits(pair, at) {
+            rivals.insert(0, pair);
+        }
+        let mut best: Option<(f64, Pair)> = None;
+        for &rival in &rivals {
+            let gap = self.project(rival, then).gap;
             if best.is_none_or(|(deepest, _)| gap > deepest) {
-                best = Some((gap, other));
+                best = Some((gap, rival));
             }
         }
-        best.map(|(_, pair)| pair)
+        let (gap, best) = best?;
+        // A corner that meets a corner sinks into all of its faces, or goes past.
+        let one_way = rivals.iter().all(|&rival| self.is_aligned(best, rival, at));
+        (one_way || gap <= -SHALLOW * tolerance).then_some(best)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<3>) -> Option<Pair> {

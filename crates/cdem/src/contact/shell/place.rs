@@ -159,6 +159,10 @@ impl Place {
         }
     }
 
+    pub(super) fn is_at_vertex(&self) -> bool {
+        self.vertex.is_some()
+    }
+
     /// 0 at a vertex, 1 on an edge, 2 within a face.
     fn dimension(&self) -> u32 {
         match (self.vertex, self.edges.as_slice()) {
