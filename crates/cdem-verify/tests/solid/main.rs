@@ -5,6 +5,7 @@
 
 mod element;
 mod joints;
+mod rest;
 mod rocks;
 mod slope;
 mod types;

@@ -1,0 +1,68 @@
+//! What stands comes to rest, and stays.
+
+use std::time::Instant;
+
+use cdem_verify::{Balance, load, run};
+
+/// Rms velocity below which a pile is at rest, m/s.
+const REST: f64 = 1e-9;
+
+/// Runs a scene whose first block bears the `weight`, N, of all others.
+fn stands(name: &str, weight: f64) {
+    let mut simulation = load(name).start();
+    let mut balance = Balance::new(&mut simulation);
+    let mass: f64 = weight / 9.81;
+    let (began, mut since) = (Instant::now(), None);
+    let mut deepest = 0.0_f64;
+    let mut forces_from = Some(0.9 * simulation.scene().time.end);
+    run(&mut simulation, |simulation| {
+        if simulation.step_index() % 20 == 0 {
+            let row = balance.look(simulation);
+            let speed = (2.0 * row.kinetic_energy.max(0.0) / mass).sqrt();
+            let time = simulation.time();
+            since = (speed < REST).then(|| since.unwrap_or(time));
+            deepest = deepest.max(simulation.max_penetration());
+        }
+        if forces_from.is_some_and(|time| simulation.time() > time) {
+            simulation.block_rows();
+            forces_from = None;
+        }
+        if simulation.step_index() % 500 == 0 {
+            let row = balance.look(simulation);
+            println!(
+                "{name} at {:.3} s: rms {:.1e} m/s, {} contacts, {:.0?}",
+                simulation.time(),
+                (2.0 * row.kinetic_energy.max(0.0) / mass).sqrt(),
+                row.contacts,
+                began.elapsed()
+            );
+        }
+    });
+    // Since it was last asked for.
+    let force = -simulation.block_rows()[0].force[2];
+    println!(
+        "{name}: at rest since {since:?} s, force/weight - 1 {:.1e}, penetration {deepest:.1e} m, \
+         residual {:.1e}, {} steps in {:.1?}",
+        force / weight - 1.0,
+        balance.residual,
+        simulation.step_index(),
+        began.elapsed()
+    );
+    let end = simulation.scene().time.end;
+    assert!(since.is_some_and(|since| since < 0.9 * end), "{since:?}");
+    assert!((force / weight - 1.0).abs() < 1e-6, "{force} {weight}");
+    let tolerance = simulation.scene().contact.tolerance.expect("filled in");
+    assert!(deepest < 0.02 * tolerance, "{deepest:e} m");
+    assert!(balance.residual < 1e-3, "{balance:?}");
+}
+
+#[test]
+fn a_stack_of_ten_cubes_comes_to_rest() {
+    stands("stack-3d", 10.0 * 2700.0 * 9.81);
+}
+
+#[test]
+#[ignore = "slow study: 210 stones"]
+fn a_dry_stone_wall_comes_to_rest() {
+    stands("dry-stone-wall", 10.0 * 5.0 * 2400.0 * 9.81);
+}
