@@ -5,6 +5,7 @@
 
 mod element;
 mod joints;
+mod notch;
 mod rest;
 mod rocks;
 mod slope;

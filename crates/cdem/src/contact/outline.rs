@@ -242,6 +242,16 @@ impl Surface<2> for Outline {
         norm(&[gap, outside.max(0.0)])
     }
 
+    fn both_bear(&self, one: Pair, other: Pair, at: Positions<2>) -> bool {
+        let faces = |from: u32, to: u32| {
+            let (a, _) = self.edge(from, at);
+            let (c, d) = self.edge(to, at);
+            let way = sub(&scale(0.5, &add(&c, &d)), &a);
+            dot(&way, &self.normal(from, at)) > FLUSH * norm(&way)
+        };
+        one.main == other.main && faces(one.target, other.target) && faces(other.target, one.target)
+    }
+
     fn project(&self, pair: Pair, at: Positions<2>) -> Projection {
         let (a, b) = self.edge(pair.target, at);
         let along = sub(&b, &a);

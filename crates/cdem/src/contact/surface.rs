@@ -174,6 +174,9 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn presses(&self, _pair: Pair, _at: Positions<D>, _tolerance: f64) -> bool {
         true
     }
+    /// Whether a point has two contacts, as in a re-entrant corner, whose sides face
+    /// each other: neither leaves nothing to the other.
+    fn both_bear(&self, one: Pair, other: Pair, at: Positions<D>) -> bool;
     /// Where the main point lies with respect to the target.
     fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
     /// Whether the target's inward normal lies in the main feature's normal

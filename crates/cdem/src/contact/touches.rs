@@ -234,7 +234,10 @@ fn touch<'a, const D: usize>(
             let apart = sub(&surface.point(live.pair, then), &surface.point(pair, then));
             let held = surface.project(live.pair, later);
             let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
-            norm(&apart) <= tolerance && held.outside <= tolerance && held.gap >= *gap
+            norm(&apart) <= tolerance
+                && held.outside <= tolerance
+                && held.gap >= *gap
+                && !surface.both_bear(live.pair, pair, then)
         }
     };
     if live.clone().any(bars) {

@@ -29,7 +29,7 @@ use crate::contact::surface::{
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
-use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 /// Turn of a feature against another, rad, for a relative motion of its nodes by
 /// its size: either may turn, at both ends.
@@ -262,26 +262,6 @@ impl Shell {
         norm(&cross(&one, &other)) <= FLUSH
     }
 
-    /// Whether a vertex touches two triangles that meet at a re-entrant edge: each
-    /// of them whatever it does to the other.
-    fn is_beside(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
-        match (self.meeting(one), self.meeting(other)) {
-            (
-                Meeting::Facing { vertex, triangle },
-                Meeting::Facing {
-                    vertex: same,
-                    triangle: beside,
-                },
-            ) if vertex == same => {
-                let mut edges = (0..3)
-                    .filter(|&k| self.skin.across(triangle, k) == Some(beside))
-                    .map(|k| self.skin.triangles[triangle as usize].edges[k]);
-                edges.any(|edge| self.skin.turn(edge, at) < -FLUSH)
-            }
-            _ => false,
-        }
-    }
-
     /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
     /// the surface turns by a right angle or more there.
     fn next_triangle(&self, vertex: u32, triangle: u32, at: Positions<3>) -> Option<Pair> {
@@ -424,6 +404,26 @@ impl Surface<3> for Shell {
         }
     }
 
+    fn both_bear(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
+        let (
+            Meeting::Facing { vertex, triangle },
+            Meeting::Facing {
+                vertex: second,
+                triangle: beside,
+            },
+        ) = (self.meeting(one), self.meeting(other))
+        else {
+            return false;
+        };
+        let faces = |from: u32, to: u32| {
+            let [a, b, c] = self.skin.triangle(to, at);
+            let middle = scale(1.0 / 3.0, &add(&add(&a, &b), &c));
+            let way = sub(&middle, &self.skin.triangle(from, at)[0]);
+            dot(&way, &self.skin.normal(from, at)) > FLUSH * norm(&way)
+        };
+        vertex == second && faces(triangle, beside) && faces(beside, triangle)
+    }
+
     fn project(&self, pair: Pair, at: Positions<3>) -> Projection {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
@@ -539,7 +539,7 @@ impl Surface<3> for Shell {
         };
         let others = Place::pairs(self, pair, at, tolerance).into_iter();
         let mut rivals: Vec<Pair> = others
-            .filter(|other| *other != pair && touches(other) && !self.is_beside(pair, *other, at))
+            .filter(|other| *other != pair && touches(other) && !self.both_bear(pair, *other, at))
             .collect();
         if self.admits(pair, at) {
             rivals.insert(0, pair);
