@@ -16,7 +16,7 @@ use cdem::{AnyMesh, Simulation};
 pub use balance::Balance;
 pub use overlap::deepest_overlap;
 pub use random::Random;
-pub use rocks::{SEED, rocks};
+pub use rocks::{SEED, rocks, tetrahedra};
 
 /// A verification scene: to be varied, then started.
 #[derive(Clone, Debug)]

@@ -17,16 +17,26 @@ const LENGTHS: [f64; 2] = [0.7, 1.0];
 
 const SHAPES: [ElementKind; 3] = [ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8];
 
-/// Tetrahedra of a wedge and of a hexahedron.
-const OF_WEDGE: [[usize; 4]; 3] = [[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5]];
-const OF_HEXAHEDRON: [[usize; 4]; 6] = [
-    [0, 1, 2, 6],
-    [0, 2, 3, 6],
-    [0, 3, 7, 6],
-    [0, 7, 4, 6],
-    [0, 4, 5, 6],
-    [0, 5, 1, 6],
-];
+/// Tetrahedra that fill an element in space: numbers of its nodes.
+///
+/// # Panics
+/// For an element in the plane.
+#[must_use]
+pub fn tetrahedra(kind: ElementKind) -> &'static [[usize; 4]] {
+    match kind {
+        ElementKind::Tet4 => &[[0, 1, 2, 3]],
+        ElementKind::Wedge6 => &[[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5]],
+        ElementKind::Hex8 => &[
+            [0, 1, 2, 6],
+            [0, 2, 3, 6],
+            [0, 3, 7, 6],
+            [0, 7, 4, 6],
+            [0, 4, 5, 6],
+            [0, 5, 1, 6],
+        ],
+        other => panic!("{other:?} fills no space"),
+    }
+}
 
 /// Convex tetrahedra, wedges and hexahedra of all sizes and turns, `across` of them a
 /// direction, the first centred at half a metre from the origin. One element a
@@ -72,12 +82,10 @@ fn add_rock(mesh: &mut RawMesh, random: &mut Random, centre: [f64; 3], cut: bool
         mesh.points
             .push(std::array::from_fn(|c| centre[c] + turned[c]));
     }
-    let count = mesh.points.len() - first;
-    let whole: Vec<usize> = (0..count).collect();
-    let cells: Vec<Vec<usize>> = match shape {
-        ElementKind::Wedge6 if cut => OF_WEDGE.map(Vec::from).into(),
-        ElementKind::Hex8 if cut => OF_HEXAHEDRON.map(Vec::from).into(),
-        _ => vec![whole],
+    let cells: Vec<Vec<usize>> = if cut {
+        tetrahedra(shape).iter().map(|cell| cell.to_vec()).collect()
+    } else {
+        vec![(0..shape.node_count()).collect()]
     };
     let kind = CellKind::Element(if cut { ElementKind::Tet4 } else { shape });
     for cell in cells {

@@ -3,7 +3,7 @@
 use cdem::mesh::ElementKind;
 use cdem::sample::Frame;
 use cdem::scene::{Kinematics, Mass};
-use cdem_verify::{Case, load};
+use cdem_verify::{Case, load, tetrahedra};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::shared::{cross, from_file, length, minus};
@@ -13,21 +13,6 @@ const BOTH: [Kinematics; 2] = [Kinematics::Total, Kinematics::Incremental];
 /// Second moments ∫ x xᵀ dV about the centroid, and volume, of elements with
 /// plane faces, as sums over tetrahedra.
 fn moments(frame: &Frame) -> (Matrix3<f64>, f64) {
-    let tetrahedra = |kind: ElementKind| -> &'static [[usize; 4]] {
-        match kind {
-            ElementKind::Tet4 => &[[0, 1, 2, 3]],
-            ElementKind::Wedge6 => &[[0, 1, 2, 3], [1, 2, 3, 5], [1, 3, 4, 5]],
-            ElementKind::Hex8 => &[
-                [0, 1, 2, 6],
-                [0, 2, 3, 6],
-                [0, 3, 7, 6],
-                [0, 7, 4, 6],
-                [0, 4, 5, 6],
-                [0, 5, 1, 6],
-            ],
-            other => panic!("{other:?} fills no space"),
-        }
-    };
     let (mut second, mut first, mut volume) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     let mut rest = frame.connectivity.as_slice();
     for &kind in &frame.kinds {

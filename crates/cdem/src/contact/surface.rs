@@ -196,7 +196,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     ) -> Option<f64>;
     /// The pair that a touch of `pair` belongs to, if any, `at` the positions of
     /// the touch: of all that touch within `tolerance` of its point and that the
-    /// surroundings allow, the one that lies in each other least `then`.
+    /// surroundings allow, the one that lies in each other least `then`; none where a
+    /// corner goes past another.
     fn rightful(
         &self,
         pair: Pair,

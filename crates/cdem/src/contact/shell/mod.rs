@@ -11,6 +11,7 @@ mod facing;
 mod place;
 mod share;
 mod skin;
+mod surroundings;
 #[cfg(test)]
 mod tests;
 
@@ -149,49 +150,6 @@ impl Shell {
         }
     }
 
-    /// Whether the foot of a vertex lies on a triangle, up to `depth` beyond its
-    /// edges where
-    /// - the edge is re-entrant: a point that touches both faces is beyond the edge
-    ///   of each by its depth in the other;
-    /// - a face of the vertex lies flush on the triangle: the rims of two faces
-    ///   that end together wind about each other, all but parallel.
-    fn lies_on(
-        &self,
-        (vertex, triangle): (u32, u32),
-        facing: &Facing,
-        at: Positions<3>,
-        depth: f64,
-    ) -> bool {
-        (0..3).all(|k| {
-            let inside = facing.inside(k);
-            let slack = FOOT_ROUND_OFF * facing.heights[k];
-            let edge = self.skin.triangles[triangle as usize].edges[k];
-            inside >= -slack
-                || inside >= -slack - depth
-                    && (self.skin.turn(edge, at) < -FLUSH
-                        || self.leads_onto(vertex, (triangle, k), &facing.normal, at))
-        })
-    }
-
-    /// Whether an edge of a vertex lies in the plane of a triangle, and leads to
-    /// its side of edge `k`.
-    fn leads_onto(
-        &self,
-        vertex: u32,
-        (triangle, k): (u32, usize),
-        normal: &[f64; 3],
-        at: Positions<3>,
-    ) -> bool {
-        let points = self.skin.triangle(triangle, at);
-        let along = sub(&points[(k + 1) % 3], &points[k]);
-        let inward = cross(normal, &scale(1.0 / norm(&along), &along));
-        self.skin.edges_at(vertex).iter().any(|&edge| {
-            let away = self.skin.away(vertex, edge, at);
-            let slack = FLUSH * norm(&away);
-            dot(&away, normal).abs() <= slack && dot(&away, &inward) > slack
-        })
-    }
-
     /// Velocity of a corner, m/s.
     fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
         self.skin.mean(corner, |node| velocity[node as usize])
@@ -225,34 +183,6 @@ impl Shell {
         volume.falls_through(duration).find(|&time| touches(time))
     }
 
-    /// Whether all edges from a vertex lie above a plane with this normal, up to
-    /// a turn of `slack`.
-    fn admits_facing(&self, vertex: u32, normal: &[f64; 3], slack: f64, at: Positions<3>) -> bool {
-        self.skin.edges_at(vertex).iter().all(|&edge| {
-            let away = self.skin.away(vertex, edge, at);
-            dot(&away, normal) >= -slack * norm(&away)
-        })
-    }
-
-    /// Whether the faces beside a main edge lie above, and those beside a target
-    /// edge below, a plane with this normal, up to a turn of `slack`.
-    fn admits_crossing(
-        &self,
-        edges: [u32; 2],
-        normal: &[f64; 3],
-        slack: f64,
-        at: Positions<3>,
-    ) -> bool {
-        edges.into_iter().zip([1.0, -1.0]).all(|(edge, sign)| {
-            let sides = self.skin.directions_into_sides(edge, at);
-            let mut heights = sides
-                .into_iter()
-                .flatten()
-                .map(|into| sign * dot(&into, normal));
-            heights.all(|height| height >= -slack)
-        })
-    }
-
     /// Whether two pairs press the same way, up to a small angle.
     fn is_aligned(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
         let normals = [one, other].map(|pair| self.normal(pair, at));
@@ -260,36 +190,6 @@ impl Shell {
             return false;
         };
         norm(&cross(&one, &other)) <= FLUSH
-    }
-
-    /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
-    /// the surface turns by a right angle or more there.
-    fn next_triangle(&self, vertex: u32, triangle: u32, at: Positions<3>) -> Option<Pair> {
-        let (k, _) = self.facing(vertex, triangle, at).outside();
-        let next = self.skin.across(triangle, k)?;
-        let pair = Self::face_pair(vertex, next);
-        let turn = dot(&self.skin.normal(triangle, at), &self.skin.normal(next, at));
-        (turn > 0.0 && self.admits(pair, at)).then_some(pair)
-    }
-
-    /// A point that leaves one of two edges at an end goes on along the edge that
-    /// leads on best from there, if it turns by less than half a right angle.
-    fn next_edge(&self, edges: [u32; 2], foot: &[f64; 2], at: Positions<3>) -> Option<Pair> {
-        let beyond = |k: usize| (-foot[k]).max(foot[k] - 1.0) * self.length(edges[k], at);
-        let k = usize::from(beyond(1) > beyond(0));
-        let end = self.skin.edges[edges[k] as usize].ends[usize::from(foot[k] > 0.5)];
-        let back = self.skin.away(end, edges[k], at);
-        let straight = |edge: u32| {
-            let on = self.skin.away(end, edge, at);
-            -dot(&on, &back) / (norm(&on) * norm(&back))
-        };
-        let others = self.skin.edges_at(end).iter().copied();
-        let next = others
-            .filter(|&edge| edge != edges[k] && self.skin.is_sharp(edge, at))
-            .map(|edge| (straight(edge), edge))
-            .max_by(|one, other| one.0.total_cmp(&other.0))?;
-        let pair = self.edge_pair(next.1, edges[1 - k]);
-        (next.0 > std::f64::consts::FRAC_1_SQRT_2 && self.admits(pair, at)).then_some(pair)
     }
 }
 
@@ -353,34 +253,31 @@ impl Surface<3> for Shell {
 
     fn near(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> bool {
         // What touches at a corner may do so with any feature there.
-        let own_reach = reach;
-        let reach = reach.max(tolerance);
+        let range = reach.max(tolerance);
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 let facing = self.facing(vertex, triangle, at);
                 let smallest = facing.heights.into_iter().fold(f64::MAX, f64::min);
-                facing.gap <= reach
-                    && facing.gap >= -reach - tolerance
-                    && facing.outside().1 <= reach
+                facing.gap <= range
+                    && facing.gap >= -range - tolerance
+                    && facing.outside().1 <= range
                     && self.admits_facing(
                         vertex,
                         &facing.normal,
-                        FLUSH + TURNS * reach / smallest,
+                        FLUSH + TURNS * range / smallest,
                         at,
                     )
             }
             Meeting::Crossing { main, target } => {
                 let edges = [main, target];
-                if self.apart(pair, at) > reach + tolerance
-                    || !edges
-                        .iter()
-                        .all(|&e| self.skin.may_sharpen(e, at, own_reach))
+                if self.apart(pair, at) > range + tolerance
+                    || !edges.iter().all(|&e| self.skin.may_sharpen(e, at, reach))
                 {
                     return false;
                 }
                 let shortest = f64::min(self.length(main, at), self.length(target, at));
                 self.crossing(main, target, at).is_none_or(|crossing| {
-                    let turn = TURNS * reach / (shortest * crossing.sine);
+                    let turn = TURNS * range / (shortest * crossing.sine);
                     self.admits_crossing(edges, &crossing.normal, FLUSH + turn, at)
                 })
             }
