@@ -25,7 +25,7 @@ macro_rules! files {
     };
 }
 
-const TEMPLATES: [Template; 4] = [
+const TEMPLATES: [Template; 5] = [
     Template {
         name: "two-prisms-2d",
         about: "A triangular block hits another with its corner: the paper's own case",
@@ -45,6 +45,11 @@ const TEMPLATES: [Template; 4] = [
         name: "wall-2d",
         about: "A dry-stone wall is hit by a boulder",
         files: files!("wall-2d": "README.md", "scene.toml"),
+    },
+    Template {
+        name: "rockfall-3d",
+        about: "Rocks of all shapes come down a slope on a dry-stone wall",
+        files: files!("rockfall-3d": "README.md", "scene.toml", "rocks.msh", "slope.msh"),
     },
 ];
 

@@ -99,5 +99,10 @@ fn a_thousand_rocks_settle_in_a_box() {
 #[ignore = "slow study: five thousand rocks"]
 fn five_thousand_rocks_settle_in_a_box() {
     settle([50, 20, 5], false, 2.0);
+}
+
+#[test]
+#[ignore = "slow study: five thousand rocks"]
+fn five_thousand_cut_rocks_settle_in_a_box() {
     settle([50, 20, 5], true, 1.2);
 }
