@@ -212,7 +212,6 @@ impl<const D: usize> Island<D> {
             live.fresh = false;
             live.impulse = constraint.impulse;
             live.interval = interval;
-            live.give_in(operator);
             live.record.count(&constraint.impulse);
             operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
@@ -439,7 +438,6 @@ impl<const D: usize> Island<D> {
             law: setting.laws.between(blocks[0], blocks[1]),
             foot,
             offset: surface.operator(pair, &foot, at).offset,
-            given: 0.0,
             sticks: true,
             joint: false,
             fresh: true,

@@ -231,7 +231,6 @@ impl<const D: usize> Contacts<D> {
                 let count = island.live.len();
                 self.books.touches += island.touch(&setting, [at; 2], pair, 0.0);
                 for live in &mut island.live[count..] {
-                    live.given = live.offset[0].min(0.0);
                     live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
                 }
             }
@@ -401,8 +400,14 @@ impl<const D: usize> Contacts<D> {
         let surface = &*self.terms.surface;
         for live in self.islands.iter_mut().flat_map(|island| &mut island.live) {
             live.record.end_step(step);
+            // A joint keeps the gap it was given: only what exceeds it counts.
+            let given = if live.record.time_on == 0.0 {
+                live.offset[0].min(0.0)
+            } else {
+                0.0
+            };
             let gap = surface.project(live.pair, at).gap;
-            self.max_penetration = self.max_penetration.max(live.given - gap);
+            self.max_penetration = self.max_penetration.max(given - gap);
         }
     }
 

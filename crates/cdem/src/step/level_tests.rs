@@ -213,8 +213,9 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
             }
         }
     }
-    // Round-off of gaps over the amplitude leaves no more digits than this.
-    let schur = Schur::try_new(map, 1e-14, 100_000).expect("eigenvalues");
+    // A hundredth of what round-off of positions makes of the entries.
+    let precision = 1e-2 * f64::EPSILON / amplitude;
+    let schur = Schur::try_new(map, precision, 100_000).expect("eigenvalues");
     let values = schur.complex_eigenvalues();
     let levels = at_rest.plan.histogram().len();
     (values.iter().map(|v| v.norm()).fold(0.0, f64::max), levels)
