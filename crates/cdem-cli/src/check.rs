@@ -8,7 +8,6 @@ use indicatif::{HumanBytes, HumanDuration};
 
 use crate::failure::{Failure, Outcome};
 use crate::quantity::{columns, count, counted, quantity};
-use crate::run::STEPPING_THREADS;
 use crate::setup;
 use crate::terminal::{print, strong, warn};
 
@@ -153,6 +152,6 @@ fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
     format!(
         "{text} without output, from {} at {}",
         counted(steps, "step"),
-        counted(STEPPING_THREADS as u64, "thread")
+        counted(rayon::current_num_threads() as u64, "thread")
     )
 }

@@ -15,9 +15,6 @@ use crate::quantity::quantity;
 use crate::setup;
 use crate::terminal::{complain, warn};
 
-/// Threads that step. Those asked for write frames.
-pub(crate) const STEPPING_THREADS: usize = 1;
-
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     let Started {
         mut run,
@@ -153,7 +150,7 @@ impl Run {
             reason,
             setup_seconds: self.times.setup.as_secs_f64(),
             wall_seconds: self.times.wall.as_secs_f64(),
-            threads: STEPPING_THREADS,
+            threads: rayon::current_num_threads(),
             warnings,
         };
         Summary::new(&mut self.simulation, ending)

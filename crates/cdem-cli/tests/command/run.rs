@@ -134,7 +134,7 @@ fn the_number_of_threads_does_not_change_the_results() {
         frame("on3").expect("a frame")
     );
     let summary: Value = serde_json::from_str(&place.read("on3/summary.json")).expect("JSON");
-    assert_eq!(summary["threads"], 1, "one thread steps");
+    assert_eq!(summary["threads"], 3);
 }
 
 #[test]

@@ -9,5 +9,6 @@ mod notch;
 mod rest;
 mod rocks;
 mod slope;
+mod threads;
 mod types;
 mod wedge;

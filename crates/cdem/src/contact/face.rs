@@ -85,12 +85,12 @@ impl<const D: usize> Face<D> {
         self.missing.clear();
         self.direction.clear();
         self.direction.resize(count, [0.0; D]);
-        self.response.resize(count, [0.0; D]);
+        system.relative_velocities(&system.velocity, &mut self.response);
         for (number, point) in system.points.iter().enumerate() {
             let opens = point.impulse[0] <= -point.limit.tension;
             let slips = point.limit.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
-            let relative = system.relative_velocity(number, &system.velocity);
+            let relative = &self.response[number];
             let missing = std::array::from_fn(|r| {
                 if free[r] {
                     point.target[r] - relative[r]
@@ -127,9 +127,10 @@ impl<const D: usize> Face<D> {
         self.square = square;
         self.velocity.clear();
         self.velocity.resize(system.velocity.len(), [0.0; D]);
-        let (mut own, mut steepest) = (0.0, 0.0_f64);
-        for (number, compliance) in compliances.enumerate() {
-            let (missing, direction) = (&self.missing[number], &mut self.direction[number]);
+        let missing = &self.missing;
+        let turn = |place: usize, direction: &mut [f64; D]| {
+            let (missing, compliance) = (&missing[place], &system.points[place].compliance);
+            let mut steepest = 0.0_f64;
             for r in 0..D {
                 let alone = if missing[r] == 0.0 {
                     0.0
@@ -137,15 +138,19 @@ impl<const D: usize> Face<D> {
                     missing[r] / compliance[r.min(1)]
                 };
                 direction[r] = alone + ratio * direction[r];
-                own += direction[r] * direction[r] * compliance[r.min(1)];
                 steepest = steepest.max(direction[r].abs() * compliance[r.min(1)]);
             }
-            system.apply(number, direction, &mut self.velocity);
-        }
-        let mut curvature = 0.0;
-        for (number, response) in self.response.iter_mut().enumerate() {
-            *response = system.relative_velocity(number, &self.velocity);
-            curvature += dot(response, &self.direction[number]);
+            (*direction, steepest)
+        };
+        let steepest = system.respond(&mut self.direction, &mut self.velocity, turn);
+        system.relative_velocities(&self.velocity, &mut self.response);
+        let (mut own, mut curvature) = (0.0, 0.0);
+        let directions = self.direction.iter().zip(&self.response);
+        for ((direction, response), compliance) in directions.zip(compliances) {
+            for r in 0..D {
+                own += direction[r] * direction[r] * compliance[r.min(1)];
+            }
+            curvature += dot(response, direction);
         }
         let flat = curvature <= FLAT * own;
         (
@@ -201,7 +206,7 @@ impl<const D: usize> Face<D> {
             let point = &system.points[number];
             let mut rest = [0.0; D];
             rest[0] = -point.limit.tension - point.impulse[0];
-            system.add(number, &rest);
+            system.add_to(number, &rest);
         }
         self.free[number][first..].fill(false);
         self.missing[number][first..].fill(0.0);

@@ -1,11 +1,13 @@
 //! Impacts: what the pairs of an island do at the instant at which some of them
 //! touch, (4) and (5) of the paper.
 
+use rayon::prelude::*;
+
 use crate::contact::Jump;
 use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
 use crate::contact::live::Live;
 use crate::contact::solve::Constraint;
-use crate::contact::system::System;
+use crate::contact::system::{SHARE, System};
 use crate::model::motion::Motion;
 
 /// An impact, to be solved as often as it takes.
@@ -111,7 +113,8 @@ impl<const D: usize> Island<D> {
             let operator = live.operator(setting.surface, motion.positions());
             live.impact(operator, duration)
         };
-        let constraints: Vec<_> = self.live.iter().map(constraint).collect();
+        let live = self.live.par_iter().with_min_len(SHARE);
+        let constraints: Vec<_> = live.map(constraint).collect();
         self.system.load(&constraints, setting.mobility(0.0));
         let approach = constraints.iter();
         let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));

@@ -1,12 +1,14 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
+use rayon::prelude::*;
+
 use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
 use crate::contact::near::Near;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
-use crate::contact::system::System;
+use crate::contact::system::{SHARE, System};
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
@@ -273,7 +275,8 @@ impl<const D: usize> Island<D> {
                 constraint.target[0] -= missed / drift;
                 constraint
             };
-            let mut constraints: Vec<_> = self.live.iter().zip(&missed).map(constraint).collect();
+            let live = self.live.par_iter().zip(&missed).with_min_len(SHARE);
+            let mut constraints: Vec<_> = live.map(constraint).collect();
             let start = self.start(&constraints, motion);
             let precision = self.precision(setting, at, drift);
             self.system.load(&constraints, mobility);

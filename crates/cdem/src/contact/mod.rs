@@ -2,6 +2,7 @@
 //! models `unified-node` and `penalty`.
 
 mod broad_phase;
+mod colours;
 mod face;
 mod grouping;
 mod impact;

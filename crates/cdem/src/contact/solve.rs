@@ -3,7 +3,7 @@
 
 use crate::contact::surface::Operator;
 use crate::contact::system::{Point, System};
-use crate::vector::{norm, sub};
+use crate::vector::sub;
 
 /// Bounds of a contact's impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -125,8 +125,8 @@ impl<const D: usize> System<D> {
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
-        for (constraint, point) in constraints.iter_mut().zip(&self.points) {
-            constraint.impulse = point.impulse;
+        for (&number, point) in self.colours.order().iter().zip(&self.points) {
+            constraints[number as usize].impulse = point.impulse;
         }
         residual
     }
@@ -143,8 +143,7 @@ impl<const D: usize> System<D> {
     /// (Silcowitz, Niebe, Erleben 2010) and, where that does not get on, by
     /// descents along the faces of the bounds.
     fn iterate(&mut self, least: f64) -> f64 {
-        let fastest = self.velocity.iter().map(norm).fold(0.0, f64::max);
-        let least = least.max(ROUND_OFF * fastest);
+        let least = least.max(ROUND_OFF * self.fastest());
         let mut search = std::mem::take(&mut self.search);
         search.begin(self.points.len());
         let (mut effort, mut sweeps, mut descents, mut descends) = (0, 0, 0, true);
@@ -218,10 +217,7 @@ impl<const D: usize> Search<D> {
     }
 
     fn restore(&self, system: &mut System<D>) {
-        for (number, kept) in self.kept.iter().enumerate() {
-            let change = sub(kept, &system.points[number].impulse);
-            system.add(number, &change);
-        }
+        system.add(|place, point| sub(&self.kept[place], &point.impulse));
     }
 
     /// Goes on along the last direction after a sweep. What then is beyond a
@@ -238,16 +234,16 @@ impl<const D: usize> Search<D> {
         let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };
         self.square = square;
-        let changes = self.before.iter().zip(&mut self.direction);
-        for (number, (change, direction)) in changes.enumerate() {
-            let mut step = direction.map(|x| ratio * x);
-            let point = &system.points[number];
-            step[0] = step[0].max(-point.limit.tension - point.impulse[0]);
+        if ratio > 0.0 {
+            system.add(|place, point| {
+                let mut step = self.direction[place].map(|x| ratio * x);
+                step[0] = step[0].max(-point.limit.tension - point.impulse[0]);
+                step
+            });
+        }
+        for (change, direction) in self.before.iter().zip(&mut self.direction) {
             for r in 0..D {
                 direction[r] = ratio * direction[r] + change[r];
-            }
-            if ratio > 0.0 {
-                system.add(number, &step);
             }
         }
     }

@@ -1,57 +1,83 @@
 //! An island on its own: what the impulses of its contacts do to each other.
 //!
 //! Storage is kept from solve to solve, and as large as the nodes in use.
-//! Contacts mostly stay, so their nodes are numbered only when these change.
+//! Contacts mostly stay, so they are numbered and coloured only when their nodes
+//! change. Nodes that are held do not take part: their velocities go into what is
+//! asked for.
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
+use crate::contact::colours::{Colours, Values};
 use crate::contact::face::Face;
 use crate::contact::solve::{Constraint, Limit, Search, shear_norm};
 use crate::contact::surface::Operator;
 use crate::model::inertia::Mobility;
-use crate::vector::{add_scaled, dot};
+use crate::vector::{add_scaled, dot, norm, sub};
 
 /// Inverse mass of a row whose nodes are held, over what it would be of free
 /// ones: round-off.
 const HELD: f64 = 1e-12;
 
+/// Contacts that a thread takes at once, where each is on its own.
+pub(super) const SHARE: usize = 64;
+
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct System<const D: usize> {
+    /// Nodes of each contact, and whether they are held, and `None` behind the last:
+    /// what the numbers are for.
+    known: Vec<Option<(u32, bool)>>,
     /// Nodes that impulses move, sorted.
     nodes: Vec<u32>,
-    /// Their velocities, m/s.
+    /// Their velocities, m/s, and the largest of nodes that are held.
     pub(super) velocity: Vec<[f64; D]>,
+    held_speed: f64,
+    /// In which order, and by how many threads, contacts are visited.
+    pub(super) colours: Colours,
+    /// The contacts, by their places in that order.
     pub(super) points: Vec<Point<D>>,
-    /// Relative velocities as functions of nodal velocities.
-    operators: Vec<Term<D>>,
-    /// Velocities that impulses make, 1/kg.
-    gains: Vec<Term<D>>,
-    /// For each operator and each node that it moves, the place of that among the
-    /// gains of its point.
-    slots: Vec<u32>,
+    terms: Terms<D>,
     /// Scratch of the solver.
     pub(super) search: Search<D>,
     pub(super) face: Face<D>,
 }
 
-/// What a contact has to do with a node: a vector for each row of its frame.
+/// A vector for each row of a contact's frame.
+type Rows<const D: usize> = [[f64; D]; D];
+
+/// What contacts have to do with the nodes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Terms<const D: usize> {
+    /// Relative velocities as functions of nodal velocities.
+    operators: Vec<Term<D>>,
+    /// Velocities that impulses make, 1/kg, for each of a contact's nodes in turn.
+    gains: Vec<Rows<D>>,
+    /// For each operator and each node that it moves, the number of that among
+    /// the nodes of its contact.
+    slots: Vec<u32>,
+}
+
+/// What the velocity of a node adds to a relative velocity.
 #[derive(Clone, Debug)]
 struct Term<const D: usize> {
-    node: u32,
-    rows: [[f64; D]; D],
+    /// The node's number among those of its contact.
+    slot: u32,
+    rows: Rows<D>,
 }
 
 /// A contact in its system.
 #[derive(Clone, Debug)]
 pub(super) struct Point<const D: usize> {
-    /// Its part of the operators and of the gains.
+    /// Its constraint.
+    number: u32,
+    /// Its part of the terms.
     operators: Range<usize>,
     gains: Range<usize>,
-    /// Where its slots begin.
-    slots: usize,
+    slots: Range<usize>,
     /// Relative velocity in each row for a unit impulse in each column, 1/kg.
-    own: [[f64; D]; D],
+    own: Rows<D>,
     /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
     /// nodes are held. One for all tangents keeps the friction disc a disc.
     pub(super) compliance: [f64; 2],
@@ -61,56 +87,106 @@ pub(super) struct Point<const D: usize> {
     borne: f64,
 }
 
+/// Nodes of a contact, with their rows and whether they are held in all components.
+fn nodes_of<'a, const D: usize>(
+    operator: &'a Operator<D>,
+    mobility: Mobility<'a, D>,
+) -> impl Iterator<Item = (usize, u32, bool)> + 'a {
+    let nodes = operator.nodes().iter().enumerate();
+    nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_held(node as usize)))
+}
+
 impl<const D: usize> System<D> {
     /// Takes the geometry of the constraints.
     pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
-        if !self.fits(constraints) {
+        if !self.fits(constraints, mobility) {
             self.number(constraints, mobility);
         }
-        for (number, constraint) in constraints.iter().enumerate() {
-            self.fill(number, &constraint.operator, mobility);
-        }
+        let (colours, slots) = (&self.colours, &self.terms.slots);
+        let points = self.points.as_mut_slice();
+        let (operators, gains) = (&mut self.terms.operators, &mut self.terms.gains);
+        in_parts(points, operators, gains, &|point, operators, gains| {
+            let operator = &constraints[point.number as usize].operator;
+            point.fill(operators, gains, slots, operator, mobility);
+        });
+        debug_assert_eq!(colours.order().len(), constraints.len());
     }
 
     /// Whether the constraints are between the nodes that they were.
-    fn fits(&self, constraints: &[Constraint<D>]) -> bool {
-        let same = |(point, constraint): (&Point<D>, &Constraint<D>)| {
-            let terms = self.operators[point.operators.clone()].iter();
-            let nodes = terms.map(|term| self.nodes[term.node as usize]);
-            nodes.eq(constraint.operator.nodes().iter().copied())
+    fn fits(&self, constraints: &[Constraint<D>], mobility: Mobility<D>) -> bool {
+        let mut known = self.known.iter();
+        let same = |constraint: &Constraint<D>| {
+            let mut nodes = nodes_of(&constraint.operator, mobility);
+            nodes.all(|(_, node, held)| known.next() == Some(&Some((node, held))))
+                && known.next() == Some(&None)
         };
-        self.points.len() == constraints.len() && self.points.iter().zip(constraints).all(same)
+        self.points.len() == constraints.len() && constraints.iter().all(same)
     }
 
-    /// Numbers the nodes.
+    /// Numbers the nodes and orders the contacts.
     fn number(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
-        let term = |node: u32| Term {
-            node,
-            rows: [[0.0; D]; D],
-        };
-        self.points.clear();
-        self.operators.clear();
-        self.gains.clear();
-        self.slots.clear();
+        self.known.clear();
+        let (mut moved, mut ends) = (Vec::new(), vec![0]);
         for constraint in constraints {
-            let start = [self.operators.len(), self.gains.len()];
-            let slots = self.slots.len();
-            for &node in constraint.operator.nodes() {
-                self.operators.push(term(node));
+            let start = moved.len();
+            for (_, node, held) in nodes_of(&constraint.operator, mobility) {
+                self.known.push(Some((node, held)));
                 for (other, _) in mobility.column(node) {
-                    let gains = &self.gains[start[1]..];
-                    let known = gains.iter().position(|gain| gain.node == other);
-                    self.slots.push(known.unwrap_or(gains.len()) as u32);
-                    if known.is_none() {
-                        self.gains.push(term(other));
+                    if !moved[start..].contains(&other) {
+                        moved.push(other);
                     }
                 }
             }
+            self.known.push(None);
+            ends.push(moved.len());
+        }
+        self.nodes.clone_from(&moved);
+        self.nodes.sort_unstable();
+        self.nodes.dedup();
+        let numbers: Vec<u32> = moved
+            .iter()
+            .map(|node| self.nodes.partition_point(|other| other < node) as u32)
+            .collect();
+        let parts = ends.windows(2).map(|ends| ends[0]..ends[1]);
+        let lists: Vec<&[u32]> = parts.clone().map(|part| &numbers[part]).collect();
+        self.colours = Colours::new(self.nodes.len(), &lists);
+        let parts: Vec<&[u32]> = parts.map(|part| &moved[part]).collect();
+        self.arrange(constraints, &parts, mobility);
+    }
+
+    /// Makes room for the contacts, in their order, each of which moves the nodes
+    /// of a list.
+    fn arrange(&mut self, constraints: &[Constraint<D>], lists: &[&[u32]], mobility: Mobility<D>) {
+        let Terms {
+            operators,
+            gains,
+            slots,
+        } = &mut self.terms;
+        self.points.clear();
+        operators.clear();
+        gains.clear();
+        slots.clear();
+        let rows = [[0.0; D]; D];
+        for &number in self.colours.order() {
+            let list = lists[number as usize];
+            let slot = |node| list.iter().position(|&other| other == node).unwrap_or(0) as u32;
+            let start = [operators.len(), gains.len(), slots.len()];
+            for (_, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
+                if !held {
+                    operators.push(Term {
+                        slot: slot(node),
+                        rows,
+                    });
+                    slots.extend(mobility.column(node).map(|(other, _)| slot(other)));
+                }
+            }
+            gains.extend(list.iter().map(|_| rows));
             self.points.push(Point {
-                operators: start[0]..self.operators.len(),
-                gains: start[1]..self.gains.len(),
-                slots,
-                own: [[0.0; D]; D],
+                number,
+                operators: start[0]..operators.len(),
+                gains: start[1]..gains.len(),
+                slots: start[2]..slots.len(),
+                own: rows,
                 compliance: [0.0; 2],
                 target: [0.0; D],
                 limit: Limit::default(),
@@ -118,60 +194,6 @@ impl<const D: usize> System<D> {
                 borne: 0.0,
             });
         }
-        self.nodes.clear();
-        self.nodes.extend(self.gains.iter().map(|gain| gain.node));
-        self.nodes.sort_unstable();
-        self.nodes.dedup();
-        for term in self.operators.iter_mut().chain(&mut self.gains) {
-            term.node = self.nodes.partition_point(|&other| other < term.node) as u32;
-        }
-    }
-
-    /// Takes the operator of a contact, with what its impulses do.
-    fn fill(&mut self, number: usize, operator: &Operator<D>, mobility: Mobility<D>) {
-        let point = &mut self.points[number];
-        let gains = &mut self.gains[point.gains.clone()];
-        let terms = &mut self.operators[point.operators.clone()];
-        for gain in &mut *gains {
-            gain.rows = [[0.0; D]; D];
-        }
-        let mut slots = self.slots[point.slots..].iter();
-        for (k, term) in terms.iter_mut().enumerate() {
-            term.rows = std::array::from_fn(|r| operator.rows[r][k]);
-            for ((_, inverse), &slot) in mobility.column(operator.nodes[k]).zip(&mut slots) {
-                let gain = &mut gains[slot as usize];
-                for r in 0..D {
-                    for c in 0..D {
-                        gain.rows[r][c] += inverse[c] * term.rows[r][c];
-                    }
-                }
-            }
-        }
-        let mut unheld = [0.0; D];
-        point.own = [[0.0; D]; D];
-        let mut slots = self.slots[point.slots..].iter();
-        for (term, &node) in terms.iter().zip(operator.nodes()) {
-            let mass = mobility.inertia.mass()[node as usize];
-            for r in 0..D {
-                unheld[r] += dot(&term.rows[r], &term.rows[r]) / mass;
-            }
-            let moved = mobility.inertia.coupled(node as usize).zip(&mut slots);
-            for (_, &slot) in moved.filter(|(other, _)| *other == node as usize) {
-                for r in 0..D {
-                    for s in 0..D {
-                        point.own[r][s] += dot(&term.rows[r], &gains[slot as usize].rows[s]);
-                    }
-                }
-            }
-        }
-        // Between nodes that are held along the row there is nothing to push.
-        for r in 0..D {
-            if point.own[r][r] <= HELD * unheld[r] {
-                point.own[r][r] = 0.0;
-            }
-        }
-        let tangents = (1..D).map(|r| point.own[r][r]);
-        point.compliance = [point.own[0][0], tangents.fold(0.0, f64::max)];
     }
 
     /// Begins a solve: impulses, bounds, and the velocities without impulses.
@@ -183,24 +205,58 @@ impl<const D: usize> System<D> {
         self.velocity.clear();
         let velocities = self.nodes.iter().map(|&node| velocity(node));
         self.velocity.extend(velocities);
-        for (number, constraint) in constraints.iter().enumerate() {
-            let point = &mut self.points[number];
-            point.target = constraint.target;
+        let targets = self.targets(constraints, velocity);
+        let (colours, terms) = (&self.colours, &self.terms);
+        colours.pass(&mut self.points, &mut self.velocity, |_, point, values| {
+            let constraint = &constraints[point.number as usize];
+            point.target = targets[point.number as usize];
             point.limit = constraint.limit;
             point.borne = constraint.borne;
-            point.impulse = [0.0; D];
-            let start = std::array::from_fn(|r| {
+            point.impulse = std::array::from_fn(|r| {
                 if point.moves(r) {
                     constraint.impulse[r]
                 } else {
                     0.0
                 }
             });
-            self.add(number, &start);
-        }
+            terms.push(point, &point.impulse, values);
+            []
+        });
     }
 
-    /// Nodes and their velocities, m/s.
+    /// What is asked of the nodes that are not held, m/s; notes how fast those are
+    /// that are.
+    fn targets(
+        &mut self,
+        constraints: &[Constraint<D>],
+        velocity: impl Fn(u32) -> [f64; D],
+    ) -> Vec<[f64; D]> {
+        self.held_speed = 0.0;
+        let mut known = self.known.iter();
+        let target = |constraint: &Constraint<D>| {
+            let mut target = constraint.target;
+            let nodes = known.by_ref().map_while(|known| *known).enumerate();
+            for (k, (node, _)) in nodes.filter(|(_, (_, held))| *held) {
+                let velocity = velocity(node);
+                self.held_speed = self.held_speed.max(norm(&velocity));
+                for r in 0..D {
+                    target[r] -= dot(&constraint.operator.rows[r][k], &velocity);
+                }
+            }
+            target
+        };
+        constraints.iter().map(target).collect()
+    }
+
+    /// The largest speed of a node, m/s.
+    pub(super) fn fastest(&self) -> f64 {
+        self.velocity
+            .iter()
+            .map(norm)
+            .fold(self.held_speed, f64::max)
+    }
+
+    /// Nodes that are moved and their velocities, m/s.
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
         let velocities = self.velocity.iter().copied();
         self.nodes.iter().copied().zip(velocities)
@@ -209,29 +265,87 @@ impl<const D: usize> System<D> {
     /// One sweep of Gauss–Seidel: its largest change of a relative velocity,
     /// and the largest that a normal impulse of the substep makes, m/s.
     pub(super) fn sweep(&mut self) -> (f64, f64) {
-        let (mut change, mut scale) = (0.0_f64, f64::MIN_POSITIVE);
-        for number in 0..self.points.len() {
-            let relative = self.relative_velocity(number, &self.velocity);
-            let point = &mut self.points[number];
+        let terms = &self.terms;
+        let sweep = |_, point: &mut Point<D>, values: Values<[f64; D]>| {
+            let relative = terms.relative(point, |slot| values.get(slot));
             let old = point.impulse;
-            change = change.max(point.relax(&relative));
+            let change = point.relax(&relative);
             let normal = point.impulse[0].abs().max(point.borne);
-            scale = scale.max(normal * point.compliance[0]);
-            let step = std::array::from_fn(|r| point.impulse[r] - old[r]);
+            let step = sub(&point.impulse, &old);
             if step != [0.0; D] {
-                let gains = &self.gains[point.gains.clone()];
-                apply(gains, &step, &mut self.velocity);
+                terms.push(point, &step, values);
             }
-        }
-        (change, scale)
+            [change, normal * point.compliance[0]]
+        };
+        let [change, scale] = self
+            .colours
+            .pass(&mut self.points, &mut self.velocity, sweep);
+        (change, scale.max(f64::MIN_POSITIVE))
     }
 
-    /// Relative velocity of a contact, m/s.
+    /// Relative velocity of a contact without what held nodes add, m/s.
     #[inline]
-    pub(super) fn relative_velocity(&self, point: usize, velocity: &[[f64; D]]) -> [f64; D] {
+    pub(super) fn relative_velocity(&self, place: usize, velocity: &[[f64; D]]) -> [f64; D] {
+        let nodes = self.colours.nodes(place);
+        let value = |slot: usize| &velocity[nodes[slot] as usize];
+        self.terms.relative(&self.points[place], value)
+    }
+
+    /// Relative velocities of all contacts, by their places.
+    pub(super) fn relative_velocities(&self, velocity: &[[f64; D]], relative: &mut Vec<[f64; D]>) {
+        let places = (0..self.points.len()).into_par_iter().with_min_len(SHARE);
+        let of = |place| self.relative_velocity(place, velocity);
+        places.map(of).collect_into_vec(relative);
+    }
+
+    /// Adds to the impulse of each contact what `change` says of it, and what that
+    /// does to the velocities.
+    pub(super) fn add(&mut self, change: impl Fn(usize, &Point<D>) -> [f64; D] + Sync) {
+        let terms = &self.terms;
+        let add = |place, point: &mut Point<D>, values: Values<[f64; D]>| {
+            let change = change(place, point);
+            add_scaled(&mut point.impulse, 1.0, &change);
+            terms.push(point, &change, values);
+            []
+        };
+        self.colours.pass(&mut self.points, &mut self.velocity, add);
+    }
+
+    /// The same for one contact.
+    pub(super) fn add_to(&mut self, place: usize, change: &[f64; D]) {
+        let point = &mut self.points[place];
+        add_scaled(&mut point.impulse, 1.0, change);
+        let gains = &self.terms.gains[point.gains.clone()];
+        for (&node, rows) in self.colours.nodes(place).iter().zip(gains) {
+            push(rows, change, &mut self.velocity[node as usize]);
+        }
+    }
+
+    /// Velocities that impulses of the contacts make alone, m/s: of each what
+    /// `direct` makes of its own. Returns the largest that it returns.
+    pub(super) fn respond<T: Send>(
+        &self,
+        own: &mut [T],
+        velocity: &mut [[f64; D]],
+        direct: impl Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
+    ) -> f64 {
+        let respond = |place, own: &mut T, values: Values<[f64; D]>| {
+            let (impulse, size) = direct(place, own);
+            self.terms.push(&self.points[place], &impulse, values);
+            [size]
+        };
+        let [largest] = self.colours.pass(own, velocity, respond);
+        largest
+    }
+}
+
+impl<const D: usize> Terms<D> {
+    /// Relative velocity of a contact whose nodes have these velocities, m/s.
+    #[inline]
+    fn relative<'a>(&self, point: &Point<D>, velocity: impl Fn(usize) -> &'a [f64; D]) -> [f64; D] {
         let mut sum = [0.0; D];
-        for term in &self.operators[self.points[point].operators.clone()] {
-            let node = &velocity[term.node as usize];
+        for term in &self.operators[point.operators.clone()] {
+            let node = velocity(term.slot as usize);
             for r in 0..D {
                 sum[r] += dot(&term.rows[r], node);
             }
@@ -239,35 +353,101 @@ impl<const D: usize> System<D> {
         sum
     }
 
-    /// Adds to an impulse, and what that does to the velocities.
-    pub(super) fn add(&mut self, point: usize, change: &[f64; D]) {
-        let point = &mut self.points[point];
-        add_scaled(&mut point.impulse, 1.0, change);
-        apply(&self.gains[point.gains.clone()], change, &mut self.velocity);
-    }
-
-    /// Velocities that an impulse of a contact makes alone, m/s.
-    pub(super) fn apply(&self, point: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
-        apply(
-            &self.gains[self.points[point].gains.clone()],
-            impulse,
-            velocity,
-        );
-    }
-}
-
-/// Adds the velocities that an impulse makes, m/s.
-#[inline]
-fn apply<const D: usize>(gains: &[Term<D>], impulse: &[f64; D], velocity: &mut [[f64; D]]) {
-    for gain in gains {
-        let node = &mut velocity[gain.node as usize];
-        for r in 0..D {
-            add_scaled(node, impulse[r], &gain.rows[r]);
+    /// Adds the velocities that an impulse of a contact makes, m/s.
+    #[inline]
+    fn push(&self, point: &Point<D>, impulse: &[f64; D], mut values: Values<[f64; D]>) {
+        for (slot, rows) in self.gains[point.gains.clone()].iter().enumerate() {
+            push(rows, impulse, values.get_mut(slot));
         }
     }
 }
 
+/// Adds the velocity that an impulse makes, m/s.
+#[inline]
+fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mut [f64; D]) {
+    for r in 0..D {
+        add_scaled(node, impulse[r], &rows[r]);
+    }
+}
+
+/// Calls `fill` for each point with its part of operators and gains, which follow
+/// each other as the points do.
+fn in_parts<const D: usize>(
+    points: &mut [Point<D>],
+    operators: &mut [Term<D>],
+    gains: &mut [Rows<D>],
+    fill: &(impl Fn(&mut Point<D>, &mut [Term<D>], &mut [Rows<D>]) + Sync),
+) {
+    if points.len() > SHARE {
+        let (points, more) = points.split_at_mut(points.len() / 2);
+        let ends = [points[0].operators.start, points[0].gains.start];
+        let (operators, others) = operators.split_at_mut(more[0].operators.start - ends[0]);
+        let (gains, other_gains) = gains.split_at_mut(more[0].gains.start - ends[1]);
+        rayon::join(
+            || in_parts(points, operators, gains, fill),
+            || in_parts(more, others, other_gains, fill),
+        );
+        return;
+    }
+    let (mut operators, mut gains) = (operators, gains);
+    for point in points {
+        let (own, rest) = operators.split_at_mut(point.operators.len());
+        let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
+        fill(point, own, own_gains);
+        (operators, gains) = (rest, rest_gains);
+    }
+}
+
 impl<const D: usize> Point<D> {
+    /// Takes the operator, with what impulses do.
+    fn fill(
+        &mut self,
+        operators: &mut [Term<D>],
+        gains: &mut [Rows<D>],
+        slots: &[u32],
+        operator: &Operator<D>,
+        mobility: Mobility<D>,
+    ) {
+        gains.fill([[0.0; D]; D]);
+        let mut unheld = [0.0; D];
+        let mut slots = slots[self.slots.clone()].iter();
+        let mut terms = operators.iter_mut().peekable();
+        for (k, node, held) in nodes_of(operator, mobility) {
+            let rows: Rows<D> = std::array::from_fn(|r| operator.rows[r][k]);
+            for r in 0..D {
+                unheld[r] += dot(&rows[r], &rows[r]) / mobility.inertia.mass()[node as usize];
+            }
+            let Some(term) = terms.next_if(|_| !held) else {
+                continue;
+            };
+            term.rows = rows;
+            for ((_, inverse), &slot) in mobility.column(node).zip(&mut slots) {
+                let gain = &mut gains[slot as usize];
+                for r in 0..D {
+                    for c in 0..D {
+                        gain[r][c] += inverse[c] * rows[r][c];
+                    }
+                }
+            }
+        }
+        self.own = [[0.0; D]; D];
+        for term in &*operators {
+            for r in 0..D {
+                for s in 0..D {
+                    self.own[r][s] += dot(&term.rows[r], &gains[term.slot as usize][s]);
+                }
+            }
+        }
+        // Between nodes that are held along the row there is nothing to push.
+        for r in 0..D {
+            if self.own[r][r] <= HELD * unheld[r] {
+                self.own[r][r] = 0.0;
+            }
+        }
+        let tangents = (1..D).map(|r| self.own[r][r]);
+        self.compliance = [self.own[0][0], tangents.fold(0.0, f64::max)];
+    }
+
     /// Whether an impulse in row `r` moves anything.
     pub(super) fn moves(&self, r: usize) -> bool {
         self.own[r][r] > 0.0

@@ -109,6 +109,11 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
+    /// Whether all components of a node are held.
+    pub(crate) fn is_held(&self, node: usize) -> bool {
+        self.held(node) == [true; D]
+    }
+
     /// Gives a held node a velocity, and its neighbours in a dense block what
     /// that does to them.
     pub(crate) fn set(&self, node: usize, wanted: &[f64; D], velocity: &mut [[f64; D]]) {
@@ -227,18 +232,19 @@ pub(crate) struct Mobility<'a, const D: usize> {
     pub(crate) interval: f64,
 }
 
-impl<const D: usize> Mobility<'_, D> {
+impl<'a, const D: usize> Mobility<'a, D> {
     fn share(&self, node: u32) -> f64 {
         let alpha = self.damping[self.block_of[node as usize] as usize];
         1.0 / (1.0 + 0.5 * alpha * self.interval)
     }
 
-    /// Column of what stands for M⁻¹ of a node, 1/kg: nodes, and the velocity of
-    /// each for a unit impulse in each component.
-    pub(crate) fn column(&self, node: u32) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
-        let share = self.share(node);
-        let column = self.inertia.column(node as usize);
-        column.map(move |(other, inverse)| (other, inverse.map(|x| share * x)))
+    /// Column of what stands for M⁻¹ of a node, 1/kg: nodes that are not held, and
+    /// the velocity of each for a unit impulse in each component.
+    pub(crate) fn column(self, node: u32) -> impl Iterator<Item = (u32, [f64; D])> + use<'a, D> {
+        let (inertia, share) = (self.inertia, self.share(node));
+        let column = inertia.column(node as usize);
+        let moved = column.filter(|(other, _)| !inertia.is_held(*other as usize));
+        moved.map(move |(other, inverse)| (other, inverse.map(|x| share * x)))
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.

@@ -1,0 +1,303 @@
+//! Points that share nodes, changed by many threads at once: those of one colour
+//! share none.
+//!
+//! Colours come from the points alone, and points of one colour do not see each
+//! other: a pass gives the same bits on any number of threads (design, section 5).
+
+#![allow(
+    unsafe_code,
+    reason = "threads write to one slice, each to places of its own"
+)]
+
+use std::marker::PhantomData;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+/// Points of a task, at least, where there are more: for fewer it is not worth it
+/// to wake a thread.
+const TASK: usize = 64;
+
+/// Colours that are given out at once: bits of a word.
+const PALETTE: u32 = u64::BITS;
+
+/// Points in the order in which passes visit them: colour by colour. Where a point
+/// is in that order is its place.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Colours {
+    /// The point at each place.
+    order: Vec<u32>,
+    /// Nodes of the points, place by place, and where those of each begin.
+    nodes: Vec<u32>,
+    starts: Vec<usize>,
+    /// Places that are visited one after the other, by one thread.
+    tasks: Vec<Range<usize>>,
+    /// Tasks of each colour: they share no nodes.
+    colours: Vec<Range<usize>>,
+    /// How many nodes there are.
+    node_count: usize,
+}
+
+impl Colours {
+    /// Orders points by the nodes that each changes, of `node_count`.
+    ///
+    /// Neighbours in a sorted list of first and last nodes that have these in
+    /// common stay together, as the contacts of two blocks whose mass is
+    /// consistent: fewer colours, and their nodes stay in the cache. Each such
+    /// group gets the first colour that none of its nodes has. Points too few for
+    /// two threads keep their order: neighbours in space follow each other there,
+    /// and sweeps get on a little better.
+    pub(super) fn new(node_count: usize, nodes_of: &[&[u32]]) -> Self {
+        Self::with_tasks(node_count, nodes_of, TASK)
+    }
+
+    fn with_tasks(node_count: usize, nodes_of: &[&[u32]], task: usize) -> Self {
+        let ends = |point: u32| {
+            let nodes = nodes_of[point as usize].iter();
+            (nodes.clone().min(), nodes.max())
+        };
+        let mut sorted: Vec<u32> = (0..nodes_of.len() as u32).collect();
+        sorted.sort_by_cached_key(|&point| (ends(point), point));
+        let mut pending: Vec<&[u32]> = sorted.chunk_by(|&a, &b| ends(a) == ends(b)).collect();
+        let mut colours = Self {
+            starts: vec![0],
+            node_count,
+            ..Self::default()
+        };
+        if nodes_of.len() <= 2 * task {
+            let order: Vec<u32> = (0..nodes_of.len() as u32).collect();
+            colours.push(&[&order], nodes_of, task);
+            return colours;
+        }
+        let mut used = vec![0_u64; node_count];
+        while !pending.is_empty() {
+            used.fill(0);
+            let mut palette = vec![Vec::new(); PALETTE as usize];
+            pending.retain(|group| {
+                let nodes = || group.iter().flat_map(|&point| nodes_of[point as usize]);
+                let taken = nodes().fold(0, |taken, &node| taken | used[node as usize]);
+                let colour = taken.trailing_ones();
+                if colour < PALETTE {
+                    palette[colour as usize].push(*group);
+                    nodes().for_each(|&node| used[node as usize] |= 1 << colour);
+                }
+                colour == PALETTE
+            });
+            for groups in palette.iter().filter(|groups| !groups.is_empty()) {
+                colours.push(groups, nodes_of, task);
+            }
+        }
+        colours
+    }
+
+    /// Adds a colour.
+    fn push(&mut self, groups: &[&[u32]], nodes_of: &[&[u32]], task: usize) {
+        let (first, mut start) = (self.tasks.len(), self.order.len());
+        for group in groups {
+            for &point in *group {
+                self.order.push(point);
+                self.nodes.extend_from_slice(nodes_of[point as usize]);
+                self.starts.push(self.nodes.len());
+            }
+            if self.order.len() - start >= task {
+                self.tasks.push(start..self.order.len());
+                start = self.order.len();
+            }
+        }
+        if start < self.order.len() {
+            self.tasks.push(start..self.order.len());
+        }
+        self.colours.push(first..self.tasks.len());
+    }
+
+    /// The point at each place.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Where the nodes of the point at a place are among those of all.
+    pub(super) fn range(&self, place: usize) -> Range<usize> {
+        self.starts[place]..self.starts[place + 1]
+    }
+
+    /// Nodes of the point at a place.
+    pub(super) fn nodes(&self, place: usize) -> &[u32] {
+        &self.nodes[self.range(place)]
+    }
+
+    /// Calls `visit` for each place, with what it has in `own` and the `values`
+    /// of its nodes; colour by colour, the tasks of each at once. Returns the
+    /// largest of what the calls return in each component.
+    pub(super) fn pass<T: Send, V: Send, const N: usize>(
+        &self,
+        own: &mut [T],
+        values: &mut [V],
+        visit: impl Fn(usize, &mut T, Values<V>) -> [f64; N] + Sync,
+    ) -> [f64; N] {
+        assert_eq!(own.len(), self.order.len());
+        assert_eq!(values.len(), self.node_count);
+        let (own, values) = (Shared::new(own), Shared::new(values));
+        let run = |places: &Range<usize>| {
+            let mut largest = [0.0; N];
+            for place in places.clone() {
+                let nodes = self.nodes(place);
+                // Sound: tasks of a colour share neither places nor nodes, and no
+                // two colours are visited at once. All are in range: the lengths
+                // were asserted, and `new` has looked up each node.
+                let (own, values) = unsafe { (own.at(place), Values::new(&values, nodes)) };
+                largest = larger(largest, visit(place, own, values));
+            }
+            largest
+        };
+        let mut largest = [0.0; N];
+        for tasks in &self.colours {
+            let tasks = &self.tasks[tasks.clone()];
+            largest = match tasks {
+                [task] => larger(largest, run(task)),
+                _ => {
+                    let tasks = tasks.par_iter().map(run);
+                    #[expect(clippy::disallowed_methods, reason = "largest numbers, in any order")]
+                    let of_colour = tasks.reduce(|| [0.0; N], larger);
+                    larger(largest, of_colour)
+                }
+            };
+        }
+        largest
+    }
+}
+
+/// The larger numbers; what is not a number stays.
+fn larger<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| {
+        if a[i] >= b[i] || a[i].is_nan() {
+            a[i]
+        } else {
+            b[i]
+        }
+    })
+}
+
+/// The values of a point's nodes.
+pub(super) struct Values<'a, V> {
+    values: &'a Shared<'a, V>,
+    nodes: &'a [u32],
+}
+
+impl<'a, V> Values<'a, V> {
+    /// # Safety
+    ///
+    /// The nodes are in range, and no one else uses their values meanwhile.
+    unsafe fn new(values: &'a Shared<'a, V>, nodes: &'a [u32]) -> Self {
+        Self { values, nodes }
+    }
+
+    /// The value of the point's node with this number, from 0.
+    #[inline]
+    pub(super) fn get(&self, number: usize) -> &V {
+        // Sound by the promise to `new`.
+        unsafe { self.values.at(self.nodes[number] as usize) }
+    }
+
+    /// The same, to be changed.
+    #[inline]
+    pub(super) fn get_mut(&mut self, number: usize) -> &mut V {
+        // Sound by the promise to `new`.
+        unsafe { self.values.at(self.nodes[number] as usize) }
+    }
+}
+
+/// A slice that several threads change.
+struct Shared<'a, T> {
+    first: *mut T,
+    slice: PhantomData<&'a mut [T]>,
+}
+
+// It hands out nothing but what a mutable slice would, to threads instead of places.
+unsafe impl<T: Send> Sync for Shared<'_, T> {}
+
+impl<'a, T> Shared<'a, T> {
+    fn new(slice: &'a mut [T]) -> Self {
+        Self {
+            first: slice.as_mut_ptr(),
+            slice: PhantomData,
+        }
+    }
+
+    /// # Safety
+    ///
+    /// `place` is within the slice, and no one else uses it while the result lives.
+    #[inline]
+    #[allow(clippy::mut_from_ref, reason = "as of a cell")]
+    unsafe fn at(&self, place: usize) -> &mut T {
+        unsafe { &mut *self.first.add(place) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Nodes of points.
+    fn lists() -> impl Strategy<Value = Vec<Vec<u32>>> {
+        prop::collection::vec(prop::collection::vec(0..50_u32, 0..6), 0..300)
+    }
+
+    fn colours(lists: &[Vec<u32>], task: usize) -> Colours {
+        let lists: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
+        Colours::with_tasks(50, &lists, task)
+    }
+
+    proptest! {
+        #[test]
+        fn tasks_of_a_colour_share_no_node(lists in lists(), task in 1..20_usize) {
+            let colours = colours(&lists, task);
+            let mut order = colours.order().to_vec();
+            order.sort_unstable();
+            prop_assert!(order.iter().copied().eq(0..lists.len() as u32));
+            for tasks in &colours.colours {
+                let mut owner = [None; 50];
+                for task in tasks.clone() {
+                    for place in colours.tasks[task].clone() {
+                        prop_assert_eq!(colours.nodes(place), &lists[colours.order[place] as usize]);
+                        for &node in colours.nodes(place) {
+                            let owner = owner[node as usize].get_or_insert(task);
+                            prop_assert_eq!(*owner, task);
+                        }
+                    }
+                }
+            }
+        }
+
+        /// Against the same pass on one thread: sums that depend on the order.
+        #[test]
+        fn a_pass_gives_the_same_bits_on_any_number_of_threads(lists in lists()) {
+            let colours = colours(&lists, 2);
+            let pass = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                let mut own: Vec<f64> = (0..lists.len()).map(|i| (i as f64).sin()).collect();
+                let mut values = vec![1.0; 50];
+                let largest = pool.expect("a pool").install(|| {
+                    colours.pass(&mut own, &mut values, |_, own, mut values| {
+                        for number in 0..values.nodes.len() {
+                            *own += values.get(number) / 3.0;
+                            *values.get_mut(number) += own.cos();
+                        }
+                        [*own]
+                    })
+                });
+                (own, values, largest)
+            };
+            let alone = pass(1);
+            prop_assert!(pass(2) == alone && pass(3) == alone);
+        }
+    }
+
+    #[test]
+    fn more_points_of_a_node_than_a_palette_has_colours() {
+        let lists: Vec<_> = (0..200).map(|i| vec![0, i % 50]).collect();
+        let colours = colours(&lists, 1);
+        assert_eq!(colours.order.len(), 200);
+        assert_eq!(colours.colours.len(), 50);
+    }
+}
