@@ -223,17 +223,15 @@ impl Run {
     }
 }
 
+/// Makes this thread one of those that step: what is done in parallel begins at
+/// once, and nothing else waits for another thread.
 fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
-    let Some(threads) = threads else {
-        return Ok(());
-    };
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.into())
-        .build_global()
-        .map_err(|error| {
-            let message = format!("cannot start {threads} threads: {error}");
-            Failure::wrong(Message::new(message, "ask for fewer with --threads"))
-        })
+    let threads = threads.map_or(0, usize::from); // 0: one for each processor
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.use_current_thread().build_global().map_err(|error| {
+        let message = format!("cannot start the threads: {error}");
+        Failure::wrong(Message::new(message, "ask for fewer with --threads"))
+    })
 }
 
 fn wrong_folder(error: ResultsError) -> Failure {

@@ -100,15 +100,17 @@ impl Case {
     }
 }
 
-/// Steps to the end, calling `look` after each coarse step.
+/// Steps to the end on the threads of the pool, calling `look` after each coarse step.
 ///
 /// # Panics
 /// If the run stops itself.
-pub fn run(simulation: &mut Simulation, mut look: impl FnMut(&mut Simulation)) {
-    while !simulation.finished() {
-        if let Err(error) = simulation.step() {
-            panic!("{error}");
+pub fn run(simulation: &mut Simulation, mut look: impl FnMut(&mut Simulation) + Send) {
+    rayon::scope(|_| {
+        while !simulation.finished() {
+            if let Err(error) = simulation.step() {
+                panic!("{error}");
+            }
+            look(simulation);
         }
-        look(simulation);
-    }
+    });
 }

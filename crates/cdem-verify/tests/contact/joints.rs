@@ -6,7 +6,7 @@ use cdem_verify::{Case, load, run};
 
 /// Largest pull that the joint bears, N, when, s, and the largest from `pause`
 /// seconds after that.
-fn pull(case: &Case, pause: f64, pull: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
+fn pull(case: &Case, pause: f64, pull: impl Fn([f64; 3]) -> f64 + Sync) -> [f64; 3] {
     let mut simulation = case.start();
     let (mut most, mut when, mut after) = (0.0, 0.0, 0.0_f64);
     simulation.block_rows();

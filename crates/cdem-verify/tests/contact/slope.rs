@@ -20,7 +20,7 @@ fn pull(angle: f64) -> Vec<f64> {
 
 /// Slopes of velocity and displacement of the last block along the slope over
 /// the second half of the run, m/s² and m/s.
-fn measure(case: &Case, mut look: impl FnMut(&mut Simulation)) -> [f64; 2] {
+fn measure(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> [f64; 2] {
     let mut simulation = case.start();
     let (mut velocity, mut displacement) = (Vec::new(), Vec::new());
     run(&mut simulation, |simulation| {

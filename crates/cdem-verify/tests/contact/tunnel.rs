@@ -249,7 +249,7 @@ fn fire(seeds: std::ops::Range<u64>, dimension: usize, [low, high]: [f64; 2]) {
 }
 
 /// Runs a scene, whose blocks may never lie in each other.
-fn watch(case: &Case, mut look: impl FnMut(&mut Simulation)) -> (Simulation, Balance) {
+fn watch(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> (Simulation, Balance) {
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
     let tolerance = simulation.scene().contact.tolerance.expect("filled in");

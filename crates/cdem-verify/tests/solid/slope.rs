@@ -35,7 +35,7 @@ const CUBES: [(ElementKind, usize); 2] = [(ElementKind::Hex8, 1), (ElementKind::
 
 /// Slopes of velocity and displacement of the cube over the second half of the
 /// run, m/s² and m/s: along the line of fall, across it, and out of the base.
-fn measure(case: &Case, mut look: impl FnMut(&mut Simulation)) -> [Vector3<f64>; 2] {
+fn measure(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> [Vector3<f64>; 2] {
     let mut simulation = case.start();
     let axes = [downhill(), Vector3::z().cross(&downhill()), Vector3::z()];
     let mut series: [Vec<Vec<(f64, f64)>>; 2] = [vec![Vec::new(); 3], vec![Vec::new(); 3]];

@@ -1,8 +1,11 @@
 //! Which open pairs of an island touch first, and when.
 
+use rayon::prelude::*;
+
 use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::Live;
 use crate::contact::surface::{Pair, Surface};
+use crate::contact::system::SHARE;
 use crate::model::motion::Motion;
 use crate::vector::{norm, sub};
 
@@ -123,26 +126,33 @@ impl Touches {
             near, live, nodes, ..
         } = island;
         near.measure(nodes, motion);
-        let mut closed = None;
         let mut known = std::mem::take(&mut self.touch).into_iter().peekable();
+        let mut anew = Vec::new();
         for number in 0..near.len() {
             let old = known.next_if(|(of, _)| *of == number);
-            let mut touch = old.map_or(Touch::Never, |(_, touch)| touch);
+            let touch = old.map_or(Touch::Never, |(_, touch)| touch);
             if touch == Touch::Never && near.cannot_touch(number, duration - elapsed) {
                 continue;
             }
-            let pair = near.pair(number);
-            if again(nodes, touch, pair) {
-                let closed = closed.get_or_insert_with(|| Closed::new(live));
-                let apart;
-                (touch, apart) =
-                    look_at(closed, setting, motion, pair, (wanted, (elapsed, duration)));
-                near.remember(number, apart);
-            }
-            if touch != Touch::Never {
-                self.touch.push((number, touch));
+            self.touch.push((number, touch));
+            if again(nodes, touch, near.pair(number)) {
+                anew.push((self.touch.len() - 1, near.pair(number)));
             }
         }
+        if anew.is_empty() {
+            return;
+        }
+        let closed = Closed::new(live);
+        let pairs = anew.par_iter().with_min_len(SHARE);
+        let interval = (wanted, (elapsed, duration));
+        let looked = pairs.map(|&(_, pair)| look_at(&closed, setting, motion, pair, interval));
+        let looked: Vec<_> = looked.collect();
+        for ((place, _), (touch, apart)) in anew.into_iter().zip(looked) {
+            let (number, of_pair) = &mut self.touch[place];
+            near.remember(*number, apart);
+            *of_pair = touch;
+        }
+        self.touch.retain(|(_, touch)| *touch != Touch::Never);
     }
 }
 

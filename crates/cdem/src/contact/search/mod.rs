@@ -29,6 +29,8 @@ mod tests;
 
 pub(super) use patches::Patches;
 
+use rayon::prelude::*;
+
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::step::levels::Joined;
 use crate::step::outlook::Outlook;
@@ -55,6 +57,9 @@ const KEPT: f64 = 1.6;
 /// the smallest boundary edge by default.
 const SERVES: f64 = 11.0;
 const SERVES_AT_REST: f64 = 500.0;
+
+/// Pairs that a thread looks at in a row.
+const AT_ONCE: usize = 256;
 
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug)]
@@ -238,7 +243,8 @@ impl<const D: usize> Search<D> {
         let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
         let patches = blocks.patches;
         let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
-        let candidates = pairs.into_iter().map(|pair| Candidate {
+        let pairs = pairs.into_par_iter().with_min_len(AT_ONCE);
+        let candidates = pairs.map(|pair| Candidate {
             pair,
             blocks: blocks.of(pair),
             until: blocks.surface.apart(pair, at),
@@ -281,29 +287,34 @@ impl<const D: usize> Search<D> {
         let ahead = self.blocks.iter();
         let ahead = ahead.map(|motion| motion.ahead(blocks.tolerance));
         let ahead: Vec<f64> = ahead.collect();
-        for number in 0..self.candidates.len() {
-            let candidate = &self.candidates[number];
+        let may_be_near = |candidate: &Candidate| {
             let [a, b] = candidate.blocks;
-            if candidate.until <= ahead[a as usize] + ahead[b as usize] {
-                self.look(blocks, at, number);
-            }
-        }
+            candidate.until <= ahead[a as usize] + ahead[b as usize]
+        };
+        let candidates = (0..).zip(&self.candidates);
+        let numbers = candidates.filter(|(_, candidate)| may_be_near(candidate));
+        let numbers: Vec<u32> = numbers.map(|(number, _)| number).collect();
+        self.look(blocks, at, &numbers);
     }
 
-    /// Finds out whether a candidate is near.
-    fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>, number: usize) {
-        let candidate = &mut self.candidates[number];
-        let [a, b] = candidate.blocks;
-        let [a, b] = [&self.blocks[a as usize], &self.blocks[b as usize]];
-        let reach = a.share + b.share;
-        let apart = blocks.surface.apart(candidate.pair, at);
-        candidate.until = apart + a.way + b.way;
-        let (surface, tolerance) = (blocks.surface, blocks.tolerance);
-        if apart <= APART * (reach + tolerance)
-            && surface.near(candidate.pair, at, reach, tolerance)
-        {
-            self.near[number] = true;
-            self.found.push(number as u32);
+    /// Finds out which of these candidates are near.
+    fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>, numbers: &[u32]) {
+        let look = |&number: &u32| {
+            let candidate = &self.candidates[number as usize];
+            let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
+            let reach = a.share + b.share;
+            let apart = blocks.surface.apart(candidate.pair, at);
+            let near = apart <= APART * (reach + blocks.tolerance)
+                && (blocks.surface).near(candidate.pair, at, reach, blocks.tolerance);
+            (apart + a.way + b.way, near)
+        };
+        let looked: Vec<_> = numbers.par_iter().with_min_len(AT_ONCE).map(look).collect();
+        for (&number, (until, near)) in numbers.iter().zip(looked) {
+            self.candidates[number as usize].until = until;
+            if near {
+                self.near[number as usize] = true;
+                self.found.push(number);
+            }
         }
     }
 
@@ -342,14 +353,15 @@ impl<const D: usize> Search<D> {
 
     /// Looks at what has not been near to a block.
     fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, block: usize) {
-        for i in self.start[block] as usize..self.start[block + 1] as usize {
-            let number = self.of_block[i] as usize;
-            let [a, b] = self.candidates[number].blocks;
-            let ahead = |block: u32| self.blocks[block as usize].ahead(blocks.tolerance);
-            if !self.near[number] && self.candidates[number].until <= ahead(a) + ahead(b) {
-                self.look(blocks, at, number);
-            }
-        }
+        let ahead = |block: u32| self.blocks[block as usize].ahead(blocks.tolerance);
+        let open = |number: &&u32| {
+            let candidate = &self.candidates[**number as usize];
+            let [a, b] = candidate.blocks.map(ahead);
+            !self.near[**number as usize] && candidate.until <= a + b
+        };
+        let numbers = self.candidates_of(block).iter().filter(open);
+        let numbers: Vec<u32> = numbers.copied().collect();
+        self.look(blocks, at, &numbers);
     }
 }
 
