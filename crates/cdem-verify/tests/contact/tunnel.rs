@@ -373,7 +373,7 @@ fn pebbles_stay_in_their_boxes() {
         rattle(seed, 2, 60.0, 3.0);
     }
     for seed in 0..2 {
-        rattle(seed, 3, 20.0, 2.0);
+        rattle(seed, 3, 40.0, 2.0);
     }
 }
 
@@ -387,4 +387,5 @@ fn no_pebble_gets_through_a_plate() {
 fn no_pebble_of_many_gets_through_a_plate() {
     fire(3..27, 2, [20.0, 100.0]);
     fire(0..9, 3, [20.0, 30.0]);
+    fire(9..18, 3, [30.0, 100.0]);
 }
