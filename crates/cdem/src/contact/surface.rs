@@ -26,6 +26,17 @@ pub(crate) struct Positions<'a, const D: usize> {
     displacement: &'a [[f64; D]],
     /// Velocities, m/s, and for how long, s.
     drift: Option<(&'a [[f64; D]], f64)>,
+    /// The surface at these positions, if that is worked out.
+    pub(super) formed: Option<&'a Formed<D>>,
+}
+
+/// What many pairs have in common of a surface at some positions, worked out once.
+#[derive(Clone, Debug)]
+pub(crate) struct Formed<const D: usize> {
+    /// Points of the surface by number, m.
+    pub(super) points: Vec<[f64; D]>,
+    /// Outward unit normals of its facets by number.
+    pub(super) normals: Vec<[f64; D]>,
 }
 
 impl<'a, const D: usize> Positions<'a, D> {
@@ -35,13 +46,23 @@ impl<'a, const D: usize> Positions<'a, D> {
             rest,
             displacement,
             drift: None,
+            formed: None,
         }
+    }
+
+    /// The same with what the surface has worked out at them, if it has.
+    pub(crate) fn with<'b>(self, formed: Option<&'b Formed<D>>) -> Positions<'b, D>
+    where
+        'a: 'b,
+    {
+        Positions { formed, ..self }
     }
 
     /// Where the nodes will be after `time` at constant velocities.
     pub(crate) fn after(self, velocity: &'a [[f64; D]], time: f64) -> Self {
         Self {
             drift: Some((velocity, time)),
+            formed: None,
             ..self
         }
     }
@@ -135,6 +156,11 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn main_nodes(&self, main: u32) -> &[u32];
     /// Nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
+    /// What it works out before so many `pairs` are looked at, if that pays. What is
+    /// asked of it then has the same bits.
+    fn form(&self, _at: Positions<D>, _pairs: usize) -> Option<Formed<D>> {
+        None
+    }
     /// Numbers of the main and of the target features that are looked at against
     /// each other, family by family.
     fn families(&self) -> Vec<[Range<u32>; 2]>;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::Live;
-use crate::contact::surface::{Pair, Surface};
+use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::SHARE;
 use crate::model::motion::Motion;
 use crate::vector::{norm, sub};
@@ -144,8 +144,11 @@ impl Touches {
         }
         let closed = Closed::new(live);
         let pairs = anew.par_iter().with_min_len(SHARE);
+        let formed = setting.surface.form(motion.positions(), anew.len());
+        let at = motion.positions().with(formed.as_ref());
         let interval = (wanted, (elapsed, duration));
-        let looked = pairs.map(|&(_, pair)| look_at(&closed, setting, motion, pair, interval));
+        let looked =
+            pairs.map(|&(_, pair)| look_at(&closed, setting, (motion, at), pair, interval));
         let looked: Vec<_> = looked.collect();
         for ((place, _), (touch, apart)) in anew.into_iter().zip(looked) {
             let (number, of_pair) = &mut self.touch[place];
@@ -188,11 +191,11 @@ fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
 fn look_at<const D: usize>(
     closed: &Closed<D>,
     setting: &Setting<D>,
-    motion: &Motion<D>,
+    (motion, at): (&Motion<D>, Positions<D>),
     pair: Pair,
     (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
 ) -> (Touch, f64) {
-    let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
+    let (surface, tolerance) = (setting.surface, setting.tolerance);
     let live = closed.between(setting.blocks(pair));
     if live.clone().any(|live| live.pair == pair) {
         return (Touch::Closed, 0.0);
@@ -212,7 +215,7 @@ fn look_at<const D: usize>(
         Wanted::InDrift => 0.0,
     };
     (
-        touch(live, setting, motion, pair, (span, elapsed, duration)),
+        touch(live, setting, (motion, at), pair, (span, elapsed, duration)),
         apart,
     )
 }
@@ -222,17 +225,21 @@ fn look_at<const D: usize>(
 fn touch<'a, const D: usize>(
     live: impl Iterator<Item = &'a Live<D>> + Clone,
     setting: &Setting<D>,
-    motion: &Motion<D>,
+    (motion, at): (&Motion<D>, Positions<D>),
     pair: Pair,
     (span, elapsed, duration): (f64, f64, f64),
 ) -> Touch {
-    let (surface, at, tolerance) = (setting.surface, motion.positions(), setting.tolerance);
+    let (surface, tolerance) = (setting.surface, setting.tolerance);
     let remaining = duration - elapsed;
     let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
     let Some(wait) = wait else {
         return Touch::Never;
     };
-    let then = at.after(motion.velocity, wait);
+    let then = if wait > 0.0 {
+        at.after(motion.velocity, wait)
+    } else {
+        at
+    };
     let end = at.after(motion.velocity, remaining);
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.

@@ -294,7 +294,8 @@ impl<const D: usize> Search<D> {
         let candidates = (0..).zip(&self.candidates);
         let numbers = candidates.filter(|(_, candidate)| may_be_near(candidate));
         let numbers: Vec<u32> = numbers.map(|(number, _)| number).collect();
-        self.look(blocks, at, &numbers);
+        let formed = blocks.surface.form(at, numbers.len());
+        self.look(blocks, at.with(formed.as_ref()), &numbers);
     }
 
     /// Finds out which of these candidates are near.

@@ -26,7 +26,7 @@ use skin::Skin;
 use crate::contact::broad_phase::Aabb;
 use crate::contact::island::SHALLOW;
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
+    FLUSH, FOOT_ROUND_OFF, Formed, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
@@ -35,6 +35,9 @@ use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 /// Turn of a feature against another, rad, for a relative motion of its nodes by
 /// its size: either may turn, at both ends.
 const TURNS: f64 = 4.0;
+
+/// Triangles that are worked out in the time of a look at a pair, about.
+const PAIRS: usize = 8;
 
 /// The boundary of all blocks in space.
 #[derive(Clone, Debug)]
@@ -206,6 +209,10 @@ impl Surface<3> for Shell {
             None => self.skin.nodes_of_triangle(target),
             Some(edge) => self.skin.nodes_of_edge(edge),
         }
+    }
+
+    fn form(&self, at: Positions<3>, pairs: usize) -> Option<Formed<3>> {
+        (pairs > self.skin.triangles.len() / PAIRS).then(|| self.skin.form(at))
     }
 
     fn families(&self) -> Vec<[Range<u32>; 2]> {

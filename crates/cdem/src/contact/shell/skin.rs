@@ -1,8 +1,10 @@
 //! The boundary of all blocks in space as triangles with their edges and
 //! vertices.
 
+use rayon::prelude::*;
+
 use crate::around::Around;
-use crate::contact::surface::Positions;
+use crate::contact::surface::{Formed, Positions};
 use crate::mesh::Mesh;
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
@@ -17,6 +19,9 @@ const SAGITTA: f64 = 0.25;
 /// Turn, rad, of an edge that strain may make sharp before the next search: all
 /// but the clearly re-entrant.
 const MAY_BE_SHARP: f64 = -0.1;
+
+/// Corners or triangles that a thread works out in a row.
+const AT_ONCE: usize = 1024;
 
 /// Nodes of an edge or a triangle at most: those of a quadrilateral.
 const MOST: usize = 4;
@@ -218,8 +223,12 @@ impl Skin {
     }
 
     /// Position of a corner, m.
+    #[inline]
     pub(super) fn point(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
-        self.mean(corner, |node| at.at(node))
+        match at.formed {
+            Some(formed) => formed.points[corner as usize],
+            None => self.mean(corner, |node| at.at(node)),
+        }
     }
 
     /// Positions of a triangle's corners, m.
@@ -235,10 +244,34 @@ impl Skin {
     }
 
     /// Outward unit normal of a triangle.
+    #[inline]
     pub(super) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
-        let [a, b, c] = self.triangle(triangle, at);
+        match at.formed {
+            Some(formed) => formed.normals[triangle as usize],
+            None => self.normal_of(self.triangles[triangle as usize].corners, at),
+        }
+    }
+
+    fn normal_of(&self, corners: [u32; 3], at: Positions<3>) -> [f64; 3] {
+        let [a, b, c] = corners.map(|corner| self.point(corner, at));
         let normal = cross(&sub(&b, &a), &sub(&c, &a));
         scale(1.0 / norm(&normal), &normal)
+    }
+
+    /// All points and normals.
+    pub(super) fn form(&self, at: Positions<3>) -> Formed<3> {
+        let corners = (0..self.corners.len() as u32).into_par_iter();
+        let points = corners.with_min_len(AT_ONCE).map(|c| self.point(c, at));
+        let mut formed = Formed {
+            points: points.collect(),
+            normals: Vec::new(),
+        };
+        let at = at.with(Some(&formed));
+        let triangles = self.triangles.par_iter().with_min_len(AT_ONCE);
+        let normals = triangles.map(|triangle| self.normal_of(triangle.corners, at));
+        let normals: Vec<_> = normals.collect();
+        formed.normals = normals;
+        formed
     }
 
     /// Direction from `corner` along an edge that ends there, of its length.
