@@ -8,6 +8,7 @@ use indicatif::{HumanBytes, HumanDuration};
 
 use crate::failure::{Failure, Outcome};
 use crate::quantity::{columns, count, counted, quantity};
+use crate::run::use_threads;
 use crate::setup;
 use crate::terminal::{print, strong, warn};
 
@@ -19,6 +20,7 @@ const TRIAL: Duration = Duration::from_millis(300);
 
 pub(crate) fn check(scene: &Path) -> Result<Outcome, Failure> {
     let file = setup::read(scene)?;
+    use_threads(None)?;
     let mut built = setup::build(&file)?;
     let overview = built.simulation.overview();
     print(format_args!("{}  {}", strong("scene"), scene.display()));

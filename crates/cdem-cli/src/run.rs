@@ -223,14 +223,18 @@ impl Run {
     }
 }
 
-/// Makes this thread one of those that step: what is done in parallel begins at
-/// once, and nothing else waits for another thread.
-fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
-    let threads = threads.map_or(0, usize::from); // 0: one for each processor
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+/// Starts the threads that step, this one among them: else each piece of work that is
+/// shared out would first have to be handed over to another thread, and back.
+pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
+    let count = threads.map_or(0, usize::from); // 0: one for each processor
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
     pool.use_current_thread().build_global().map_err(|error| {
-        let message = format!("cannot start the threads: {error}");
-        Failure::wrong(Message::new(message, "ask for fewer with --threads"))
+        let which = threads.map_or("the".to_owned(), |threads| threads.to_string());
+        let message = format!("cannot start {which} threads: {error}");
+        Failure::wrong(Message::new(
+            message,
+            "ask for fewer: `cdem run --threads 1`",
+        ))
     })
 }
 

@@ -279,9 +279,9 @@ fn a_bounce_is_that_of_rigid_bodies_with_some_restitution() {
     }
 }
 
-/// What is an edge and what a corner is told within the tolerance: a bounce does
-/// not depend on it, from a fifth of the default to ten times as much, as the schema
-/// says. With less, flush faces part and meet anew as they vibrate.
+/// Which features touch is told within the tolerance. A bounce does not depend on
+/// it, from a fifth of the default to ten times as much, as the schema says; with
+/// less, flush faces part and meet anew as they vibrate.
 #[test]
 fn a_bounce_does_not_depend_on_the_tolerance() {
     for kind in KINDS {
@@ -304,7 +304,8 @@ fn a_bounce_does_not_depend_on_the_tolerance() {
                 "{}, tolerance times {share}: {apart:.1e} m/s apart",
                 kind.name()
             );
-            // Of 0.2 m/s: overlaps of a 1e-8th of the size, as the tolerance allows.
+            // Of 0.2 m/s: pairs that join an event do so within a 1e-4th of the
+            // tolerance, a 1e-7th of the size at most.
             assert!(apart < 1e-8, "{apart}");
         }
     }

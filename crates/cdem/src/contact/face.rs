@@ -86,11 +86,11 @@ impl<const D: usize> Face<D> {
         self.direction.clear();
         self.direction.resize(count, [0.0; D]);
         system.relative_velocities(&system.velocity, &mut self.response);
-        for (number, point) in system.points.iter().enumerate() {
+        for (place, point) in system.points.iter().enumerate() {
             let opens = point.impulse[0] <= -point.limit.tension;
             let slips = point.limit.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
-            let relative = &self.response[number];
+            let relative = &self.response[place];
             let missing = std::array::from_fn(|r| {
                 if free[r] {
                     point.target[r] - relative[r]
@@ -166,18 +166,18 @@ impl<const D: usize> Face<D> {
     /// The step at which a first contact comes to a bound, and which.
     fn bound(&self, system: &System<D>) -> (f64, Option<End>) {
         let mut first = (f64::INFINITY, None);
-        for (number, point) in system.points.iter().enumerate() {
-            let (free, direction) = (&self.free[number], &self.direction[number]);
+        for (place, point) in system.points.iter().enumerate() {
+            let (free, direction) = (&self.free[place], &self.direction[place]);
             if free[0] && direction[0] < 0.0 {
                 let step = (-point.limit.tension - point.impulse[0]) / direction[0];
                 if step < first.0 {
-                    first = (step, Some(End::Open(number)));
+                    first = (step, Some(End::Open(place)));
                 }
             }
             if free[1..].contains(&true) {
                 let step = step_to_slip(&point.limit, &point.impulse, direction);
                 if step < first.0 {
-                    first = (step, Some(End::Slip(number)));
+                    first = (step, Some(End::Slip(place)));
                 }
             }
         }
@@ -185,10 +185,10 @@ impl<const D: usize> Face<D> {
     }
 
     fn advance(&mut self, system: &mut System<D>, step: f64) {
-        for (number, direction) in self.direction.iter().enumerate() {
-            add_scaled(&mut system.points[number].impulse, step, direction);
-            for r in (0..D).filter(|&r| self.free[number][r]) {
-                self.missing[number][r] -= step * self.response[number][r];
+        for (place, direction) in self.direction.iter().enumerate() {
+            add_scaled(&mut system.points[place].impulse, step, direction);
+            for r in (0..D).filter(|&r| self.free[place][r]) {
+                self.missing[place][r] -= step * self.response[place][r];
             }
         }
         for (velocity, change) in system.velocity.iter_mut().zip(&self.velocity) {
@@ -198,18 +198,18 @@ impl<const D: usize> Face<D> {
 
     /// Leaves a contact at its bound, and begins anew on the smaller face.
     fn stop(&mut self, system: &mut System<D>, end: End) {
-        let (number, first) = match end {
-            End::Open(number) => (number, 0),
-            End::Slip(number) => (number, 1),
+        let (place, first) = match end {
+            End::Open(place) => (place, 0),
+            End::Slip(place) => (place, 1),
         };
         if first == 0 {
-            let point = &system.points[number];
+            let point = &system.points[place];
             let mut rest = [0.0; D];
             rest[0] = -point.limit.tension - point.impulse[0];
-            system.add_to(number, &rest);
+            system.add_to(place, &rest);
         }
-        self.free[number][first..].fill(false);
-        self.missing[number][first..].fill(0.0);
+        self.free[place][first..].fill(false);
+        self.missing[place][first..].fill(0.0);
         self.square = 0.0;
     }
 }

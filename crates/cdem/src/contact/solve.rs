@@ -125,8 +125,8 @@ impl<const D: usize> System<D> {
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
-        for (&number, point) in self.colours.order().iter().zip(&self.points) {
-            constraints[number as usize].impulse = point.impulse;
+        for point in &self.points {
+            constraints[point.number as usize].impulse = point.impulse;
         }
         residual
     }
@@ -153,6 +153,9 @@ impl<const D: usize> System<D> {
             let (change, scale) = self.sweep();
             (effort, sweeps) = (effort + 1, sweeps + 1);
             let residual = change / scale;
+            if !residual.is_finite() {
+                break f64::INFINITY; // the run stops at the end of the step
+            }
             if change <= least.max(RESIDUAL * scale) {
                 break residual.min(RESIDUAL); // of round-off alone it says nothing
             }

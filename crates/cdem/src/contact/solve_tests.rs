@@ -200,3 +200,73 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
         assert!((got - 0.9 * start).abs() < 1e-12);
     }
 }
+
+/// Contacts between random nodes of unlike masses, in number above what one thread
+/// solves alone: their impulses are what the nodes have got.
+#[test]
+fn nodes_get_the_impulses_of_their_own_contacts() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let nodes = 150;
+    let mass: Vec<f64> = (0..nodes).map(|_| 0.5 + random.f64()).collect();
+    let inertia = Inertia::<3>::new(mass.clone(), Vec::new());
+    let block_of = vec![0; nodes];
+    let mut constraints: Vec<_> = (0..400)
+        .map(|_| {
+            let [a, b, c] = [(); 3].map(|()| random.u32(0..nodes as u32));
+            contact(
+                &[
+                    (a, 1.0),
+                    ((a + 1 + b % 70) % 150, -0.4),
+                    ((a + 80 + c % 60) % 150, -0.6),
+                ],
+                0.3,
+            )
+        })
+        .collect();
+    let start: Vec<[f64; 3]> = (0..nodes)
+        .map(|_| [(); 3].map(|()| random.f64() - 0.5))
+        .collect();
+    let mut velocity = start.clone();
+    let mut system = System::default();
+    system.load(&constraints, mobility(&inertia, &block_of));
+    system.solve(&mut constraints, &mut velocity, 0.0);
+    let mut expected = start;
+    for constraint in &constraints {
+        constraint
+            .operator
+            .deliver(&constraint.impulse, |node, impulse| {
+                inertia.push(node as usize, impulse, &mut expected);
+            });
+    }
+    assert!(constraints.iter().any(|c| c.impulse[0] > 0.1));
+    for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
+        // Round-off of some thousand sums.
+        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    }
+}
+
+/// Of a block of consistent mass, nodes that no contact has are held and let go.
+#[test]
+fn what_is_held_may_change_between_solves() {
+    // Of a square of 1 kg, whose nodes are numbered as 00, 01, 10, 11.
+    let unit = [4.0, 2.0, 2.0, 1.0].map(|x: f64| x / 36.0);
+    let matrix: Vec<f64> = (0..16).map(|k| unit[(k / 4) ^ (k % 4)]).collect();
+    let mut inertia = Inertia::<2>::new(vec![0.25, 0.25, 0.25, 0.25, 1.0], vec![(0, matrix)]);
+    let block_of = [0; 5];
+    let solve = |system: &mut System<2>, inertia: &Inertia<2>| {
+        let mut constraints = vec![contact(&[(0, 0.5), (1, 0.5), (4, -1.0)], 0.5)];
+        let mut velocity = vec![[0.1, -1.0], [0.0, -1.0], [0.2, 0.3], [0.0, 0.5], [0.0, 0.4]];
+        system.load(&constraints, mobility(inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity, 0.0);
+        (constraints[0].impulse, velocity)
+    };
+    let mut kept = System::default();
+    for held in [[false; 2], [true; 2], [true, false], [false; 2]] {
+        inertia.hold(&[[false; 2], [false; 2], held, [false, held[0]], [false; 2]]);
+        let found = solve(&mut kept, &inertia);
+        assert_eq!(found, solve(&mut System::default(), &inertia), "{held:?}");
+        if held == [true; 2] {
+            assert_eq!(found.1[2], [0.2, 0.3], "held");
+        }
+    }
+}

@@ -27,14 +27,15 @@ pub(super) const SHARE: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct System<const D: usize> {
     /// Nodes of each contact, and whether they are held, and `None` behind the last:
-    /// what the numbers are for.
+    /// what the numbers are for; and after how many changes of what is held.
     known: Vec<Option<(u32, bool)>>,
+    changes: u64,
     /// Nodes that impulses move, sorted.
     nodes: Vec<u32>,
     /// Their velocities, m/s, and the largest of nodes that are held.
     pub(super) velocity: Vec<[f64; D]>,
     held_speed: f64,
-    /// In which order, and by how many threads, contacts are visited.
+    /// In which order contacts are visited.
     pub(super) colours: Colours,
     /// The contacts, by their places in that order.
     pub(super) points: Vec<Point<D>>,
@@ -71,7 +72,7 @@ struct Term<const D: usize> {
 #[derive(Clone, Debug)]
 pub(super) struct Point<const D: usize> {
     /// Its constraint.
-    number: u32,
+    pub(super) number: u32,
     /// Its part of the terms.
     operators: Range<usize>,
     gains: Range<usize>,
@@ -102,14 +103,13 @@ impl<const D: usize> System<D> {
         if !self.fits(constraints, mobility) {
             self.number(constraints, mobility);
         }
-        let (colours, slots) = (&self.colours, &self.terms.slots);
+        let slots = &self.terms.slots;
         let points = self.points.as_mut_slice();
         let (operators, gains) = (&mut self.terms.operators, &mut self.terms.gains);
         in_parts(points, operators, gains, &|point, operators, gains| {
             let operator = &constraints[point.number as usize].operator;
             point.fill(operators, gains, slots, operator, mobility);
         });
-        debug_assert_eq!(colours.order().len(), constraints.len());
     }
 
     /// Whether the constraints are between the nodes that they were.
@@ -120,18 +120,22 @@ impl<const D: usize> System<D> {
             nodes.all(|(_, node, held)| known.next() == Some(&Some((node, held))))
                 && known.next() == Some(&None)
         };
-        self.points.len() == constraints.len() && constraints.iter().all(same)
+        self.changes == mobility.inertia.changes()
+            && self.points.len() == constraints.len()
+            && constraints.iter().all(same)
     }
 
     /// Numbers the nodes and orders the contacts.
     fn number(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
         self.known.clear();
+        self.changes = mobility.inertia.changes();
         let (mut moved, mut ends) = (Vec::new(), vec![0]);
         for constraint in constraints {
             let start = moved.len();
             for (_, node, held) in nodes_of(&constraint.operator, mobility) {
                 self.known.push(Some((node, held)));
-                for (other, _) in mobility.column(node) {
+                let column = (!held).then(|| mobility.column(node)).into_iter().flatten();
+                for (other, _) in column {
                     if !moved[start..].contains(&other) {
                         moved.push(other);
                     }

@@ -139,17 +139,17 @@ impl Touches {
                 anew.push((self.touch.len() - 1, near.pair(number)));
             }
         }
-        if anew.is_empty() {
-            return;
-        }
-        let closed = Closed::new(live);
-        let pairs = anew.par_iter().with_min_len(SHARE);
-        let formed = setting.surface.form(motion.positions(), anew.len());
-        let at = motion.positions().with(formed.as_ref());
-        let interval = (wanted, (elapsed, duration));
-        let looked =
-            pairs.map(|&(_, pair)| look_at(&closed, setting, (motion, at), pair, interval));
-        let looked: Vec<_> = looked.collect();
+        let looked = if anew.is_empty() {
+            Vec::new()
+        } else {
+            let closed = Closed::new(live);
+            let formed = setting.surface.form(motion.positions(), anew.len());
+            let at = (motion, motion.positions().with(formed.as_ref()));
+            let interval = (wanted, (elapsed, duration));
+            let pairs = anew.par_iter().with_min_len(SHARE);
+            let looked = pairs.map(|&(_, pair)| look_at(&closed, setting, at, pair, interval));
+            looked.collect()
+        };
         for ((place, _), (touch, apart)) in anew.into_iter().zip(looked) {
             let (number, of_pair) = &mut self.touch[place];
             near.remember(*number, apart);

@@ -22,6 +22,9 @@ pub(crate) struct Inertia<const D: usize> {
     dense: Vec<Dense<D>>,
     /// Index into `dense` of each node, or `LUMPED`.
     dense_of: Vec<u32>,
+    /// Nodes of which all components are held, and how often that has changed.
+    still: Vec<bool>,
+    changes: u64,
 }
 
 const LUMPED: u32 = u32::MAX;
@@ -46,6 +49,8 @@ impl<const D: usize> Inertia<D> {
             .collect();
         let mut inertia = Self {
             inverse: vec![[0.0; D]; mass.len()],
+            still: Vec::new(),
+            changes: 0,
             mass,
             dense,
             dense_of,
@@ -57,6 +62,8 @@ impl<const D: usize> Inertia<D> {
 
     /// Takes `held` components of nodes out of the equations of motion.
     pub(crate) fn hold(&mut self, held: &[[bool; D]]) {
+        self.still = held.iter().map(|held| *held == [true; D]).collect();
+        self.changes += 1;
         for ((inverse, mass), held) in self.inverse.iter_mut().zip(&self.mass).zip(held) {
             *inverse = held.map(|held| if held { 0.0 } else { 1.0 / mass });
         }
@@ -111,7 +118,12 @@ impl<const D: usize> Inertia<D> {
 
     /// Whether all components of a node are held.
     pub(crate) fn is_held(&self, node: usize) -> bool {
-        self.held(node) == [true; D]
+        self.still[node]
+    }
+
+    /// How often other components than before have been held.
+    pub(crate) fn changes(&self) -> u64 {
+        self.changes
     }
 
     /// Gives a held node a velocity, and its neighbours in a dense block what

@@ -306,7 +306,9 @@ impl<const D: usize> Search<D> {
             let reach = a.share + b.share;
             let apart = blocks.surface.apart(candidate.pair, at);
             let near = apart <= APART * (reach + blocks.tolerance)
-                && (blocks.surface).near(candidate.pair, at, reach, blocks.tolerance);
+                && blocks
+                    .surface
+                    .near(candidate.pair, at, reach, blocks.tolerance);
             (apart + a.way + b.way, near)
         };
         let looked: Vec<_> = numbers.par_iter().with_min_len(AT_ONCE).map(look).collect();

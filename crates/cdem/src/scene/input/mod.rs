@@ -310,7 +310,7 @@ pub(crate) struct Contact {
     /// Contact model.
     pub(crate) model: ContactModel,
     /// Distance within which points touch, m; larger than 0. Left out: 1e-4 of
-    /// the smallest boundary edge. Results do not depend on it from a fifth of that
+    /// the smallest boundary edge. Bounces do not depend on it, from a fifth of that
     /// to ten times as much.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) tolerance: Option<Quantity<Length>>,
