@@ -18,6 +18,7 @@ mod outline;
 #[cfg(test)]
 mod outline_tests;
 mod penalty;
+mod point;
 mod roots;
 mod search;
 mod shell;

@@ -1,8 +1,9 @@
 //! Contacts that share nodes, solved together: projected Gauss–Seidel over an
 //! island, on velocities (design, section 5).
 
+use crate::contact::point::Point;
 use crate::contact::surface::Operator;
-use crate::contact::system::{Point, System};
+use crate::contact::system::System;
 use crate::vector::sub;
 
 /// Bounds of a contact's impulse.

@@ -5,20 +5,14 @@
 //! change. Nodes that are held do not take part: their velocities go into what is
 //! asked for.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use crate::contact::colours::{Colours, Values};
 use crate::contact::face::Face;
-use crate::contact::solve::{Constraint, Limit, Search, shear_norm};
-use crate::contact::surface::Operator;
+use crate::contact::point::{Point, Term, Terms, in_parts, nodes_of, push};
+use crate::contact::solve::{Constraint, Limit, Search};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
-
-/// Inverse mass of a row whose nodes are held, over what it would be of free
-/// ones: round-off.
-const HELD: f64 = 1e-12;
 
 /// Contacts that a thread takes at once, where each is on its own.
 pub(super) const SHARE: usize = 64;
@@ -43,58 +37,6 @@ pub(crate) struct System<const D: usize> {
     /// Scratch of the solver.
     pub(super) search: Search<D>,
     pub(super) face: Face<D>,
-}
-
-/// A vector for each row of a contact's frame.
-type Rows<const D: usize> = [[f64; D]; D];
-
-/// What contacts have to do with the nodes.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Terms<const D: usize> {
-    /// Relative velocities as functions of nodal velocities.
-    operators: Vec<Term<D>>,
-    /// Velocities that impulses make, 1/kg, for each of a contact's nodes in turn.
-    gains: Vec<Rows<D>>,
-    /// For each operator and each node that it moves, the number of that among
-    /// the nodes of its contact.
-    slots: Vec<u32>,
-}
-
-/// What the velocity of a node adds to a relative velocity.
-#[derive(Clone, Debug)]
-struct Term<const D: usize> {
-    /// The node's number among those of its contact.
-    slot: u32,
-    rows: Rows<D>,
-}
-
-/// A contact in its system.
-#[derive(Clone, Debug)]
-pub(super) struct Point<const D: usize> {
-    /// Its constraint.
-    pub(super) number: u32,
-    /// Its part of the terms.
-    operators: Range<usize>,
-    gains: Range<usize>,
-    slots: Range<usize>,
-    /// Relative velocity in each row for a unit impulse in each column, 1/kg.
-    own: Rows<D>,
-    /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
-    /// nodes are held. One for all tangents keeps the friction disc a disc.
-    pub(super) compliance: [f64; 2],
-    pub(super) target: [f64; D],
-    pub(super) limit: Limit,
-    pub(super) impulse: [f64; D],
-    borne: f64,
-}
-
-/// Nodes of a contact, with their rows and whether they are held in all components.
-fn nodes_of<'a, const D: usize>(
-    operator: &'a Operator<D>,
-    mobility: Mobility<'a, D>,
-) -> impl Iterator<Item = (usize, u32, bool)> + 'a {
-    let nodes = operator.nodes().iter().enumerate();
-    nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_held(node as usize)))
 }
 
 impl<const D: usize> System<D> {
@@ -340,149 +282,5 @@ impl<const D: usize> System<D> {
         };
         let [largest] = self.colours.pass(own, velocity, respond);
         largest
-    }
-}
-
-impl<const D: usize> Terms<D> {
-    /// Relative velocity of a contact whose nodes have these velocities, m/s.
-    #[inline]
-    fn relative<'a>(&self, point: &Point<D>, velocity: impl Fn(usize) -> &'a [f64; D]) -> [f64; D] {
-        let mut sum = [0.0; D];
-        for term in &self.operators[point.operators.clone()] {
-            let node = velocity(term.slot as usize);
-            for r in 0..D {
-                sum[r] += dot(&term.rows[r], node);
-            }
-        }
-        sum
-    }
-
-    /// Adds the velocities that an impulse of a contact makes, m/s.
-    #[inline]
-    fn push(&self, point: &Point<D>, impulse: &[f64; D], mut values: Values<[f64; D]>) {
-        for (slot, rows) in self.gains[point.gains.clone()].iter().enumerate() {
-            push(rows, impulse, values.get_mut(slot));
-        }
-    }
-}
-
-/// Adds the velocity that an impulse makes, m/s.
-#[inline]
-fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mut [f64; D]) {
-    for r in 0..D {
-        add_scaled(node, impulse[r], &rows[r]);
-    }
-}
-
-/// Calls `fill` for each point with its part of operators and gains, which follow
-/// each other as the points do.
-fn in_parts<const D: usize>(
-    points: &mut [Point<D>],
-    operators: &mut [Term<D>],
-    gains: &mut [Rows<D>],
-    fill: &(impl Fn(&mut Point<D>, &mut [Term<D>], &mut [Rows<D>]) + Sync),
-) {
-    if points.len() > SHARE {
-        let (points, more) = points.split_at_mut(points.len() / 2);
-        let ends = [points[0].operators.start, points[0].gains.start];
-        let (operators, others) = operators.split_at_mut(more[0].operators.start - ends[0]);
-        let (gains, other_gains) = gains.split_at_mut(more[0].gains.start - ends[1]);
-        rayon::join(
-            || in_parts(points, operators, gains, fill),
-            || in_parts(more, others, other_gains, fill),
-        );
-        return;
-    }
-    let (mut operators, mut gains) = (operators, gains);
-    for point in points {
-        let (own, rest) = operators.split_at_mut(point.operators.len());
-        let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
-        fill(point, own, own_gains);
-        (operators, gains) = (rest, rest_gains);
-    }
-}
-
-impl<const D: usize> Point<D> {
-    /// Takes the operator, with what impulses do.
-    fn fill(
-        &mut self,
-        operators: &mut [Term<D>],
-        gains: &mut [Rows<D>],
-        slots: &[u32],
-        operator: &Operator<D>,
-        mobility: Mobility<D>,
-    ) {
-        gains.fill([[0.0; D]; D]);
-        let mut unheld = [0.0; D];
-        let mut slots = slots[self.slots.clone()].iter();
-        let mut terms = operators.iter_mut().peekable();
-        for (k, node, held) in nodes_of(operator, mobility) {
-            let rows: Rows<D> = std::array::from_fn(|r| operator.rows[r][k]);
-            for r in 0..D {
-                unheld[r] += dot(&rows[r], &rows[r]) / mobility.inertia.mass()[node as usize];
-            }
-            let Some(term) = terms.next_if(|_| !held) else {
-                continue;
-            };
-            term.rows = rows;
-            for ((_, inverse), &slot) in mobility.column(node).zip(&mut slots) {
-                let gain = &mut gains[slot as usize];
-                for r in 0..D {
-                    for c in 0..D {
-                        gain[r][c] += inverse[c] * rows[r][c];
-                    }
-                }
-            }
-        }
-        self.own = [[0.0; D]; D];
-        for term in &*operators {
-            for r in 0..D {
-                for s in 0..D {
-                    self.own[r][s] += dot(&term.rows[r], &gains[term.slot as usize][s]);
-                }
-            }
-        }
-        // Between nodes that are held along the row there is nothing to push.
-        for r in 0..D {
-            if self.own[r][r] <= HELD * unheld[r] {
-                self.own[r][r] = 0.0;
-            }
-        }
-        let tangents = (1..D).map(|r| self.own[r][r]);
-        self.compliance = [self.own[0][0], tangents.fold(0.0, f64::max)];
-    }
-
-    /// Whether an impulse in row `r` moves anything.
-    pub(super) fn moves(&self, r: usize) -> bool {
-        self.own[r][r] > 0.0
-    }
-
-    /// The impulse with which this contact alone would do what is asked of it at
-    /// a relative velocity, the normal first; the largest change of relative
-    /// velocity, m/s.
-    #[inline]
-    fn relax(&mut self, relative: &[f64; D]) -> f64 {
-        let old = self.impulse;
-        let [normal, tangent] = self.compliance;
-        if normal > 0.0 {
-            let wanted = (self.target[0] - relative[0]) / normal;
-            self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
-        }
-        let push = self.impulse[0] - old[0];
-        let change = push.abs() * normal;
-        let bound = self.limit.shear(self.impulse[0]);
-        if tangent == 0.0 || (bound == 0.0 && old[1..].iter().all(|&x| x == 0.0)) {
-            return change;
-        }
-        for r in 1..D {
-            if self.moves(r) {
-                let wanted = self.target[r] - relative[r] - self.own[r][0] * push;
-                self.impulse[r] += wanted / tangent;
-            }
-        }
-        self.limit.cut(&mut self.impulse);
-        let mut shear = self.impulse;
-        add_scaled(&mut shear, -1.0, &old);
-        change.max(shear_norm(&shear) * tangent)
     }
 }
