@@ -154,7 +154,7 @@ impl<const D: usize> System<D> {
             let (change, scale) = self.sweep();
             (effort, sweeps) = (effort + 1, sweeps + 1);
             let residual = change / scale;
-            if !residual.is_finite() {
+            if !(change + scale).is_finite() {
                 break f64::INFINITY; // the run stops at the end of the step
             }
             if change <= least.max(RESIDUAL * scale) {
