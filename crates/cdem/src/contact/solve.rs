@@ -85,6 +85,10 @@ pub(super) const RESIDUAL: f64 = 1e-8;
 
 /// Residual that is good enough where neither sweeps nor descents get on, as
 /// between contacts that contradict each other: the next step goes on from there.
+/// Where a first sweep finds no more than this, the impulses of the last step are
+/// as good, and [`PATIENCE`] plain sweeps do: like damping, each brings all impulses
+/// nearer to an end that steps come to together. Directions and descents, chosen
+/// anew in each step, would stir a wall of flush stones for ever.
 const GOOD_ENOUGH: f64 = 1e-4;
 
 /// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
@@ -151,14 +155,16 @@ impl<const D: usize> System<D> {
         let (mut last, mut best) = (f64::INFINITY, f64::INFINITY);
         let residual = loop {
             search.remember(&self.points);
-            let (change, scale) = self.sweep();
+            let (residual, scale) = self.sweep_to(least);
             (effort, sweeps) = (effort + 1, sweeps + 1);
-            let residual = change / scale;
-            if !(change + scale).is_finite() {
+            if residual <= RESIDUAL {
+                break residual;
+            }
+            if residual.is_nan() {
                 break f64::INFINITY; // the run stops at the end of the step
             }
-            if change <= least.max(RESIDUAL * scale) {
-                break residual.min(RESIDUAL); // of round-off alone it says nothing
+            if effort == 1 && residual <= GOOD_ENOUGH {
+                break self.go_on(least);
             }
             let ends = residual <= GOOD_ENOUGH || sweeps >= LAST;
             if effort >= MAX_EFFORT || (!descends && ends) {
@@ -186,6 +192,35 @@ impl<const D: usize> System<D> {
             (sweeps, last) = (0, f64::INFINITY);
         };
         self.search = search;
+        residual
+    }
+}
+
+impl<const D: usize> System<D> {
+    /// A sweep, in which a change below `least`, m/s, is none: its residual, at most
+    /// [`RESIDUAL`] where nothing changes and no number where something is none, and
+    /// the scale that it is over, m/s.
+    fn sweep_to(&mut self, least: f64) -> (f64, f64) {
+        let (change, scale) = self.sweep();
+        let residual = if !(change + scale).is_finite() {
+            f64::NAN
+        } else if change <= least {
+            (change / scale).min(RESIDUAL) // of round-off alone it says nothing
+        } else {
+            change / scale
+        };
+        (residual, scale)
+    }
+
+    /// Plain sweeps from impulses that are good enough. Returns the residual.
+    fn go_on(&mut self, least: f64) -> f64 {
+        let mut residual = GOOD_ENOUGH;
+        for _ in 1..PATIENCE {
+            residual = self.sweep_to(least).0;
+            if residual <= RESIDUAL {
+                break;
+            }
+        }
         residual
     }
 }
