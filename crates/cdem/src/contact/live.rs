@@ -19,8 +19,8 @@ const AIM: f64 = 0.02;
 /// or slips and all begins anew: a wall of 210 stones stirs for ever, at 1e-6 m/s. With
 /// this share its contradictions fade, by a factor of e in 50 ms. What a solve misses
 /// otherwise changes its sign from step to step, or makes what bears sink: a wedge at
-/// rest creeps at 2e-8 m/s. With a fifth of the share it is 2e-10 m/s, but then the
-/// wall takes five times as long.
+/// rest creeps at 2e-9 m/s. With a fifth of the share the wall would take five times
+/// as long.
 const YIELD: f64 = 0.1;
 
 /// A closed contact: the pair is one node until a criterion parts it.
