@@ -28,7 +28,7 @@ struct Figures {
     mass: f64,
     /// Impulse over 2 m v of the mesh.
     impulse: f64,
-    /// Kinetic energy of what the mesh's centre does, over that before.
+    /// Speed of the centre after it, over that before.
     restitution: f64,
     loss: f64,
     residual: f64,
@@ -151,7 +151,7 @@ fn converges(name: &str) {
         );
         // 2 for linear elements and for flat faces on a ball, 3/2 for the rim of a
         // contact, where the stress has a vertical tangent.
-        assert!(order > 1.4, "{order}");
+        assert!(order > 1.5, "{order}");
         // What the two laws of finite strain differ by, 0.6 and 0.9 %: the pressure
         // is 3 % of the modulus.
         assert!((limit / BALL[k] - 1.0).abs() < 0.008, "{limit}");

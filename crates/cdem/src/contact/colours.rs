@@ -120,7 +120,7 @@ impl Colours {
     }
 
     /// Where the nodes of the point at a place are among those of all.
-    pub(super) fn range(&self, place: usize) -> Range<usize> {
+    fn range(&self, place: usize) -> Range<usize> {
         self.starts[place]..self.starts[place + 1]
     }
 

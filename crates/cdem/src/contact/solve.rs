@@ -194,9 +194,7 @@ impl<const D: usize> System<D> {
         self.search = search;
         residual
     }
-}
 
-impl<const D: usize> System<D> {
     /// A sweep, in which a change below `least`, m/s, is none: its residual, at most
     /// [`RESIDUAL`] where nothing changes and no number where something is none, and
     /// the scale that it is over, m/s.

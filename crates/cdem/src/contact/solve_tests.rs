@@ -208,7 +208,7 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
     let mut random = fastrand::Rng::with_seed(11);
     let nodes = 150;
     let mass: Vec<f64> = (0..nodes).map(|_| 0.5 + random.f64()).collect();
-    let inertia = Inertia::<3>::new(mass.clone(), Vec::new());
+    let inertia = Inertia::<3>::new(mass, Vec::new());
     let block_of = vec![0; nodes];
     let mut constraints: Vec<_> = (0..400)
         .map(|_| {
