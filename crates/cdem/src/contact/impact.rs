@@ -42,7 +42,8 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        books.solved(system.solve(&mut self.constraints, motion.velocity, self.precision));
+        let solution = system.solve(&mut self.constraints, motion.velocity, self.precision);
+        books.solved(solution.residual);
     }
 }
 

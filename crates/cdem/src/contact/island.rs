@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::contact::Interior;
 use crate::contact::live::{Live, Record};
 use crate::contact::near::Near;
-use crate::contact::solve::{Constraint, Limit, RESIDUAL, shear_norm};
+use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::{SHARE, System};
 use crate::contact::touches::{Touches, Wanted};
@@ -205,7 +205,7 @@ impl<const D: usize> Island<D> {
         if self.live.is_empty() {
             return ended;
         }
-        let (mut constraints, residual) =
+        let (mut constraints, contradict) =
             self.solve_closed(setting, motion, (interval, drift), books);
         let least = setting.least_speed(drift);
         for (live, constraint) in self.live.iter_mut().zip(&mut constraints) {
@@ -215,7 +215,7 @@ impl<const D: usize> Island<D> {
             live.fresh = false;
             live.impulse = constraint.impulse;
             live.interval = interval;
-            if residual > RESIDUAL {
+            if contradict {
                 live.give_in(constraint, &new, drift);
             }
             live.record.count(&constraint.impulse);
@@ -261,14 +261,15 @@ impl<const D: usize> Island<D> {
     }
 
     /// Solves the closed contacts; those beyond their strength break together,
-    /// then the island is solved again. Returns the residual with them.
+    /// then the island is solved again. Returns whether they contradict each other
+    /// with them.
     fn solve_closed(
         &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (interval, drift): (f64, f64),
         books: &mut Books,
-    ) -> (Vec<Constraint<D>>, f64) {
+    ) -> (Vec<Constraint<D>>, bool) {
         let mobility = setting.mobility(interval);
         let (mut missed, mut again) = (vec![0.0; self.live.len()], 0);
         loop {
@@ -285,8 +286,8 @@ impl<const D: usize> Island<D> {
             let precision = self.precision(setting, at, drift);
             self.system.load(&constraints, mobility);
             let system = &mut self.system;
-            let residual = system.solve(&mut constraints, motion.velocity, precision);
-            books.solved(residual);
+            let solution = system.solve(&mut constraints, motion.velocity, precision);
+            books.solved(solution.residual);
             let least = setting.least_speed(drift);
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {
@@ -295,7 +296,7 @@ impl<const D: usize> Island<D> {
             if !broken {
                 let aims = again < AGAIN;
                 if !aims || !self.misses(setting, motion, drift, &constraints, &mut missed) {
-                    return (constraints, residual);
+                    return (constraints, solution.contradicts);
                 }
                 again += 1;
             }

@@ -13,14 +13,12 @@ use crate::vector::{add_scaled, dot};
 /// 1e-4, gains 8 W at 1, 0.6 W at 0.1, and next to nothing at this.
 const AIM: f64 = 0.02;
 
-/// Share of what a contact has missed in a solve without end that it takes for right.
-/// Where contacts are more than freedoms, gaps contradict each other. To ask in vain
-/// lets some impulses grow and others shrink from step to step, until a contact opens
-/// or slips and all begins anew: a wall of 210 stones stirs for ever, at 1e-6 m/s. With
-/// this share its contradictions fade, by a factor of e in 50 ms. What a solve misses
-/// otherwise changes its sign from step to step, or makes what bears sink: a wedge at
-/// rest creeps at 2e-9 m/s. With a fifth of the share the wall would take five times
-/// as long.
+/// Share of what a contact has missed in a solve of contacts that contradict each other
+/// that it takes for right. Where contacts are more than freedoms, gaps ask for what
+/// cannot be. To ask in vain lets some impulses grow and others shrink from step to
+/// step, until a contact opens or slips and all begins anew: a wall of 210 stones stirs
+/// for ever, at 1e-6 m/s. With this share its contradictions fade, by a factor of e in
+/// 50 ms; with a fifth of it that would take five times as long.
 const YIELD: f64 = 0.1;
 
 /// A closed contact: the pair is one node until a criterion parts it.
@@ -212,14 +210,19 @@ impl<const D: usize> Live<D> {
         }
     }
 
-    /// Takes for right a share of what the contact still misses after a kick's solve
-    /// without end, before a drift of `drift` seconds: rows that hold, at the `relative`
-    /// velocity, m/s.
+    /// Takes for right a share of what the contact still misses after a kick's solve of
+    /// contacts that contradict each other, before a drift of `drift` seconds: the
+    /// `relative` velocity, m/s, is not what it has asked for. One that opens or slides
+    /// misses nothing, or by right; near the limit of friction contacts slip by turns,
+    /// and a wedge would creep round those that hold meanwhile.
     pub(crate) fn give_in(&mut self, solved: &Constraint<D>, relative: &[f64; D], drift: f64) {
-        let rows = if solved.impulse[0] <= -solved.limit.tension {
+        let bears = solved.impulse[0] > -solved.limit.tension;
+        let rows = if !bears {
             0
-        } else if !self.sticks || solved.limit.slips(&solved.impulse) {
+        } else if solved.limit.shear(solved.impulse[0]) == 0.0 {
             1
+        } else if !self.sticks || solved.limit.slips(&solved.impulse) {
+            0
         } else {
             D
         };

@@ -54,6 +54,8 @@ pub(super) struct Point<const D: usize> {
     pub(super) target: [f64; D],
     pub(super) limit: Limit,
     pub(super) impulse: [f64; D],
+    /// The impulse that its solve began with, N·s.
+    pub(super) start: [f64; D],
     pub(super) borne: f64,
 }
 
@@ -184,15 +186,24 @@ impl<const D: usize> Point<D> {
         self.own[r][r] > 0.0
     }
 
-    /// The impulse with which this contact alone would do what is asked of it at
-    /// a relative velocity, the normal first; the largest change of relative
-    /// velocity, m/s.
+    /// What `reluctance` takes of the relative velocities that the change of the
+    /// impulse since the start makes alone, m/s.
     #[inline]
-    pub(super) fn relax(&mut self, relative: &[f64; D]) -> f64 {
+    pub(super) fn held_back(&self, reluctance: f64) -> [f64; D] {
+        let change = |r: usize| self.impulse[r] - self.start[r];
+        std::array::from_fn(|r| reluctance * self.compliance[r.min(1)] * change(r))
+    }
+
+    /// The impulse with which this contact alone would do what is asked of it at
+    /// a relative velocity, held back by a `reluctance` to change it, the normal
+    /// first; the largest change of relative velocity, m/s.
+    #[inline]
+    pub(super) fn relax(&mut self, relative: &[f64; D], reluctance: f64) -> f64 {
         let old = self.impulse;
-        let [normal, tangent] = self.compliance;
+        let back = self.held_back(reluctance);
+        let [normal, tangent] = self.compliance.map(|own| (1.0 + reluctance) * own);
         if normal > 0.0 {
-            let wanted = (self.target[0] - relative[0]) / normal;
+            let wanted = (self.target[0] - relative[0] - back[0]) / normal;
             self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
         }
         let push = self.impulse[0] - old[0];
@@ -203,7 +214,7 @@ impl<const D: usize> Point<D> {
         }
         for r in 1..D {
             if self.moves(r) {
-                let wanted = self.target[r] - relative[r] - self.own[r][0] * push;
+                let wanted = self.target[r] - relative[r] - back[r] - self.own[r][0] * push;
                 self.impulse[r] += wanted / tangent;
             }
         }

@@ -4,7 +4,7 @@
 use crate::contact::point::Point;
 use crate::contact::surface::Operator;
 use crate::contact::system::System;
-use crate::vector::sub;
+use crate::vector::{norm, sub};
 
 /// Bounds of a contact's impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,19 +77,21 @@ pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
     impulse[1..].iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
+/// How a solve has ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solution {
+    /// The largest change of a relative velocity in the last sweep, or what
+    /// [`RELUCTANCE`] misses of one, over the largest that the impulses make.
+    pub(crate) residual: f64,
+    /// Its contacts all but contradict each other: it took reluctance to end.
+    pub(crate) contradicts: bool,
+}
+
 /// Residual at which a solve is done: change of relative velocity in a sweep
 /// over the largest that the impulses make. What is left is a position error
 /// of 1e-8 of a kick's displacement, far below the positions' own round-off,
 /// and the next step corrects it.
 pub(super) const RESIDUAL: f64 = 1e-8;
-
-/// Residual that is good enough where neither sweeps nor descents get on, as
-/// between contacts that contradict each other: the next step goes on from there.
-/// Where a first sweep finds no more than this, the impulses of the last step are
-/// as good, and [`PATIENCE`] plain sweeps do: like damping, each brings all impulses
-/// nearer to an end that steps come to together. Directions and descents, chosen
-/// anew in each step, would stir a wall of flush stones for ever.
-const GOOD_ENOUGH: f64 = 1e-4;
 
 /// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
 /// not get on.
@@ -104,8 +106,14 @@ const DESCENT: u32 = 16;
 /// could only balance far away are not looked for.
 const WORTH: f64 = 0.5;
 
-/// Sweeps after descents are no longer worth it, at most: where a wall of flush
-/// stones contradicts itself they hardly get on, and the next step goes on from there.
+/// What a contact takes for itself of the velocity that a change of its impulse makes,
+/// once descents are no longer worth it: the change from what the solve began with is
+/// held back by that share (proximal point, Rockafellar 1976). Of all impulses that do,
+/// those nearest to the last step's are found, contradictions or not, and sweeps come to
+/// an end. What is missed for it the next step finds, and is nearer.
+const RELUCTANCE: f64 = 1e-3;
+
+/// Sweeps with reluctance, at most.
 const LAST: u32 = 128;
 
 /// Round-off of a relative velocity, over the largest velocity in it.
@@ -116,24 +124,22 @@ const MAX_EFFORT: u32 = 2000;
 
 impl<const D: usize> System<D> {
     /// Finds the impulses of the constraints that were loaded and adds them to
-    /// the velocities. Returns the residual: the largest change of a relative
-    /// velocity in the last sweep over the largest that the impulses make. A
-    /// change below `least`, m/s, is none.
+    /// the velocities. A change below `least`, m/s, is none.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
         least: f64,
-    ) -> f64 {
+    ) -> Solution {
         self.begin(constraints, |node| velocity[node as usize]);
-        let residual = self.iterate(least);
+        let solution = self.iterate(least);
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
         for point in &self.points {
             constraints[point.number as usize].impulse = point.impulse;
         }
-        residual
+        solution
     }
 
     /// The same for nodes at rest; their velocities are left here.
@@ -142,41 +148,36 @@ impl<const D: usize> System<D> {
         self.iterate(least);
     }
 
-    /// Finds the impulses; returns the residual.
+    /// Finds the impulses.
     ///
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
     /// (Silcowitz, Niebe, Erleben 2010) and, where that does not get on, by
-    /// descents along the faces of the bounds.
-    fn iterate(&mut self, least: f64) -> f64 {
+    /// descents along the faces of the bounds; where those do not, with
+    /// [`RELUCTANCE`].
+    fn iterate(&mut self, least: f64) -> Solution {
         let least = least.max(ROUND_OFF * self.fastest());
         let mut search = std::mem::take(&mut self.search);
         search.begin(self.points.len());
-        let (mut effort, mut sweeps, mut descents, mut descends) = (0, 0, 0, true);
+        let (mut effort, mut sweeps, mut descents, mut reluctance) = (0, 0, 0, 0.0);
         let (mut last, mut best) = (f64::INFINITY, f64::INFINITY);
-        let residual = loop {
+        let (residual, scale) = loop {
             search.remember(&self.points);
-            let (residual, scale) = self.sweep_to(least);
+            let (residual, scale) = self.sweep_to(least, reluctance);
             (effort, sweeps) = (effort + 1, sweeps + 1);
-            if residual <= RESIDUAL {
-                break residual;
-            }
             if residual.is_nan() {
-                break f64::INFINITY; // the run stops at the end of the step
+                break (f64::INFINITY, scale); // the run stops at the end of the step
             }
-            if effort == 1 && residual <= GOOD_ENOUGH {
-                break self.go_on(least);
-            }
-            let ends = residual <= GOOD_ENOUGH || sweeps >= LAST;
-            if effort >= MAX_EFFORT || (!descends && ends) {
-                break residual; // a solve ends with a sweep
+            let ends = effort >= MAX_EFFORT || (reluctance > 0.0 && sweeps >= LAST);
+            if residual <= RESIDUAL || ends {
+                break (residual, scale); // a solve ends with a sweep
             }
             let pause = sweeps % PATIENCE == 0;
-            if !(pause && descends && residual > STALLED * last) {
+            if reluctance > 0.0 || !pause || residual <= STALLED * last {
                 last = if pause { residual } else { last };
                 search.advance(self);
                 continue;
             }
-            descends = residual <= WORTH * best;
+            let descends = residual <= WORTH * best;
             if residual < best {
                 best = residual;
                 search.keep(&self.points);
@@ -187,19 +188,26 @@ impl<const D: usize> System<D> {
                 let steps = DESCENT << descents;
                 effort += self.descend(steps.min(MAX_EFFORT), least.max(RESIDUAL * scale), scale);
                 descents += 1;
+            } else {
+                reluctance = RELUCTANCE;
             }
             search.begin(self.points.len());
             (sweeps, last) = (0, f64::INFINITY);
         };
         self.search = search;
-        residual
+        let missed = |point: &Point<D>| norm(&point.held_back(reluctance));
+        let missed = self.points.iter().map(missed).fold(0.0, f64::max);
+        Solution {
+            residual: residual.max(missed / scale),
+            contradicts: reluctance > 0.0,
+        }
     }
 
     /// A sweep, in which a change below `least`, m/s, is none: its residual, at most
     /// [`RESIDUAL`] where nothing changes and no number where something is none, and
     /// the scale that it is over, m/s.
-    fn sweep_to(&mut self, least: f64) -> (f64, f64) {
-        let (change, scale) = self.sweep();
+    fn sweep_to(&mut self, least: f64, reluctance: f64) -> (f64, f64) {
+        let (change, scale) = self.sweep(reluctance);
         let residual = if !(change + scale).is_finite() {
             f64::NAN
         } else if change <= least {
@@ -208,18 +216,6 @@ impl<const D: usize> System<D> {
             change / scale
         };
         (residual, scale)
-    }
-
-    /// Plain sweeps from impulses that are good enough. Returns the residual.
-    fn go_on(&mut self, least: f64) -> f64 {
-        let mut residual = GOOD_ENOUGH;
-        for _ in 1..PATIENCE {
-            residual = self.sweep_to(least).0;
-            if residual <= RESIDUAL {
-                break;
-            }
-        }
-        residual
     }
 }
 

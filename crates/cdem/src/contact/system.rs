@@ -137,6 +137,7 @@ impl<const D: usize> System<D> {
                 target: [0.0; D],
                 limit: Limit::default(),
                 impulse: [0.0; D],
+                start: [0.0; D],
                 borne: 0.0,
             });
         }
@@ -165,6 +166,7 @@ impl<const D: usize> System<D> {
                     0.0
                 }
             });
+            point.start = point.impulse;
             terms.push(point, &point.impulse, values);
             []
         });
@@ -208,14 +210,14 @@ impl<const D: usize> System<D> {
         self.nodes.iter().copied().zip(velocities)
     }
 
-    /// One sweep of Gauss–Seidel: its largest change of a relative velocity,
+    /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax): its largest change of a relative velocity,
     /// and the largest that a normal impulse of the substep makes, m/s.
-    pub(super) fn sweep(&mut self) -> (f64, f64) {
+    pub(super) fn sweep(&mut self, reluctance: f64) -> (f64, f64) {
         let terms = &self.terms;
         let sweep = |_, point: &mut Point<D>, values: Values<[f64; D]>| {
             let relative = terms.relative(point, |slot| values.get(slot));
             let old = point.impulse;
-            let change = point.relax(&relative);
+            let change = point.relax(&relative, reluctance);
             let normal = point.impulse[0].abs().max(point.borne);
             let step = sub(&point.impulse, &old);
             if step != [0.0; D] {
