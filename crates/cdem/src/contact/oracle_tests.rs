@@ -7,7 +7,7 @@ use fastrand::Rng;
 use super::outline::Outline;
 use super::search::Patches;
 use super::shell::Shell;
-use super::surface::{Pair, Positions, Surface};
+use super::surface::{Nearness, Pair, Positions, Surface};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 use crate::vector::{add, add_scaled, cross, dot, norm, sub};
 
@@ -298,7 +298,7 @@ impl<const D: usize> Meeting<D> {
         let patches = Patches::new(&*surface, &block_of, &self.mesh.nodes);
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
-        near.retain(|pair| surface.near(*pair, at, reach, TOLERANCE));
+        near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == Nearness::Near);
         [first(all), first(near)]
     }
 }

@@ -37,7 +37,38 @@ pub(crate) struct Formed<const D: usize> {
     pub(super) points: Vec<[f64; D]>,
     /// Outward unit normals of its facets by number.
     pub(super) normals: Vec<[f64; D]>,
+    /// In space, how its edges stand out by number.
+    pub(super) ridges: Vec<Ridge>,
 }
+
+/// How an edge between two triangles stands out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ridge {
+    /// How far a straight line laid across it, between the far corners of both
+    /// triangles, is below it, m: ≤ 0 where it is re-entrant, infinite where it is
+    /// clearly sharp.
+    pub(super) height: f64,
+    /// That over its turn, rad, where it is small: 1/(1/h₁ + 1/h₂) of the heights of
+    /// both triangles over the edge, m.
+    pub(super) arm: f64,
+    /// The smallest height of the two triangles over any of their edges, m.
+    pub(super) least_height: f64,
+}
+
+/// Whether two features may touch within some reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Nearness {
+    /// They may.
+    Near,
+    /// They are too far from each other, at least by a little.
+    Apart,
+    /// They may not for how they lie, as long as the reach and [`STEEP`] times the way
+    /// by which nodes of both have moved since are less than this together, m.
+    Lacks(f64),
+}
+
+/// How much faster than nodes move against each other what a pair lacks may shrink.
+pub(crate) const STEEP: f64 = 4.0;
 
 impl<'a, const D: usize> Positions<'a, D> {
     /// Positions from rest positions and displacements.
@@ -188,10 +219,14 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
     /// is what they may lie in each other. Only asked of features no farther
     /// [`apart`](Self::apart) than 1.5 of both together.
-    fn near(&self, pair: Pair, at: Positions<D>, reach: f64, tolerance: f64) -> bool {
+    fn nearness(&self, pair: Pair, at: Positions<D>, reach: f64, tolerance: f64) -> Nearness {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
-        projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach
+        if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
+            Nearness::Near
+        } else {
+            Nearness::Apart
+        }
     }
     /// Whether a pair that touches at rest presses. Edges within a flat face do not
     /// as long as it is flat; nor do corners and edges that only just meet, as those

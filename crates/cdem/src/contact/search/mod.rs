@@ -13,6 +13,11 @@
 //!   where they were in the broad phase, m at most, and its share. Boxes were
 //!   grown by KEPT (a + ½ d_tol), and are searched anew before m + s exceeds a.
 //!
+//! Of those that are near enough, most lie so that they cannot touch: corners of
+//! stones side by side, edges within flat faces. The surface says how much they lack:
+//! they are not looked at before s₁ + s₂ and [`STEEP`] times what w₁ + w₂ has grown by
+//! come to that.
+//!
 //! So the pairs near depend on positions and shares, never on when pairs were
 //! looked at; a run that resumes may start with a new search.
 //!
@@ -31,7 +36,7 @@ pub(super) use patches::Patches;
 
 use rayon::prelude::*;
 
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::step::levels::Joined;
 use crate::step::outlook::Outlook;
 use crate::vector::{norm, sub};
@@ -52,6 +57,9 @@ const APART: f64 = 1.5;
 /// tolerance, which is far above.
 const KEPT: f64 = 1.6;
 
+/// What round-off may add to what pairs lack, over the tolerance; it is far below.
+const ROUND_OFF: f64 = 0.01;
+
 /// Coarse steps at the present speeds for which a broad phase serves, about; and
 /// how far blocks may move at least until the next, over the tolerance: a 20th of
 /// the smallest boundary edge by default.
@@ -69,6 +77,9 @@ struct Candidate {
     /// Ways of both blocks, with what they may go in the step, up to which the
     /// pair cannot be near, m.
     until: f64,
+    /// [`STEEP`] times the ways, with what they may go in the step, up to which it
+    /// cannot be for how it lies, m.
+    lacks: f64,
 }
 
 /// What a search needs to know of the blocks.
@@ -248,6 +259,7 @@ impl<const D: usize> Search<D> {
             pair,
             blocks: blocks.of(pair),
             until: blocks.surface.apart(pair, at),
+            lacks: 0.0,
         });
         let within = |candidate: &Candidate| {
             let [a, b] = candidate.blocks.map(margin);
@@ -286,10 +298,10 @@ impl<const D: usize> Search<D> {
         self.found.clear();
         let ahead = self.blocks.iter();
         let ahead = ahead.map(|motion| motion.ahead(blocks.tolerance));
-        let ahead: Vec<f64> = ahead.collect();
+        let ahead: Vec<Ahead> = ahead.collect();
         let may_be_near = |candidate: &Candidate| {
-            let [a, b] = candidate.blocks;
-            candidate.until <= ahead[a as usize] + ahead[b as usize]
+            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+            candidate.may_be_near(a, b)
         };
         let candidates = (0..).zip(&self.candidates);
         let numbers = candidates.filter(|(_, candidate)| may_be_near(candidate));
@@ -303,17 +315,24 @@ impl<const D: usize> Search<D> {
         let look = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
-            let reach = a.share + b.share;
+            let (reach, way) = (a.share + b.share, a.way + b.way);
             let apart = blocks.surface.apart(candidate.pair, at);
-            let near = apart <= APART * (reach + blocks.tolerance)
-                && blocks
-                    .surface
-                    .near(candidate.pair, at, reach, blocks.tolerance);
-            (apart + a.way + b.way, near)
+            let nearness = if apart <= APART * (reach + blocks.tolerance) {
+                let surface = blocks.surface;
+                surface.nearness(candidate.pair, at, reach, blocks.tolerance)
+            } else {
+                Nearness::Apart
+            };
+            let lacks = match nearness {
+                Nearness::Lacks(length) => length + STEEP * way - ROUND_OFF * blocks.tolerance,
+                Nearness::Near | Nearness::Apart => 0.0,
+            };
+            (apart + way, lacks, nearness == Nearness::Near)
         };
         let looked: Vec<_> = numbers.par_iter().with_min_len(AT_ONCE).map(look).collect();
-        for (&number, (until, near)) in numbers.iter().zip(looked) {
-            self.candidates[number as usize].until = until;
+        for (&number, (until, lacks, near)) in numbers.iter().zip(looked) {
+            let candidate = &mut self.candidates[number as usize];
+            (candidate.until, candidate.lacks) = (until, lacks);
             if near {
                 self.near[number as usize] = true;
                 self.found.push(number);
@@ -360,7 +379,7 @@ impl<const D: usize> Search<D> {
         let open = |number: &&u32| {
             let candidate = &self.candidates[**number as usize];
             let [a, b] = candidate.blocks.map(ahead);
-            !self.near[**number as usize] && candidate.until <= a + b
+            !self.near[**number as usize] && candidate.may_be_near(a, b)
         };
         let numbers = self.candidates_of(block).iter().filter(open);
         let numbers: Vec<u32> = numbers.copied().collect();
@@ -368,11 +387,28 @@ impl<const D: usize> Search<D> {
     }
 }
 
+impl Candidate {
+    /// Whether it may be near where its blocks have these ways ahead.
+    fn may_be_near(&self, a: Ahead, b: Ahead) -> bool {
+        self.until <= a.distance + b.distance && self.lacks <= a.turn + b.turn
+    }
+}
+
+/// The way of a block so far and in the step, m.
+#[derive(Clone, Copy, Debug)]
+struct Ahead {
+    /// How near another may come to one that is near: half of the tolerance is either's.
+    distance: f64,
+    /// What of pairs may turn.
+    turn: f64,
+}
+
 impl Motion {
-    /// Way so far, and how near another may come to one that is near, m: half of
-    /// the tolerance is either's.
-    fn ahead(&self, tolerance: f64) -> f64 {
-        self.way + KEPT * (self.share + 0.5 * tolerance)
+    fn ahead(&self, tolerance: f64) -> Ahead {
+        Ahead {
+            distance: self.way + KEPT * (self.share + 0.5 * tolerance),
+            turn: STEEP * self.way + self.share,
+        }
     }
 }
 

@@ -5,10 +5,11 @@ use proptest::prelude::*;
 use super::{APART, Blocks, Patches, Search};
 use crate::contact::outline::Outline;
 use crate::contact::shell::Shell;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Nearness, Pair, Positions, Surface};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
 use crate::step::outlook::Outlook;
+use crate::vector::{add, cross, norm, scale};
 
 const TOLERANCE: f64 = 1e-3;
 
@@ -133,7 +134,7 @@ impl Crowd {
                 .sum();
             self.may_meet(blocks.of(pair))
                 && blocks.surface.apart(pair, at) <= APART * (reach + TOLERANCE)
-                && self.outline.near(pair, at, reach, TOLERANCE)
+                && self.outline.nearness(pair, at, reach, TOLERANCE) == Nearness::Near
         })
         .collect()
     }
@@ -219,5 +220,114 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
         let found = patches.overlapping(&shell, at, &|_| margin, &|[a, b]| a != b);
         assert!(all.len() > 100);
         assert_eq!(found, all, "grown by {margin}");
+    }
+}
+
+/// Cubes side by side and one above the other, all but flush, which turn, shear and
+/// drift each for itself, by nodes.
+#[derive(Clone, Debug)]
+struct Heap {
+    mesh: Mesh<3>,
+    velocity: Vec<[f64; 3]>,
+}
+
+fn heaps() -> impl Strategy<Value = Heap> {
+    let motion = prop_oneof![Just(0.0), 1e-4..1e-2_f64, 0.02..0.1_f64];
+    (motion, 0.0..2.0_f64, any::<u64>()).prop_map(|(motion, apart, seed)| {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let mut draw = |size: f64| [(); 3].map(|()| size * (2.0 * random.f64() - 1.0));
+        let cube = |place: [f64; 3], divisions: usize| Geometry::Box {
+            min: place.to_vec(),
+            max: place.map(|x| x + 1.0).to_vec(),
+            divisions: vec![divisions; 3],
+            element: if divisions == 1 {
+                ElementKind::Hex8
+            } else {
+                ElementKind::Tet4
+            },
+        };
+        let gap = 1.0 + apart * TOLERANCE;
+        let places = [
+            [0.0; 3],
+            [gap, 0.2, 0.0],
+            [0.4, 0.1, gap],
+            [1.5, 0.1, gap],
+            [0.3, gap, 0.0],
+        ];
+        let blocks = places.iter().zip([1, 1, 2, 1, 1]);
+        let blocks =
+            blocks.map(|(place, divisions)| mesh::tests::block("cube", cube(*place, divisions)));
+        let mesh = mesh::tests::shapes(blocks.collect()).expect("boxes mesh");
+        let mut velocity = Vec::new();
+        for block in &mesh.blocks {
+            let (whole, spin) = (draw(motion), draw(motion));
+            for node in block.nodes.clone() {
+                let own = add(&whole, &draw(0.1 * motion));
+                velocity.push(add(&own, &cross(&spin, &mesh.nodes[node as usize])));
+            }
+        }
+        Heap { mesh, velocity }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn what_is_left_out_for_how_it_lies_is_found_once_it_may_touch(
+        heap in heaps(),
+        step in 0.001..0.05_f64,
+        from in 0..20_usize,
+    ) {
+        let mesh = &heap.mesh;
+        let shell = Shell::new(mesh, TOLERANCE);
+        let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
+            .map(|node| mesh.blocks.partition_point(|block| block.nodes.end <= node) as u32)
+            .collect();
+        let fixed = [true, false, false, false, false];
+        let blocks = Blocks {
+            surface: &shell,
+            patches: &Patches::new(&shell, &block_of, &mesh.nodes),
+            block_of: &block_of,
+            fixed: &fixed,
+            tolerance: TOLERANCE,
+        };
+        let speed = |node: usize| norm(&heap.velocity[node]);
+        let fastest = |block: &Block| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
+        let ahead: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
+        let outlook = Outlook { now: ahead.clone(), ahead };
+        let all: Vec<Pair> = shell.families().iter().flat_map(|[mains, targets]| {
+            let targets = targets.clone();
+            mains.clone().flat_map(move |main| targets.clone().map(move |target| Pair { main, target }))
+        }).filter(|&pair| {
+            let [a, b] = blocks.of(pair);
+            a != b && shell.matches(pair)
+        }).collect();
+        let [mut whole, mut resumed] = [Search::default(), Search::default()];
+        let may_meet = |[a, b]: [u32; 2]| a != b;
+        let mut displacement = vec![[0.0; 3]; mesh.nodes.len()];
+        for number in 0..30 {
+            let time = step * f64::from(number);
+            for (moved, (block, velocity)) in displacement.iter_mut().zip(block_of.iter().zip(&heap.velocity)) {
+                if !fixed[*block as usize] {
+                    // There and back: what is refused comes near again and again.
+                    *moved = scale((0.7 * f64::from(number)).sin() * time, velocity);
+                }
+            }
+            let at = Positions::new(&mesh.nodes, &displacement);
+            // Shares are less than what nodes move: more turns on those.
+            let with = (&outlook, 0.05 * step);
+            let near = whole.near(&blocks, at, with, &may_meet);
+            let share = |block: u32| whole.blocks[block as usize].share;
+            let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
+                let [a, b] = blocks.of(pair);
+                let reach = share(a) + share(b);
+                shell.apart(pair, at) <= APART * (reach + TOLERANCE)
+                    && shell.nearness(pair, at, reach, TOLERANCE) == Nearness::Near
+            }).collect();
+            prop_assert_eq!(&near, &expected);
+            if number as usize >= from {
+                prop_assert_eq!(&resumed.near(&blocks, at, with, &may_meet), &near);
+            }
+        }
     }
 }

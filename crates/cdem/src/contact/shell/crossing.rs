@@ -18,6 +18,8 @@ pub(super) struct Crossing {
     pub(super) foot: [f64; 2],
     /// Sine of the angle between the edges.
     pub(super) sine: f64,
+    /// How far the normal and what points out of the target go the same way.
+    pub(super) outward: f64,
     /// Whether the normal is main direction × target direction, or opposite.
     pub(super) forward: bool,
 }
@@ -49,6 +51,7 @@ impl Crossing {
                 -dot(&cross(&from, &along), &area) / square,
             ],
             sine,
+            outward: dot(&normal, outward),
             forward,
         })
     }

@@ -8,6 +8,7 @@
 mod coplanar;
 mod crossing;
 mod facing;
+mod nearness;
 mod place;
 mod share;
 mod skin;
@@ -26,15 +27,12 @@ use skin::Skin;
 use crate::contact::broad_phase::Aabb;
 use crate::contact::island::SHALLOW;
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, Formed, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
+    FLUSH, FOOT_ROUND_OFF, Formed, MAX_NODES, Nearness, Operator, Pair, Positions, Projection,
+    Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
-
-/// Turn of a feature against another, rad, for a relative motion of its nodes by
-/// its size: either may turn, at both ends.
-const TURNS: f64 = 4.0;
 
 /// Triangles that are worked out in the time of a look at a pair, about.
 const PAIRS: usize = 8;
@@ -258,36 +256,13 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn near(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> bool {
-        // What touches at a corner may do so with any feature there.
-        let range = reach.max(tolerance);
+    fn nearness(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> Nearness {
+        let range = (reach, tolerance);
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
-                let facing = self.facing(vertex, triangle, at);
-                let smallest = facing.heights.into_iter().fold(f64::MAX, f64::min);
-                facing.gap <= range
-                    && facing.gap >= -range - tolerance
-                    && facing.outside().1 <= range
-                    && self.admits_facing(
-                        vertex,
-                        &facing.normal,
-                        FLUSH + TURNS * range / smallest,
-                        at,
-                    )
+                self.nearness_facing(vertex, triangle, at, range)
             }
-            Meeting::Crossing { main, target } => {
-                let edges = [main, target];
-                if self.apart(pair, at) > range + tolerance
-                    || !edges.iter().all(|&e| self.skin.may_sharpen(e, at, reach))
-                {
-                    return false;
-                }
-                let shortest = f64::min(self.length(main, at), self.length(target, at));
-                self.crossing(main, target, at).is_none_or(|crossing| {
-                    let turn = TURNS * range / (shortest * crossing.sine);
-                    self.admits_crossing(edges, &crossing.normal, FLUSH + turn, at)
-                })
-            }
+            Meeting::Crossing { main, target } => self.nearness_crossing([main, target], at, range),
         }
     }
 
@@ -356,12 +331,13 @@ impl Surface<3> for Shell {
     fn admits(&self, pair: Pair, at: Positions<3>) -> bool {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
-                self.admits_facing(vertex, &self.skin.normal(triangle, at), FLUSH, at)
+                let normal = self.skin.normal(triangle, at);
+                self.lowest_edge(vertex, &normal, at) >= -FLUSH
             }
             Meeting::Crossing { main, target } => {
                 let crossing = self.crossing(main, target, at);
                 crossing.is_some_and(|crossing| {
-                    self.admits_crossing([main, target], &crossing.normal, FLUSH, at)
+                    self.lowest_side([main, target], &crossing.normal, at) >= -FLUSH
                 })
             }
         }

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::around::Around;
-use crate::contact::surface::{Formed, Positions};
+use crate::contact::surface::{Formed, Positions, Ridge};
 use crate::mesh::Mesh;
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
@@ -258,19 +258,27 @@ impl Skin {
         scale(1.0 / norm(&normal), &normal)
     }
 
-    /// All points and normals.
+    /// All points, normals and ridges.
     pub(super) fn form(&self, at: Positions<3>) -> Formed<3> {
         let corners = (0..self.corners.len() as u32).into_par_iter();
         let points = corners.with_min_len(AT_ONCE).map(|c| self.point(c, at));
         let mut formed = Formed {
             points: points.collect(),
             normals: Vec::new(),
+            ridges: Vec::new(),
         };
-        let at = at.with(Some(&formed));
         let triangles = self.triangles.par_iter().with_min_len(AT_ONCE);
-        let normals = triangles.map(|triangle| self.normal_of(triangle.corners, at));
+        let with_points = at.with(Some(&formed));
+        let normals = triangles.map(|triangle| self.normal_of(triangle.corners, with_points));
         let normals: Vec<_> = normals.collect();
         formed.normals = normals;
+        let edges = (0..self.edges.len() as u32).into_par_iter();
+        let with_normals = at.with(Some(&formed));
+        let ridges = edges
+            .with_min_len(AT_ONCE)
+            .map(|edge| self.ridge_of(edge, with_normals));
+        let ridges: Vec<_> = ridges.collect();
+        formed.ridges = ridges;
         formed
     }
 
@@ -316,13 +324,19 @@ impl Skin {
     /// laid across it would sink in by more than a quarter of the tolerance
     /// before its ends touch.
     pub(super) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
-        self.may_sharpen(edge, at, 0.0)
+        self.ridge(edge, at).height > SAGITTA * self.tolerance
     }
 
-    /// Whether an edge can meet other edges before the nodes beside it have moved
-    /// by `reach` against each other, m.
-    pub(super) fn may_sharpen(&self, edge: u32, at: Positions<3>, reach: f64) -> bool {
-        self.sinks_in(edge, at) + reach > SAGITTA * self.tolerance
+    /// How far nodes beside an edge must have moved against each other, m, before it
+    /// is [sharp](Self::is_sharp), at least; less than 0 where it is.
+    ///
+    /// Each triangle turns by no more than their way over its smallest height, twice.
+    /// A clearly re-entrant edge is reckoned with as one that is hardly so: as it
+    /// opens, its arm changes too.
+    pub(super) fn sharpens_after(&self, edge: u32, at: Positions<3>) -> f64 {
+        let ridge = self.ridge(edge, at);
+        let height = ridge.height.max(0.5 * MAY_BE_SHARP * ridge.least_height);
+        (SAGITTA * self.tolerance - height) * ridge.least_height / (2.0 * ridge.arm)
     }
 
     /// Whether an edge is sharp or may be so before the next broad phase.
@@ -330,21 +344,38 @@ impl Skin {
         self.turn(edge, at) > MAY_BE_SHARP
     }
 
-    /// How far a straight edge laid across this one, between the ends of the
-    /// triangles beside it, is below it, m: ≤ 0 where it is re-entrant.
-    fn sinks_in(&self, edge: u32, at: Positions<3>) -> f64 {
-        let turn = self.turn(edge, at);
-        if turn >= SHARP {
-            return f64::INFINITY;
+    /// How an edge stands out.
+    #[inline]
+    pub(super) fn ridge(&self, edge: u32, at: Positions<3>) -> Ridge {
+        match at.formed {
+            Some(formed) => formed.ridges[edge as usize],
+            None => self.ridge_of(edge, at),
         }
-        let sides = self.edges[edge as usize].sides.into_iter().flatten();
+    }
+
+    fn ridge_of(&self, edge: u32, at: Positions<3>) -> Ridge {
+        let turn = self.turn(edge, at);
         let [a, b] = self.edge(edge, at);
         let length = norm(&sub(&b, &a));
-        let heights = sides.map(|side| {
+        let (mut bend, mut least_height) = (0.0, f64::INFINITY);
+        for side in self.edges[edge as usize].sides.into_iter().flatten() {
             let [p, q, r] = self.triangle(side, at);
-            norm(&cross(&sub(&q, &p), &sub(&r, &p))) / length
-        });
-        turn / heights.map(|height| 1.0 / height).sum::<f64>()
+            let sides = [sub(&q, &p), sub(&r, &q), sub(&p, &r)];
+            let twice_area = norm(&cross(&sides[0], &sides[2]));
+            let longest = sides.iter().map(norm).fold(0.0, f64::max);
+            bend += length / twice_area;
+            least_height = least_height.min(twice_area / longest);
+        }
+        let arm = 1.0 / bend;
+        Ridge {
+            height: if turn >= SHARP {
+                f64::INFINITY
+            } else {
+                turn * arm
+            },
+            arm,
+            least_height,
+        }
     }
 
     /// The triangle on the other side of edge `k` of a triangle.

@@ -49,40 +49,6 @@ impl Shell {
         })
     }
 
-    /// Whether all edges from a vertex lie above a plane with this normal, up to
-    /// a turn of `slack`.
-    pub(super) fn admits_facing(
-        &self,
-        vertex: u32,
-        normal: &[f64; 3],
-        slack: f64,
-        at: Positions<3>,
-    ) -> bool {
-        self.skin.edges_at(vertex).iter().all(|&edge| {
-            let away = self.skin.away(vertex, edge, at);
-            dot(&away, normal) >= -slack * norm(&away)
-        })
-    }
-
-    /// Whether the faces beside a main edge lie above, and those beside a target
-    /// edge below, a plane with this normal, up to a turn of `slack`.
-    pub(super) fn admits_crossing(
-        &self,
-        edges: [u32; 2],
-        normal: &[f64; 3],
-        slack: f64,
-        at: Positions<3>,
-    ) -> bool {
-        edges.into_iter().zip([1.0, -1.0]).all(|(edge, sign)| {
-            let sides = self.skin.directions_into_sides(edge, at);
-            let mut heights = sides
-                .into_iter()
-                .flatten()
-                .map(|into| sign * dot(&into, normal));
-            heights.all(|height| height >= -slack)
-        })
-    }
-
     /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
     /// the surface turns by a right angle or more there.
     pub(super) fn next_triangle(
