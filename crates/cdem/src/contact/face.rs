@@ -7,9 +7,8 @@
 //! where contacts contradict each other a little, directions that change no
 //! velocity, along which impulses move until a contact opens or slips. To go to
 //! the next bound and on from there along the smaller face is the way of active
-//! sets (Dostál and Schöberl 2005, Computational Optimization and Applications
-//! 30); to let sweeps free what is bound in error, that of subspace minimisation
-//! (Silcowitz, Niebe, Erleben 2010, GRAPP).
+//! sets \[Dostal2005\]; to let sweeps free what is bound in error, that of subspace
+//! minimisation \[Silcowitz2010\].
 
 use crate::contact::solve::Limit;
 use crate::contact::system::System;

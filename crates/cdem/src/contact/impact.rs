@@ -42,8 +42,7 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        let solution = system.solve(&mut self.constraints, motion.velocity, self.precision);
-        books.solved(solution.residual);
+        books.solved(system.solve(&mut self.constraints, motion.velocity, self.precision));
     }
 }
 
@@ -112,7 +111,7 @@ impl<const D: usize> Island<D> {
     fn impact(&mut self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
         let constraint = |live: &Live<D>| {
             let operator = live.operator(setting.surface, motion.positions());
-            live.impact(operator, duration)
+            live.impact(operator, duration, setting.tolerance)
         };
         let live = self.live.par_iter().with_min_len(SHARE);
         let constraints: Vec<_> = live.map(constraint).collect();

@@ -205,8 +205,7 @@ impl<const D: usize> Island<D> {
         if self.live.is_empty() {
             return ended;
         }
-        let (mut constraints, contradict) =
-            self.solve_closed(setting, motion, (interval, drift), books);
+        let mut constraints = self.solve_closed(setting, motion, (interval, drift), books);
         let least = setting.least_speed(drift);
         for (live, constraint) in self.live.iter_mut().zip(&mut constraints) {
             let operator = &constraint.operator;
@@ -215,9 +214,6 @@ impl<const D: usize> Island<D> {
             live.fresh = false;
             live.impulse = constraint.impulse;
             live.interval = interval;
-            if contradict {
-                live.give_in(constraint, &new, drift);
-            }
             live.record.count(&constraint.impulse);
             operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
@@ -261,22 +257,22 @@ impl<const D: usize> Island<D> {
     }
 
     /// Solves the closed contacts; those beyond their strength break together,
-    /// then the island is solved again. Returns whether they contradict each other
-    /// with them.
+    /// then the island is solved again.
     fn solve_closed(
         &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (interval, drift): (f64, f64),
         books: &mut Books,
-    ) -> (Vec<Constraint<D>>, bool) {
+    ) -> Vec<Constraint<D>> {
         let mobility = setting.mobility(interval);
         let (mut missed, mut again) = (vec![0.0; self.live.len()], 0);
         loop {
             let at = motion.positions();
             let constraint = |(live, missed): (&Live<D>, &f64)| {
                 let operator = live.operator(setting.surface, at);
-                let mut constraint = live.constraint(operator, drift, interval);
+                let mut constraint =
+                    live.constraint(operator, (drift, interval), setting.tolerance);
                 constraint.target[0] -= missed / drift;
                 constraint
             };
@@ -286,8 +282,7 @@ impl<const D: usize> Island<D> {
             let precision = self.precision(setting, at, drift);
             self.system.load(&constraints, mobility);
             let system = &mut self.system;
-            let solution = system.solve(&mut constraints, motion.velocity, precision);
-            books.solved(solution.residual);
+            books.solved(system.solve(&mut constraints, motion.velocity, precision));
             let least = setting.least_speed(drift);
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {
@@ -296,7 +291,7 @@ impl<const D: usize> Island<D> {
             if !broken {
                 let aims = again < AGAIN;
                 if !aims || !self.misses(setting, motion, drift, &constraints, &mut missed) {
-                    return (constraints, solution.contradicts);
+                    return constraints;
                 }
                 again += 1;
             }
@@ -440,11 +435,13 @@ impl<const D: usize> Island<D> {
             level: 0,
             blocks,
         };
+        let offset = surface.operator(pair, &foot, at).offset;
         self.live.push(Live {
             pair,
             law: setting.laws.between(blocks[0], blocks[1]),
             foot,
-            offset: surface.operator(pair, &foot, at).offset,
+            offset,
+            given: if time > 0.0 { 0.0 } else { offset[0].min(0.0) },
             sticks: true,
             joint: false,
             fresh: true,

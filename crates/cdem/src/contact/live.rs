@@ -9,17 +9,17 @@ use crate::vector::{add_scaled, dot};
 /// Share of what a gap is wrong by that a step sets right. All of it at once (SHAKE)
 /// hands on what a solve has left, as a kick against all that presses. A solve that
 /// brings some impulses nearer by a share η of what they miss makes oscillators of gaps,
-/// damped by √(η/AIM)/2 of the critical: a wall of 210 stones, where solves end at
-/// 1e-4, gains 8 W at 1, 0.6 W at 0.1, and next to nothing at this.
+/// damped by √(η/AIM)/2 of the critical: a wall of 210 stones, with solves that ended at
+/// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this.
 const AIM: f64 = 0.02;
 
-/// Share of what a contact has missed in a solve of contacts that contradict each other
-/// that it takes for right. Where contacts are more than freedoms, gaps ask for what
-/// cannot be. To ask in vain lets some impulses grow and others shrink from step to
-/// step, until a contact opens or slips and all begins anew: a wall of 210 stones stirs
-/// for ever, at 1e-6 m/s. With this share its contradictions fade, by a factor of e in
-/// 50 ms; with a fifth of it that would take five times as long.
-const YIELD: f64 = 0.1;
+/// What a gap may be wrong by and is right, over the tolerance: a 1e-7th of the smallest
+/// boundary edge by default. Where contacts are more than freedoms, gaps contradict each
+/// other by what solves have missed and bodies bent. To set that right is to ask for what
+/// cannot be: impulses grow and shrink from step to step, until a contact opens or slips
+/// and all begins anew, and a wall of 210 stones stirs for ever, at 1e-6 m/s. What is
+/// right asks for no motion, on which all contacts agree.
+const RIGHT: f64 = 1e-3;
 
 /// A closed contact: the pair is one node until a criterion parts it.
 #[derive(Clone, Debug)]
@@ -34,6 +34,9 @@ pub(crate) struct Live<const D: usize> {
     /// Offset from the anchored point that is kept, in the frame, m: what it was
     /// when the contact began, as a gap within the tolerance at t = 0.
     pub(crate) offset: [f64; D],
+    /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0, as a joint
+    /// may, and that is the user's.
+    pub(crate) given: f64,
     /// Bound to a material point of the target.
     pub(crate) sticks: bool,
     /// Cohesion and tensile strength are still there.
@@ -154,13 +157,9 @@ impl<const D: usize> Live<D> {
         self.pair = next;
     }
 
-    /// Overlap that the pair keeps, m; that of t = 0 is the user's.
+    /// Overlap that the pair keeps, m.
     pub(crate) fn penetration(&self) -> f64 {
-        if self.record.time_on > 0.0 {
-            -self.offset[0]
-        } else {
-            0.0
-        }
+        (self.given - self.offset[0]).max(0.0)
     }
 
     /// The operator at the present positions.
@@ -184,16 +183,19 @@ impl<const D: usize> Live<D> {
 
     /// The constraint that keeps the pair together over a drift of `drift`
     /// seconds, after a kick of `interval` seconds: g(x_{n+1}) = (1 - [`AIM`]) g(x_n)
-    /// along ∇g(x_n), and the same for the tangents of a pair that sticks.
+    /// along ∇g(x_n), and the same for the tangents of a pair that sticks, as far as g
+    /// is not [`RIGHT`].
     pub(crate) fn constraint(
         &self,
         operator: Operator<D>,
-        drift: f64,
-        interval: f64,
+        (drift, interval): (f64, f64),
+        tolerance: f64,
     ) -> Constraint<D> {
         let mut target = [0.0; D];
+        let right = RIGHT * tolerance;
         for r in 0..if self.sticks { D } else { 1 } {
-            target[r] = AIM * (self.offset[r] - operator.offset[r]) / drift;
+            let wrong = self.offset[r] - operator.offset[r];
+            target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
         }
         let ratio = if self.interval > 0.0 {
             interval / self.interval
@@ -210,32 +212,16 @@ impl<const D: usize> Live<D> {
         }
     }
 
-    /// Takes for right a share of what the contact still misses after a kick's solve of
-    /// contacts that contradict each other, before a drift of `drift` seconds: the
-    /// `relative` velocity, m/s, is not what it has asked for. One that opens or slides
-    /// misses nothing, or by right; near the limit of friction contacts slip by turns,
-    /// and a wedge would creep round those that hold meanwhile.
-    pub(crate) fn give_in(&mut self, solved: &Constraint<D>, relative: &[f64; D], drift: f64) {
-        let bears = solved.impulse[0] > -solved.limit.tension;
-        let rows = if !bears {
-            0
-        } else if solved.limit.shear(solved.impulse[0]) == 0.0 {
-            1
-        } else if !self.sticks || solved.limit.slips(&solved.impulse) {
-            0
-        } else {
-            D
-        };
-        for r in 0..rows {
-            self.offset[r] += YIELD * (relative[r] - solved.target[r]) * drift;
-        }
-    }
-
     /// The constraint at the instant of an impact before a drift of `drift`
     /// seconds. A pair that was closed already bears what its last kick has left
     /// of its impulse, and a joint its strength over that drift besides.
-    pub(crate) fn impact(&self, operator: Operator<D>, drift: f64) -> Constraint<D> {
-        let mut constraint = self.constraint(operator, drift, 0.0);
+    pub(crate) fn impact(
+        &self,
+        operator: Operator<D>,
+        drift: f64,
+        tolerance: f64,
+    ) -> Constraint<D> {
+        let mut constraint = self.constraint(operator, (drift, 0.0), tolerance);
         constraint.impulse = [0.0; D];
         if self.fresh {
             constraint.target = [0.0; D];

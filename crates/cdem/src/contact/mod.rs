@@ -2,6 +2,7 @@
 //! models `unified-node` and `penalty`.
 
 mod broad_phase;
+mod closed;
 mod colours;
 mod face;
 mod grouping;
@@ -402,14 +403,8 @@ impl<const D: usize> Contacts<D> {
         let surface = &*self.terms.surface;
         for live in self.islands.iter_mut().flat_map(|island| &mut island.live) {
             live.record.end_step(step);
-            // A joint keeps the gap it was given: only what exceeds it counts.
-            let given = if live.record.time_on == 0.0 {
-                live.offset[0].min(0.0)
-            } else {
-                0.0
-            };
             let gap = surface.project(live.pair, at).gap;
-            self.max_penetration = self.max_penetration.max(given - gap);
+            self.max_penetration = self.max_penetration.max(live.given - gap);
         }
     }
 

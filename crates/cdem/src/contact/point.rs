@@ -186,12 +186,25 @@ impl<const D: usize> Point<D> {
         self.own[r][r] > 0.0
     }
 
-    /// What `reluctance` takes of the relative velocities that the change of the
-    /// impulse since the start makes alone, m/s.
+    /// A `share` of the relative velocities that the change of the impulse since the
+    /// start makes alone, m/s.
     #[inline]
-    pub(super) fn held_back(&self, reluctance: f64) -> [f64; D] {
+    pub(super) fn held_back(&self, share: f64) -> [f64; D] {
         let change = |r: usize| self.impulse[r] - self.start[r];
-        std::array::from_fn(|r| reluctance * self.compliance[r.min(1)] * change(r))
+        std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
+    }
+
+    /// The largest relative velocity that it misses for a `reluctance`, m/s: none along
+    /// what is at its bound.
+    pub(super) fn misses(&self, reluctance: f64) -> f64 {
+        let mut missed = self.held_back(reluctance);
+        if self.impulse[0] <= -self.limit.tension {
+            return 0.0;
+        }
+        if self.limit.slips(&self.impulse) {
+            missed[1..].fill(0.0);
+        }
+        missed[0].abs().max(shear_norm(&missed))
     }
 
     /// The impulse with which this contact alone would do what is asked of it at
@@ -204,7 +217,10 @@ impl<const D: usize> Point<D> {
         let [normal, tangent] = self.compliance.map(|own| (1.0 + reluctance) * own);
         if normal > 0.0 {
             let wanted = (self.target[0] - relative[0] - back[0]) / normal;
-            self.impulse[0] = (old[0] + wanted).max(-self.limit.tension);
+            let impulse = old[0] + wanted;
+            // What is no number stays so, and is found.
+            let opens = impulse < -self.limit.tension;
+            self.impulse[0] = if opens { -self.limit.tension } else { impulse };
         }
         let push = self.impulse[0] - old[0];
         let change = push.abs() * normal;
@@ -221,6 +237,7 @@ impl<const D: usize> Point<D> {
         self.limit.cut(&mut self.impulse);
         let mut shear = self.impulse;
         add_scaled(&mut shear, -1.0, &old);
-        change.max(shear_norm(&shear) * tangent)
+        let sheared = shear_norm(&shear) * tangent;
+        if sheared <= change { change } else { sheared }
     }
 }

@@ -4,7 +4,7 @@
 use crate::contact::point::Point;
 use crate::contact::surface::Operator;
 use crate::contact::system::System;
-use crate::vector::{norm, sub};
+use crate::vector::sub;
 
 /// Bounds of a contact's impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,16 +77,6 @@ pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
     impulse[1..].iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// How a solve has ended.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Solution {
-    /// The largest change of a relative velocity in the last sweep, or what
-    /// [`RELUCTANCE`] misses of one, over the largest that the impulses make.
-    pub(crate) residual: f64,
-    /// Its contacts all but contradict each other: it took reluctance to end.
-    pub(crate) contradicts: bool,
-}
-
 /// Residual at which a solve is done: change of relative velocity in a sweep
 /// over the largest that the impulses make. What is left is a position error
 /// of 1e-8 of a kick's displacement, far below the positions' own round-off,
@@ -101,6 +91,9 @@ const STALLED: f64 = 0.2;
 /// Steps of the first descent; each next one may take twice as many.
 const DESCENT: u32 = 16;
 
+/// How often it is doubled, at most.
+const LONGEST: u32 = 7;
+
 /// Share of the residual to which a descent and the sweeps after it must come,
 /// or there are no more: impulses that contacts which contradict each other
 /// could only balance far away are not looked for.
@@ -108,9 +101,10 @@ const WORTH: f64 = 0.5;
 
 /// What a contact takes for itself of the velocity that a change of its impulse makes,
 /// once descents are no longer worth it: the change from what the solve began with is
-/// held back by that share (proximal point, Rockafellar 1976). Of all impulses that do,
-/// those nearest to the last step's are found, contradictions or not, and sweeps come to
-/// an end. What is missed for it the next step finds, and is nearer.
+/// held back by that share (proximal point, \[Rockafellar1976\]). Of all impulses that do,
+/// or all but do where they contradict each other, those nearest to the start's are
+/// found: the last kick's, or none in an impact. What is missed for it the next kick
+/// finds, and is nearer.
 const RELUCTANCE: f64 = 1e-3;
 
 /// Sweeps with reluctance, at most.
@@ -124,22 +118,24 @@ const MAX_EFFORT: u32 = 2000;
 
 impl<const D: usize> System<D> {
     /// Finds the impulses of the constraints that were loaded and adds them to
-    /// the velocities. A change below `least`, m/s, is none.
+    /// the velocities. Returns the residual: the largest change of a relative velocity
+    /// in the last sweep, or what [`RELUCTANCE`] misses of one, over the largest that
+    /// the impulses make. A change below `least`, m/s, is none.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
         least: f64,
-    ) -> Solution {
+    ) -> f64 {
         self.begin(constraints, |node| velocity[node as usize]);
-        let solution = self.iterate(least);
+        let residual = self.iterate(least);
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
         for point in &self.points {
             constraints[point.number as usize].impulse = point.impulse;
         }
-        solution
+        residual
     }
 
     /// The same for nodes at rest; their velocities are left here.
@@ -148,13 +144,13 @@ impl<const D: usize> System<D> {
         self.iterate(least);
     }
 
-    /// Finds the impulses.
+    /// Finds the impulses; returns the residual.
     ///
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
-    /// (Silcowitz, Niebe, Erleben 2010) and, where that does not get on, by
+    /// \[Silcowitz2010\] and, where that does not get on, by
     /// descents along the faces of the bounds; where those do not, with
     /// [`RELUCTANCE`].
-    fn iterate(&mut self, least: f64) -> Solution {
+    fn iterate(&mut self, least: f64) -> f64 {
         let least = least.max(ROUND_OFF * self.fastest());
         let mut search = std::mem::take(&mut self.search);
         search.begin(self.points.len());
@@ -167,8 +163,7 @@ impl<const D: usize> System<D> {
             if residual.is_nan() {
                 break (f64::INFINITY, scale); // the run stops at the end of the step
             }
-            let ends = effort >= MAX_EFFORT || (reluctance > 0.0 && sweeps >= LAST);
-            if residual <= RESIDUAL || ends {
+            if residual <= RESIDUAL || (reluctance > 0.0 && sweeps >= LAST) {
                 break (residual, scale); // a solve ends with a sweep
             }
             let pause = sweeps % PATIENCE == 0;
@@ -177,17 +172,18 @@ impl<const D: usize> System<D> {
                 search.advance(self);
                 continue;
             }
-            let descends = residual <= WORTH * best;
+            let gets_on = residual <= WORTH * best;
             if residual < best {
                 best = residual;
                 search.keep(&self.points);
             } else {
                 search.restore(self);
             }
-            if descends {
-                let steps = DESCENT << descents;
-                effort += self.descend(steps.min(MAX_EFFORT), least.max(RESIDUAL * scale), scale);
-                descents += 1;
+            let left = (MAX_EFFORT - LAST).saturating_sub(effort);
+            if gets_on && left > 0 {
+                let steps = left.min(DESCENT << descents);
+                effort += self.descend(steps, least.max(RESIDUAL * scale), scale);
+                descents = LONGEST.min(descents + 1);
             } else {
                 reluctance = RELUCTANCE;
             }
@@ -195,12 +191,9 @@ impl<const D: usize> System<D> {
             (sweeps, last) = (0, f64::INFINITY);
         };
         self.search = search;
-        let missed = |point: &Point<D>| norm(&point.held_back(reluctance));
-        let missed = self.points.iter().map(missed).fold(0.0, f64::max);
-        Solution {
-            residual: residual.max(missed / scale),
-            contradicts: reluctance > 0.0,
-        }
+        let missed = self.points.iter().map(|point| point.misses(reluctance));
+        let missed = missed.fold(0.0, f64::max);
+        residual.max(missed / scale)
     }
 
     /// A sweep, in which a change below `least`, m/s, is none: its residual, at most

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::contact::closed::Closed;
 use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::Live;
 use crate::contact::surface::{Pair, Positions, Surface};
@@ -142,9 +143,9 @@ impl Touches {
         let looked = if anew.is_empty() {
             Vec::new()
         } else {
-            let closed = Closed::new(live);
             let formed = setting.surface.form(motion.positions(), anew.len());
             let at = (motion, motion.positions().with(formed.as_ref()));
+            let closed = Closed::new(live, setting.surface, at);
             let interval = (wanted, (elapsed, duration));
             let pairs = anew.par_iter().with_min_len(SHARE);
             let looked = pairs.map(|&(_, pair)| look_at(&closed, setting, at, pair, interval));
@@ -159,33 +160,6 @@ impl Touches {
     }
 }
 
-/// The closed contacts of an island, by blocks.
-struct Closed<'a, const D: usize> {
-    live: Vec<([u32; 2], &'a Live<D>)>,
-}
-
-impl<'a, const D: usize> Closed<'a, D> {
-    fn new(live: &'a [Live<D>]) -> Self {
-        let by_blocks = |live: &'a Live<D>| (ordered(live.record.blocks), live);
-        let mut live: Vec<_> = live.iter().map(by_blocks).collect();
-        live.sort_by_key(|live| live.0);
-        Self { live }
-    }
-
-    /// Those between two blocks.
-    fn between(&self, blocks: [u32; 2]) -> impl Iterator<Item = &'a Live<D>> + Clone {
-        let blocks = ordered(blocks);
-        let first = self.live.partition_point(|live| live.0 < blocks);
-        let same = self.live[first..].iter();
-        same.take_while(move |live| live.0 == blocks)
-            .map(|live| live.1)
-    }
-}
-
-fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
-    [a.min(b), a.max(b)]
-}
-
 /// When an open pair touches from `elapsed` on, at constant velocities, and how
 /// far apart its features are now, m, or less.
 fn look_at<const D: usize>(
@@ -196,8 +170,7 @@ fn look_at<const D: usize>(
     (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
 ) -> (Touch, f64) {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
-    let live = closed.between(setting.blocks(pair));
-    if live.clone().any(|live| live.pair == pair) {
+    if closed.has(pair) {
         return (Touch::Closed, 0.0);
     }
     let remaining = duration - elapsed;
@@ -214,16 +187,14 @@ fn look_at<const D: usize>(
         }
         Wanted::InDrift => 0.0,
     };
-    (
-        touch(live, setting, (motion, at), pair, (span, elapsed, duration)),
-        apart,
-    )
+    let interval = (span, elapsed, duration);
+    (touch(closed, setting, (motion, at), pair, interval), apart)
 }
 
-/// When a pair between the closed contacts `live` of its blocks touches, within
-/// `span` seconds after `elapsed`.
-fn touch<'a, const D: usize>(
-    live: impl Iterator<Item = &'a Live<D>> + Clone,
+/// When a pair between the closed contacts of its blocks touches, within `span` seconds
+/// after `elapsed`.
+fn touch<const D: usize>(
+    closed: &Closed<D>,
     setting: &Setting<D>,
     (motion, at): (&Motion<D>, Positions<D>),
     pair: Pair,
@@ -235,6 +206,7 @@ fn touch<'a, const D: usize>(
     let Some(wait) = wait else {
         return Touch::Never;
     };
+    let mut live = closed.beside(setting, (motion, at), pair, remaining);
     let then = if wait > 0.0 {
         at.after(motion.velocity, wait)
     } else {
@@ -262,7 +234,7 @@ fn touch<'a, const D: usize>(
     }
     let says = |pair: Pair| move |live: &Live<D>| live.says(surface, pair, [then, end], tolerance);
     match surface.rightful(pair, [then, later], tolerance) {
-        Some(pair) if !live.clone().any(says(pair)) => Touch::At(elapsed + wait, pair),
+        Some(pair) if !live.any(says(pair)) => Touch::At(elapsed + wait, pair),
         _ => Touch::Refused,
     }
 }

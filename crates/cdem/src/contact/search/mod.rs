@@ -46,8 +46,9 @@ use crate::vector::{norm, sub};
 /// a rod that falls flat and hits something with its near end; kicks add to it.
 const GAIN: f64 = 2.25;
 
-/// Share of a block at rest, over the tolerance.
-const LEAST: f64 = 0.05;
+/// Share of a block at rest, over the tolerance. Edges within flat faces may be sharp
+/// once nodes have moved by a few times this.
+const LEAST: f64 = 0.02;
 
 /// Distance of features that the surface takes for near, over reach and tolerance,
 /// at most: √2 where both are spent along the target and along its normal.
@@ -77,8 +78,8 @@ struct Candidate {
     /// Ways of both blocks, with what they may go in the step, up to which the
     /// pair cannot be near, m.
     until: f64,
-    /// [`STEEP`] times the ways, with what they may go in the step, up to which it
-    /// cannot be for how it lies, m.
+    /// [`STEEP`] times the ways of both blocks, with their shares, up to which the pair
+    /// cannot be near for how it lies, m.
     lacks: f64,
 }
 
@@ -390,7 +391,7 @@ impl<const D: usize> Search<D> {
 impl Candidate {
     /// Whether it may be near where its blocks have these ways ahead.
     fn may_be_near(&self, a: Ahead, b: Ahead) -> bool {
-        self.until <= a.distance + b.distance && self.lacks <= a.turn + b.turn
+        self.until <= a.distance + b.distance && self.lacks <= a.turning + b.turning
     }
 }
 
@@ -399,15 +400,15 @@ impl Candidate {
 struct Ahead {
     /// How near another may come to one that is near: half of the tolerance is either's.
     distance: f64,
-    /// What of pairs may turn.
-    turn: f64,
+    /// [`STEEP`] times the way, and the share: what pairs lack is compared with.
+    turning: f64,
 }
 
 impl Motion {
     fn ahead(&self, tolerance: f64) -> Ahead {
         Ahead {
             distance: self.way + KEPT * (self.share + 0.5 * tolerance),
-            turn: STEEP * self.way + self.share,
+            turning: STEEP * self.way + self.share,
         }
     }
 }

@@ -109,7 +109,7 @@ pub(super) fn relative_rows(
     ]
 }
 
-/// Distance of two edges, m (Ericson 2005, section 5.1.9).
+/// Distance of two edges, m (\[Ericson2005\], section 5.1.9).
 pub(super) fn distance(main: &[[f64; 3]; 2], target: &[[f64; 3]; 2]) -> f64 {
     let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
     let from = sub(&main[0], &target[0]);

@@ -34,7 +34,7 @@ use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
-/// Triangles that are worked out in the time of a look at a pair, about.
+/// Triangles and their edges that are worked out in the time of a look at a pair, about.
 const PAIRS: usize = 8;
 
 /// The boundary of all blocks in space.
@@ -97,18 +97,9 @@ impl Shell {
     }
 
     fn crossing(&self, main: u32, target: u32, at: Positions<3>) -> Option<Crossing> {
-        let outward = sub(&self.outward(target, at), &self.outward(main, at));
+        let outward = sub(&self.skin.outward(target, at), &self.skin.outward(main, at));
         let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
         Crossing::new(&main, &target, &outward)
-    }
-
-    /// Sum of the normals on the two sides of an edge.
-    fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for side in self.skin.edges[edge as usize].sides.into_iter().flatten() {
-            add_scaled(&mut sum, 1.0, &self.skin.normal(side, at));
-        }
-        sum
     }
 
     /// Box around an edge; empty where nothing will cross it soon.
@@ -379,8 +370,11 @@ impl Surface<3> for Shell {
             Meeting::Crossing { main, target } => {
                 // Edges within faces that bulge in this drift are sharp by its end.
                 let end = at.after(velocity, duration);
-                let sharp =
-                    |&edge: &u32| self.skin.is_sharp(edge, at) || self.skin.is_sharp(edge, end);
+                let sharpens = |edge: u32| {
+                    self.skin.may_sharpen(edge, at, velocity, duration)
+                        && self.skin.is_sharp(edge, end)
+                };
+                let sharp = |&edge: &u32| self.skin.is_sharp(edge, at) || sharpens(edge);
                 if ![main, target].iter().all(sharp) {
                     return None;
                 }
@@ -531,7 +525,7 @@ impl Shell {
         let along = sub(&one[1], &one[0]);
         let normal = self.crossing(main, target, at).map_or_else(
             || {
-                let outward = self.outward(target, at);
+                let outward = self.skin.outward(target, at);
                 scale(1.0 / norm(&outward), &outward)
             },
             |crossing| crossing.normal,

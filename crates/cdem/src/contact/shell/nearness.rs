@@ -10,16 +10,20 @@
 use super::Shell;
 use super::crossing::distance;
 use crate::contact::surface::{FLUSH, Nearness, Positions};
-use crate::vector::{dot, norm};
 
-/// Turn of a vertex's edges against a triangle, and of faces against the normal of two
-/// edges, rad, at first order, for a motion of all nodes by their size: either end of
-/// each may move either way.
+/// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
+/// add up to their size s. Ways w₁ and w₂ turn an edge by 2w₁/s and the triangle by
+/// 2w₂/s at first order; twice that holds however far they go.
 const TURNS: f64 = 4.0;
+
+/// The same of faces against the common normal of two edges, with s times the sine of
+/// the angle between these: 2w/s for a face, 2√2 w₁/s for one beside its own edge, and
+/// 2 (w₁ + w₂)/s for the normal.
 const TURNS_OF_EDGES: f64 = 8.0;
 
-/// The same of what says on which side of an edge the other's block lies: the normals
-/// beside both, added up.
+/// The same of the normal against the sum of four normals of faces, which says on which
+/// side of an edge the other's block lies: 4 · 2 (w₁ + w₂)/s for the normal, and 4w/s for
+/// the two faces of either edge.
 const TURNS_OF_SIDES: f64 = 16.0;
 
 impl Shell {
@@ -40,10 +44,10 @@ impl Shell {
         let lengths = edges.map(|&edge| self.length(edge, at));
         let smallest = lengths.chain(facing.heights).fold(f64::MAX, f64::min);
         let turn = -self.lowest_edge(vertex, &facing.normal, at) - FLUSH;
-        Nearness::until_turned(turn * smallest / TURNS, (reach, tolerance))
+        until_turned(turn * smallest / TURNS, (reach, tolerance))
     }
 
-    /// Of two edges.
+    /// Of two edges, no farther from each other than reach and tolerance, about.
     pub(super) fn nearness_crossing(
         &self,
         edges: [u32; 2],
@@ -62,50 +66,22 @@ impl Shell {
         let Some(crossing) = self.crossing(edges[0], edges[1], at) else {
             return Nearness::Near;
         };
-        let smallest = edges.map(|edge| {
-            self.length(edge, at)
-                .min(self.skin.ridge(edge, at).least_height)
-        });
+        let smallest = edges.map(|edge| self.skin.ridge(edge, at).least_height);
         let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
         let turn = -self.lowest_side(edges, &crossing.normal, at) - FLUSH;
         let turn = f64::min(turn / TURNS_OF_EDGES, crossing.outward / TURNS_OF_SIDES);
-        Nearness::until_turned(turn * smallest, (reach, tolerance))
-    }
-
-    /// The lowest an edge from a vertex leads over a plane with this normal: the sine
-    /// of its angle with it.
-    pub(super) fn lowest_edge(&self, vertex: u32, normal: &[f64; 3], at: Positions<3>) -> f64 {
-        let edges = self.skin.edges_at(vertex).iter();
-        let heights = edges.map(|&edge| {
-            let away = self.skin.away(vertex, edge, at);
-            dot(&away, normal) / norm(&away)
-        });
-        heights.fold(f64::MAX, f64::min)
-    }
-
-    /// The lowest a face beside a main edge leads over a plane with this normal, or one
-    /// beside a target edge under it: the sine of its angle with it.
-    pub(super) fn lowest_side(&self, edges: [u32; 2], normal: &[f64; 3], at: Positions<3>) -> f64 {
-        let of = |(edge, sign): (u32, f64)| {
-            let sides = self.skin.directions_into_sides(edge, at);
-            let heights = sides.into_iter().flatten();
-            heights.map(move |into| sign * dot(&into, normal))
-        };
-        let both = edges.into_iter().zip([1.0, -1.0]);
-        both.flat_map(of).fold(f64::MAX, f64::min)
+        until_turned(turn * smallest, (reach, tolerance))
     }
 }
 
-impl Nearness {
-    /// Of a pair that cannot touch before its nodes have moved by `turned` against each
-    /// other, m; ≤ 0 where nothing is to turn.
-    fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> Self {
-        if reach.max(tolerance) >= turned {
-            Self::Near
-        } else {
-            // Whatever the reach then: what touches at a corner may do so with any
-            // feature there within the tolerance.
-            Self::Lacks(turned - tolerance)
-        }
+/// Nearness of a pair that cannot touch before ways of its nodes have added up to
+/// `turned`, m; ≤ 0 where nothing is to turn.
+fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> Nearness {
+    if reach.max(tolerance) >= turned {
+        Nearness::Near
+    } else {
+        // Whatever the reach then: what touches at a corner may do so with any feature
+        // there within the tolerance.
+        Nearness::Lacks(turned - tolerance)
     }
 }

@@ -285,7 +285,7 @@ fn mean<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
 }
 
 /// The part of a convex polygon inside another, both counter-clockwise
-/// (Sutherland, Hodgman 1974).
+/// \[Sutherland1974\].
 fn clip(polygon: &[[f64; 2]], window: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut rest = polygon.to_vec();
     for (a, b) in window.iter().zip(window.iter().cycle().skip(1)) {

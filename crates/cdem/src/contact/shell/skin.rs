@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::around::Around;
 use crate::contact::surface::{Formed, Positions, Ridge};
 use crate::mesh::Mesh;
-use crate::vector::{add, cross, dot, norm, scale, sub};
+use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 /// Turn of the boundary at an edge, rad, from which on it is sharp whatever its
 /// size.
@@ -16,11 +16,11 @@ const SHARP: f64 = 0.1;
 /// contact.
 const SAGITTA: f64 = 0.25;
 
-/// Turn, rad, of an edge that strain may make sharp before the next search: all
-/// but the clearly re-entrant.
-const MAY_BE_SHARP: f64 = -0.1;
+/// Turn, rad, of an edge that strain will not make sharp before the next search: from
+/// here on it is clearly re-entrant.
+const REENTRANT: f64 = -0.1;
 
-/// Corners or triangles that a thread works out in a row.
+/// Corners, triangles or edges that a thread works out in a row.
 const AT_ONCE: usize = 1024;
 
 /// Nodes of an edge or a triangle at most: those of a quadrilateral.
@@ -327,21 +327,27 @@ impl Skin {
         self.ridge(edge, at).height > SAGITTA * self.tolerance
     }
 
-    /// How far nodes beside an edge must have moved against each other, m, before it
-    /// is [sharp](Self::is_sharp), at least; less than 0 where it is.
+    /// How far the nodes beside an edge must have moved, each its own way, m, before
+    /// it is [sharp](Self::is_sharp), at least; less than 0 where it is.
     ///
-    /// Each triangle turns by no more than their way over its smallest height, twice.
-    /// A clearly re-entrant edge is reckoned with as one that is hardly so: as it
-    /// opens, its arm changes too.
+    /// With m the least height, a way w of all turns each of the two triangles by 2w/m
+    /// at most, so raises the ridge by 4aw/m at first order; a fifth more covers what m
+    /// and the arm a change by meanwhile.
     pub(super) fn sharpens_after(&self, edge: u32, at: Positions<3>) -> f64 {
         let ridge = self.ridge(edge, at);
-        let height = ridge.height.max(0.5 * MAY_BE_SHARP * ridge.least_height);
-        (SAGITTA * self.tolerance - height) * ridge.least_height / (2.0 * ridge.arm)
+        if ridge.height.is_infinite() {
+            return f64::NEG_INFINITY;
+        }
+        // The arm is half of the least height or more: this is below a ridge that
+        // turns by REENTRANT, through which all that turn farther back must come.
+        let height = ridge.height.max(0.5 * REENTRANT * ridge.least_height);
+        let sharp = f64::min(SAGITTA * self.tolerance, SHARP * ridge.arm);
+        (sharp - height) * ridge.least_height / (5.0 * ridge.arm)
     }
 
     /// Whether an edge is sharp or may be so before the next broad phase.
     pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>) -> bool {
-        self.turn(edge, at) > MAY_BE_SHARP
+        self.turn(edge, at) > REENTRANT
     }
 
     /// How an edge stands out.
@@ -357,8 +363,9 @@ impl Skin {
         let turn = self.turn(edge, at);
         let [a, b] = self.edge(edge, at);
         let length = norm(&sub(&b, &a));
-        let (mut bend, mut least_height) = (0.0, f64::INFINITY);
+        let (mut bend, mut least_height, mut outward) = (0.0, length, [0.0; 3]);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
+            add_scaled(&mut outward, 1.0, &self.normal(side, at));
             let [p, q, r] = self.triangle(side, at);
             let sides = [sub(&q, &p), sub(&r, &q), sub(&p, &r)];
             let twice_area = norm(&cross(&sides[0], &sides[2]));
@@ -375,7 +382,37 @@ impl Skin {
             },
             arm,
             least_height,
+            outward,
         }
+    }
+
+    /// Sum of the normals on the two sides of an edge.
+    pub(super) fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
+        if let Some(formed) = at.formed {
+            return formed.ridges[edge as usize].outward;
+        }
+        let mut sum = [0.0; 3];
+        for side in self.edges[edge as usize].sides.into_iter().flatten() {
+            add_scaled(&mut sum, 1.0, &self.normal(side, at));
+        }
+        sum
+    }
+
+    /// Whether an edge that is not sharp may be so `duration` seconds later, at
+    /// constant velocities: seen from one of its ends.
+    pub(super) fn may_sharpen(
+        &self,
+        edge: u32,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+    ) -> bool {
+        let of = |corner: u32| self.mean(corner, |node| velocity[node as usize]);
+        let own = of(self.edges[edge as usize].ends[0]);
+        let sides = self.edges[edge as usize].sides.into_iter().flatten();
+        let corners = sides.flat_map(|side| self.triangles[side as usize].corners);
+        let speeds = corners.map(|corner| norm(&sub(&of(corner), &own)));
+        duration * speeds.fold(0.0, f64::max) > self.sharpens_after(edge, at)
     }
 
     /// The triangle on the other side of edge `k` of a triangle.

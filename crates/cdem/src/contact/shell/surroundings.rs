@@ -49,6 +49,29 @@ impl Shell {
         })
     }
 
+    /// The lowest an edge from a vertex leads over a plane with this normal: the sine
+    /// of its angle with it.
+    pub(super) fn lowest_edge(&self, vertex: u32, normal: &[f64; 3], at: Positions<3>) -> f64 {
+        let edges = self.skin.edges_at(vertex).iter();
+        let heights = edges.map(|&edge| {
+            let away = self.skin.away(vertex, edge, at);
+            dot(&away, normal) / norm(&away)
+        });
+        heights.fold(f64::MAX, f64::min)
+    }
+
+    /// The lowest a face beside a main edge leads over a plane with this normal, or one
+    /// beside a target edge under it: the sine of its angle with it.
+    pub(super) fn lowest_side(&self, edges: [u32; 2], normal: &[f64; 3], at: Positions<3>) -> f64 {
+        let of = |(edge, sign): (u32, f64)| {
+            let sides = self.skin.directions_into_sides(edge, at);
+            let heights = sides.into_iter().flatten();
+            heights.map(move |into| sign * dot(&into, normal))
+        };
+        let both = edges.into_iter().zip([1.0, -1.0]);
+        both.flat_map(of).fold(f64::MAX, f64::min)
+    }
+
     /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
     /// the surface turns by a right angle or more there.
     pub(super) fn next_triangle(

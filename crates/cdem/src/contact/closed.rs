@@ -1,0 +1,156 @@
+//! The closed contacts of an island, by blocks and by place: what an open pair is
+//! compared with before it may touch.
+//!
+//! Two blocks may have hundreds of contacts, as round ones that press on each other.
+//! A touch can only say the same as a contact whose main feature is where its own is.
+
+use std::ops::Range;
+
+use crate::contact::broad_phase::Aabb;
+use crate::contact::island::Setting;
+use crate::contact::live::Live;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::model::motion::Motion;
+use crate::vector::norm;
+
+/// How far from a touch the main feature of a contact may be that says the same, over
+/// the tolerance: either's point lies aside of its feature, and both aside of the touch.
+const ASIDE: f64 = 4.0;
+
+/// The closed contacts, for a drift from some positions.
+pub(super) struct Closed<'a, const D: usize> {
+    /// Their pairs, sorted.
+    pairs: Vec<Pair>,
+    /// Blocks with contacts between them, sorted.
+    between: Vec<Between>,
+    /// Their contacts: those of two blocks together, from low to high along their axis.
+    places: Vec<Place<'a, D>>,
+    /// Largest speed of a node that one has, m/s.
+    fastest: f64,
+}
+
+/// Contacts between two blocks.
+struct Between {
+    blocks: [u32; 2],
+    places: Range<usize>,
+    /// Axis along which they lie farthest apart.
+    axis: usize,
+    /// Most that a main feature measures along it, m.
+    longest: f64,
+}
+
+/// A contact, and the box around the nodes of its main feature.
+struct Place<'a, const D: usize> {
+    blocks: [u32; 2],
+    nodes: Aabb<D>,
+    live: &'a Live<D>,
+}
+
+impl<'a, const D: usize> Closed<'a, D> {
+    pub(super) fn new(
+        live: &'a [Live<D>],
+        surface: &dyn Surface<D>,
+        (motion, at): (&Motion<D>, Positions<D>),
+    ) -> Self {
+        let mut pairs: Vec<Pair> = live.iter().map(|live| live.pair).collect();
+        pairs.sort_unstable();
+        let place = |live: &'a Live<D>| Place {
+            blocks: ordered(live.record.blocks),
+            nodes: around_nodes(surface, live.pair, at, 0.0),
+            live,
+        };
+        let mut places: Vec<_> = live.iter().map(place).collect();
+        places.sort_by_key(|place| place.blocks);
+        let (mut between, mut first) = (Vec::new(), 0);
+        for same in places.chunk_by_mut(|one, other| one.blocks == other.blocks) {
+            between.push(Between::sort(same, first));
+            first += same.len();
+        }
+        let nodes = live
+            .iter()
+            .flat_map(|live| surface.main_nodes(live.pair.main));
+        Self {
+            pairs,
+            between,
+            places,
+            fastest: fastest(nodes, motion),
+        }
+    }
+
+    /// Whether a pair is closed.
+    pub(super) fn has(&self, pair: Pair) -> bool {
+        self.pairs.binary_search(&pair).is_ok()
+    }
+
+    /// Those that may say the same as a touch of `pair`, or of one beside it, within
+    /// `duration` seconds, and some more.
+    pub(super) fn beside(
+        &self,
+        setting: &Setting<D>,
+        (motion, at): (&Motion<D>, Positions<D>),
+        pair: Pair,
+        duration: f64,
+    ) -> impl Iterator<Item = &'a Live<D>> + Clone {
+        let surface = setting.surface;
+        let own = fastest(surface.main_nodes(pair.main), motion);
+        let margin = ASIDE * setting.tolerance + (own + self.fastest) * duration;
+        let touch = around_nodes(surface, pair, at, margin);
+        let blocks = ordered(setting.blocks(pair));
+        let between = self.between.binary_search_by_key(&blocks, |b| b.blocks);
+        let (places, axis, lowest) = between.map_or((&self.places[..0], 0, 0.0), |number| {
+            let between = &self.between[number];
+            let axis = between.axis;
+            let lowest = touch.min[axis] - between.longest;
+            (&self.places[between.places.clone()], axis, lowest)
+        });
+        let first = places.partition_point(|place| place.nodes.min[axis] < lowest);
+        let near = places[first..].iter();
+        near.take_while(move |place| place.nodes.min[axis] <= touch.max[axis])
+            .filter(move |place| place.nodes.overlaps(&touch))
+            .map(|place| place.live)
+    }
+}
+
+impl Between {
+    /// Sorts the contacts of two blocks, the first of which has a number.
+    fn sort<const D: usize>(places: &mut [Place<D>], first: usize) -> Self {
+        let lower = Aabb::around(places.iter().map(|place| place.nodes.min), 0.0);
+        let spread = |c: &usize| lower.max[*c] - lower.min[*c];
+        let farthest = (0..D).max_by(|a, b| spread(a).total_cmp(&spread(b)));
+        let axis = farthest.unwrap_or(0);
+        places.sort_by(|one, other| one.nodes.min[axis].total_cmp(&other.nodes.min[axis]));
+        let lengths = places.iter().map(|p| p.nodes.max[axis] - p.nodes.min[axis]);
+        Self {
+            blocks: places[0].blocks,
+            places: first..first + places.len(),
+            axis,
+            longest: lengths.fold(0.0, f64::max),
+        }
+    }
+}
+
+/// The box around the nodes of a pair's main feature, grown by a margin, m.
+fn around_nodes<const D: usize>(
+    surface: &dyn Surface<D>,
+    pair: Pair,
+    at: Positions<D>,
+    margin: f64,
+) -> Aabb<D> {
+    let nodes = surface.main_nodes(pair.main).iter();
+    Aabb::around(nodes.map(|&node| at.at(node)), margin)
+}
+
+/// The largest speed of nodes, m/s.
+fn fastest<'a, const D: usize>(
+    nodes: impl IntoIterator<Item = &'a u32>,
+    motion: &Motion<D>,
+) -> f64 {
+    let speeds = nodes
+        .into_iter()
+        .map(|&node| norm(&motion.velocity[node as usize]));
+    speeds.fold(0.0, f64::max)
+}
+
+fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
