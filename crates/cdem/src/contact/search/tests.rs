@@ -331,3 +331,59 @@ proptest! {
         }
     }
 }
+
+/// Of a cube beside another, two corners of the face between them draw back: the edges
+/// from the others to its middle sharpen, could not touch at first, and then may.
+#[test]
+fn what_was_left_out_comes_near_as_a_face_warps() {
+    let cube = |place: [f64; 3]| Geometry::Box {
+        min: place.to_vec(),
+        max: place.map(|x| x + 1.0).to_vec(),
+        divisions: vec![1; 3],
+        element: ElementKind::Hex8,
+    };
+    let blocks = [[0.0; 3], [1.0, 0.3, 0.0]].map(|place| mesh::tests::block("cube", cube(place)));
+    let mesh = mesh::tests::shapes(blocks.to_vec()).expect("boxes mesh");
+    let shell = Shell::new(&mesh, TOLERANCE);
+    let block_of: Vec<u32> = (0..16).map(|node| node / 8).collect();
+    let blocks = Blocks {
+        surface: &shell,
+        patches: &Patches::new(&shell, &block_of, &mesh.nodes),
+        block_of: &block_of,
+        fixed: &[true, false],
+        tolerance: TOLERANCE,
+    };
+    let mut search = Search::default();
+    let outlook = Outlook {
+        now: vec![0.0; 2],
+        ahead: vec![0.0, 1e-3],
+    };
+    let mut left_out: Vec<Pair> = Vec::new();
+    let mut near = Vec::new();
+    for number in 0..200 {
+        let back = 2e-5 * f64::from(number);
+        let warped = mesh
+            .nodes
+            .iter()
+            .zip(&block_of)
+            .map(|(&[x, y, z], &block)| {
+                let drawn = block == 1 && x == 1.0 && (y > 1.0) != (z > 0.5);
+                [if drawn { back } else { 0.0 }, 0.0, 0.0]
+            });
+        let warped: Vec<[f64; 3]> = warped.collect();
+        let at = Positions::new(&mesh.nodes, &warped);
+        near = search.near(&blocks, at, (&outlook, 1e-3), &|[a, b]| a != b);
+        if number == 0 {
+            let lacking = search
+                .candidates
+                .iter()
+                .filter(|candidate| candidate.lacks > 0.0);
+            left_out = lacking.map(|candidate| candidate.pair).collect();
+        }
+    }
+    assert!(left_out.len() > 10, "{}", left_out.len());
+    assert!(
+        left_out.iter().any(|pair| near.contains(pair)),
+        "{left_out:?} {near:?}"
+    );
+}

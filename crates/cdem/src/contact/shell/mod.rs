@@ -9,16 +9,17 @@ mod coplanar;
 mod crossing;
 mod facing;
 mod nearness;
+mod operators;
 mod place;
 mod share;
 mod skin;
 mod surroundings;
 #[cfg(test)]
 mod tests;
+mod time_of_impact;
 
 use std::ops::Range;
 
-use coplanar::Volume;
 use crossing::Crossing;
 use facing::Facing;
 use place::Place;
@@ -27,8 +28,7 @@ use skin::Skin;
 use crate::contact::broad_phase::Aabb;
 use crate::contact::island::SHALLOW;
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, Formed, MAX_NODES, Nearness, Operator, Pair, Positions, Projection,
-    Surface,
+    FLUSH, Formed, Nearness, Operator, Pair, Positions, Projection, Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
@@ -140,39 +140,6 @@ impl Shell {
             }
             Meeting::Crossing { main, target } => [of_edge(main), of_edge(target)],
         }
-    }
-
-    /// Velocity of a corner, m/s.
-    fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
-        self.skin.mean(corner, |node| velocity[node as usize])
-    }
-
-    /// A vector between two corners, and its rate.
-    fn between(
-        &self,
-        from: u32,
-        to: u32,
-        at: Positions<3>,
-        velocity: &[[f64; 3]],
-    ) -> [[f64; 3]; 2] {
-        let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));
-        let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
-        [sub(&end, &start), sub(&fast, &slow)]
-    }
-
-    /// First time at which a volume, positive as long as the pair is apart, has
-    /// fallen to 0 and `touches` holds.
-    fn first_fall(
-        volume: &Volume,
-        duration: f64,
-        is_shallow: impl Fn() -> bool,
-        touches: impl Fn(f64) -> bool,
-    ) -> Option<f64> {
-        let behind = volume.now() <= volume.round_off(duration) && volume.falls_now();
-        if behind && is_shallow() && touches(0.0) {
-            return Some(0.0);
-        }
-        volume.falls_through(duration).find(|&time| touches(time))
     }
 
     /// Whether two pairs press the same way, up to a small angle.
@@ -355,51 +322,12 @@ impl Surface<3> for Shell {
         duration: f64,
         depth: f64,
     ) -> Option<f64> {
-        let between = |from: u32, to: u32| self.between(from, to, at, velocity);
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
-                let [a, b, c] = self.skin.triangles[triangle as usize].corners;
-                let volume = Volume::new([between(a, vertex), between(a, b), between(a, c)]);
-                let shallow = || self.facing(vertex, triangle, at).gap >= -depth;
-                Self::first_fall(&volume, duration, shallow, |time| {
-                    let then = at.after(velocity, time);
-                    let facing = self.facing(vertex, triangle, then);
-                    self.lies_on((vertex, triangle), &facing, then, depth)
-                })
+                self.time_of_facing((vertex, triangle), at, velocity, (duration, depth))
             }
             Meeting::Crossing { main, target } => {
-                // Edges within faces that bulge in this drift are sharp by its end.
-                let end = at.after(velocity, duration);
-                let sharpens = |edge: u32| {
-                    self.skin.may_sharpen(edge, at, velocity, duration)
-                        && self.skin.is_sharp(edge, end)
-                };
-                let sharp = |&edge: &u32| self.skin.is_sharp(edge, at) || sharpens(edge);
-                if ![main, target].iter().all(sharp) {
-                    return None;
-                }
-                let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
-                let edges = [one, other].map(|ends| between(ends[0], ends[1]));
-                let volume = Volume::new([between(other[0], one[0]), edges[0], edges[1]]);
-                let touches = |forward: bool| {
-                    move |time: f64| {
-                        let then = at.after(velocity, time);
-                        self.crossing(main, target, then).is_some_and(|crossing| {
-                            let range = -FOOT_ROUND_OFF..=1.0 + FOOT_ROUND_OFF;
-                            crossing.forward == forward
-                                && crossing.foot.iter().all(|foot| range.contains(foot))
-                        })
-                    }
-                };
-                let shallow = || {
-                    let now = self.crossing(main, target, at);
-                    now.is_some_and(|crossing| crossing.gap >= -depth)
-                };
-                let first = |volume: &Volume, forward| {
-                    Self::first_fall(volume, duration, shallow, touches(forward))
-                };
-                let [one, other] = [first(&volume, true), first(&volume.reversed(), false)];
-                one.into_iter().chain(other).min_by(f64::total_cmp)
+                self.time_of_crossing([main, target], at, velocity, (duration, depth))
             }
         }
     }
@@ -485,96 +413,4 @@ impl Surface<3> for Shell {
             self.share(pair, &places, at, tolerance),
         )
     }
-}
-
-impl Shell {
-    fn facing_operator(
-        &self,
-        vertex: u32,
-        triangle: u32,
-        foot: &[f64; 2],
-        at: Positions<3>,
-    ) -> Operator<3> {
-        let p = self.skin.point(vertex, at);
-        let points = self.skin.triangle(triangle, at);
-        let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
-        let mut offset = p;
-        for (point, weight) in points.iter().zip(&weights) {
-            add_scaled(&mut offset, -weight, point);
-        }
-        let frame = frame(
-            &self.skin.normal(triangle, at),
-            &sub(&points[1], &points[0]),
-        );
-        let corners = self.skin.triangles[triangle as usize].corners;
-        self.assemble(frame, &offset, |direction| {
-            let rows = facing::material_rows(&p, &points, &weights, direction);
-            let target = corners.into_iter().zip(rows.map(|row| scale(-1.0, &row)));
-            std::iter::once((vertex, *direction)).chain(target)
-        })
-    }
-
-    fn crossing_operator(
-        &self,
-        main: u32,
-        target: u32,
-        foot: &[f64; 2],
-        at: Positions<3>,
-    ) -> Operator<3> {
-        let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
-        let along = sub(&one[1], &one[0]);
-        let normal = self.crossing(main, target, at).map_or_else(
-            || {
-                let outward = self.skin.outward(target, at);
-                scale(1.0 / norm(&outward), &outward)
-            },
-            |crossing| crossing.normal,
-        );
-        let mut offset = sub(&one[0], &other[0]);
-        add_scaled(&mut offset, foot[0], &along);
-        add_scaled(&mut offset, -foot[1], &sub(&other[1], &other[0]));
-        let ends = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
-        self.assemble(frame(&normal, &along), &offset, |direction| {
-            let rows = crossing::relative_rows(&one, &other, (foot, &normal), direction);
-            ends.into_iter().flatten().zip(rows)
-        })
-    }
-
-    /// The operator of what each corner adds along the directions of a frame.
-    fn assemble<I: Iterator<Item = (u32, [f64; 3])>>(
-        &self,
-        frame: [[f64; 3]; 3],
-        offset: &[f64; 3],
-        of_direction: impl Fn(&[f64; 3]) -> I,
-    ) -> Operator<3> {
-        let mut operator = Operator {
-            count: 0,
-            nodes: [0; MAX_NODES],
-            rows: [[[0.0; 3]; MAX_NODES]; 3],
-            frame,
-            offset: frame.map(|direction| dot(&direction, offset)),
-        };
-        for (r, direction) in frame.iter().enumerate() {
-            for (corner, row) in of_direction(direction) {
-                let nodes = self.skin.nodes_of_corner(corner);
-                let share = 1.0 / nodes.len() as f64;
-                for &node in nodes {
-                    let known = operator.nodes().iter().position(|&other| other == node);
-                    let k = known.unwrap_or(operator.count);
-                    operator.nodes[k] = node;
-                    operator.count = operator.count.max(k + 1);
-                    add_scaled(&mut operator.rows[r][k], share, &row);
-                }
-            }
-        }
-        operator
-    }
-}
-
-/// A unit normal and two unit tangents, the first in the plane of `along`.
-fn frame(normal: &[f64; 3], along: &[f64; 3]) -> [[f64; 3]; 3] {
-    let mut tangent = *along;
-    add_scaled(&mut tangent, -dot(along, normal), normal);
-    let tangent = scale(1.0 / norm(&tangent), &tangent);
-    [*normal, tangent, cross(normal, &tangent)]
 }

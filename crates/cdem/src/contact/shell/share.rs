@@ -27,7 +27,7 @@ struct Plane {
 
 impl Plane {
     fn new(origin: [f64; 3], normal: &[f64; 3], along: &[f64; 3]) -> Self {
-        let [_, one, two] = super::frame(normal, along);
+        let [_, one, two] = super::operators::frame(normal, along);
         Self {
             origin,
             axes: [one, two],

@@ -5,9 +5,9 @@ use num_traits::{Signed, Zero};
 use proptest::prelude::*;
 
 use super::{Meeting, Shell};
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
-use crate::vector::{add, add_scaled, cross, dot, norm, sub};
+use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 /// One element a block, each of its own nodes.
 fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
@@ -102,6 +102,83 @@ proptest! {
                 prop_assert!(norm(&momentum) < 1e-12, "{pair:?} {momentum:?}");
                 prop_assert!(norm(&moment) < 1e-10, "{pair:?} {moment:?}");
             }
+        }
+    }
+
+    /// Neither at random nor where all nodes go the worst way: the ends of an edge out
+    /// of the block, the far corners beside it into it.
+    #[test]
+    fn no_edge_is_sharp_before_its_nodes_have_moved_far_enough(
+        warp in proptest::array::uniform8(vector(1e-2)),
+        flat in 1e-3..1.0_f64,
+        tolerance in 1e-4..0.1_f64,
+        share in 0.0..1.0_f64,
+        ways in proptest::array::uniform8(vector(1.0)),
+    ) {
+        let squeeze = |[x, y, z]: [f64; 3]| [x, flat * y, z];
+        let cube = warped_cube([0.0; 3], &warp);
+        let cube: Vec<[f64; 3]> = cube.into_iter().map(squeeze).collect();
+        let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
+        let shell = Shell::new(&mesh, tolerance * flat);
+        let still = vec![[0.0; 3]; 8];
+        let at = Positions::new(&mesh.nodes, &still);
+        for edge in 0..shell.skin.edges.len() as u32 {
+            let way = shell.skin.sharpens_after(edge, at);
+            if way <= 0.0 {
+                continue;
+            }
+            prop_assert!(!shell.skin.is_sharp(edge, at));
+            let outward = shell.skin.outward(edge, at);
+            let ends = shell.skin.nodes_of_edge(edge);
+            let worst = |node: u32| {
+                // Of a quadrilateral's mean, all but one node go out with it.
+                let sign = if ends.contains(&node) { 1.0 } else { -1.0 };
+                scale(sign * way / norm(&outward), &outward)
+            };
+            let random = |node: u32| {
+                let along = &ways[node as usize];
+                scale(share * way / norm(along), along)
+            };
+            for moved in [(0..8).map(worst).collect::<Vec<_>>(), (0..8).map(random).collect()] {
+                prop_assert!(!shell.skin.is_sharp(edge, Positions::new(&mesh.nodes, &moved)));
+            }
+        }
+    }
+
+    /// What a pair lacks shrinks by no more than is said.
+    #[test]
+    fn what_lacks_to_touch_stays_until_nodes_have_moved_far_enough(
+        warp in proptest::array::uniform8(vector(0.1)),
+        shift in vector(0.3),
+        flat in 1e-2..1.0_f64,
+        reach in 1e-6..1e-2_f64,
+        ways in proptest::array::uniform16(vector(1.0)),
+        of_one in 0.0..1.0_f64,
+    ) {
+        let tolerance = 1e-4;
+        let squeeze = |[x, y, z]: [f64; 3]| [x, flat * y, z];
+        let one = warped_cube([0.0; 3], &warp);
+        let other = warped_cube(add(&[0.2, 0.1, 1.0], &shift), &warp);
+        let [one, other] = [one, other].map(|cube| cube.into_iter().map(squeeze).collect::<Vec<_>>());
+        let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+        let shell = Shell::new(&mesh, tolerance);
+        let still = vec![[0.0; 3]; 16];
+        let at = Positions::new(&mesh.nodes, &still);
+        for pair in all_pairs(&shell) {
+            let Nearness::Lacks(length) = shell.nearness(pair, at, reach, tolerance) else {
+                continue;
+            };
+            if length <= reach {
+                continue;
+            }
+            let way = (1.0 - 1e-9) * (length - reach) / STEEP;
+            let moved: Vec<[f64; 3]> = (0..16).map(|node| {
+                let own = if node < 8 { of_one } else { 1.0 - of_one };
+                scale(own * way / norm(&ways[node]), &ways[node])
+            }).collect();
+            let then = Positions::new(&mesh.nodes, &moved);
+            let nearness = shell.nearness(pair, then, reach, tolerance);
+            prop_assert!(nearness != Nearness::Near, "{pair:?} {length:e}");
         }
     }
 

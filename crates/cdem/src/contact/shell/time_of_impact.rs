@@ -1,0 +1,104 @@
+//! When a pair touches, at constant velocities: the first time at which its features
+//! lie in one plane, and in each other.
+
+use super::Shell;
+use super::coplanar::Volume;
+use crate::contact::surface::{FOOT_ROUND_OFF, Positions};
+use crate::vector::sub;
+
+impl Shell {
+    /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
+    /// `depth` now.
+    pub(super) fn time_of_facing(
+        &self,
+        (vertex, triangle): (u32, u32),
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, depth): (f64, f64),
+    ) -> Option<f64> {
+        let between = |from: u32, to: u32| self.between(from, to, at, velocity);
+        let [a, b, c] = self.skin.triangles[triangle as usize].corners;
+        let volume = Volume::new([between(a, vertex), between(a, b), between(a, c)]);
+        let shallow = || self.facing(vertex, triangle, at).gap >= -depth;
+        Self::first_fall(&volume, duration, shallow, |time| {
+            let then = at.after(velocity, time);
+            let facing = self.facing(vertex, triangle, then);
+            self.lies_on((vertex, triangle), &facing, then, depth)
+        })
+    }
+
+    /// The same of two edges.
+    pub(super) fn time_of_crossing(
+        &self,
+        [main, target]: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, depth): (f64, f64),
+    ) -> Option<f64> {
+        // Edges within faces that bulge in this drift are sharp by its end.
+        let end = at.after(velocity, duration);
+        let sharpens = |edge: u32| {
+            self.skin.may_sharpen(edge, at, velocity, duration) && self.skin.is_sharp(edge, end)
+        };
+        let sharp = |&edge: &u32| self.skin.is_sharp(edge, at) || sharpens(edge);
+        if ![main, target].iter().all(sharp) {
+            return None;
+        }
+        let between = |from: u32, to: u32| self.between(from, to, at, velocity);
+        let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
+        let edges = [one, other].map(|ends| between(ends[0], ends[1]));
+        let volume = Volume::new([between(other[0], one[0]), edges[0], edges[1]]);
+        let touches = |forward: bool| {
+            move |time: f64| {
+                let then = at.after(velocity, time);
+                self.crossing(main, target, then).is_some_and(|crossing| {
+                    let range = -FOOT_ROUND_OFF..=1.0 + FOOT_ROUND_OFF;
+                    crossing.forward == forward
+                        && crossing.foot.iter().all(|foot| range.contains(foot))
+                })
+            }
+        };
+        let shallow = || {
+            let now = self.crossing(main, target, at);
+            now.is_some_and(|crossing| crossing.gap >= -depth)
+        };
+        let first = |volume: &Volume, forward| {
+            Self::first_fall(volume, duration, shallow, touches(forward))
+        };
+        let [one, other] = [first(&volume, true), first(&volume.reversed(), false)];
+        one.into_iter().chain(other).min_by(f64::total_cmp)
+    }
+
+    /// Velocity of a corner, m/s.
+    fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
+        self.skin.mean(corner, |node| velocity[node as usize])
+    }
+
+    /// A vector between two corners, and its rate.
+    fn between(
+        &self,
+        from: u32,
+        to: u32,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> [[f64; 3]; 2] {
+        let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));
+        let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
+        [sub(&end, &start), sub(&fast, &slow)]
+    }
+
+    /// First time at which a volume, positive as long as the pair is apart, has
+    /// fallen to 0 and `touches` holds.
+    fn first_fall(
+        volume: &Volume,
+        duration: f64,
+        is_shallow: impl Fn() -> bool,
+        touches: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let behind = volume.now() <= volume.round_off(duration) && volume.falls_now();
+        if behind && is_shallow() && touches(0.0) {
+            return Some(0.0);
+        }
+        volume.falls_through(duration).find(|&time| touches(time))
+    }
+}
