@@ -33,18 +33,6 @@ impl<const D: usize> Aabb<D> {
         aabb
     }
 
-    /// The box grown by `margin` on all sides; an empty one stays empty.
-    #[inline]
-    pub(super) fn grown(self, margin: f64) -> Self {
-        if self.is_empty() {
-            return self;
-        }
-        Self {
-            min: self.min.map(|x| x - margin),
-            max: self.max.map(|x| x + margin),
-        }
-    }
-
     /// Whether it holds no point.
     #[inline]
     fn is_empty(&self) -> bool {

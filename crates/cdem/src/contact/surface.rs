@@ -201,15 +201,16 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Numbers of the main and of the target features that are looked at against
     /// each other, family by family.
     fn families(&self) -> Vec<[Range<u32>; 2]>;
-    /// Box around a main feature; empty where nothing can touch it for now.
-    fn main_box(&self, main: u32, at: Positions<D>) -> Aabb<D> {
+    /// Box around a main feature, grown by the `margin` that its nodes may move, m; empty
+    /// where nothing can touch it until then.
+    fn main_box(&self, main: u32, at: Positions<D>, margin: f64) -> Aabb<D> {
         let nodes = self.main_nodes(main).iter();
-        Aabb::around(nodes.map(|&node| at.at(node)), 0.0)
+        Aabb::around(nodes.map(|&node| at.at(node)), margin)
     }
-    /// Box around a target feature; empty where nothing can touch it for now.
-    fn target_box(&self, target: u32, at: Positions<D>) -> Aabb<D> {
+    /// The same around a target feature.
+    fn target_box(&self, target: u32, at: Positions<D>, margin: f64) -> Aabb<D> {
         let nodes = self.target_nodes(target).iter();
-        Aabb::around(nodes.map(|&node| at.at(node)), 0.0)
+        Aabb::around(nodes.map(|&node| at.at(node)), margin)
     }
     /// Whether a pair of a family is one to look at: where either feature could be
     /// the main one, only one of the two ways is.
@@ -219,8 +220,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Distance between the features of a pair, m, or less: never more, and it
     /// changes by no more than the nodes of both features move.
     fn apart(&self, pair: Pair, at: Positions<D>) -> f64 {
-        let main = self.main_box(pair.main, at);
-        main.apart(&self.target_box(pair.target, at))
+        let main = self.main_box(pair.main, at, 0.0);
+        main.apart(&self.target_box(pair.target, at, 0.0))
     }
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
     /// is what they may lie in each other. Only asked of features no farther

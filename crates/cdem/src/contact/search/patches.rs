@@ -186,11 +186,15 @@ impl Patch {
         let families = self.features.iter();
         families
             .map(|[mains, targets]| {
-                let mains = mains.iter().map(|&main| surface.main_box(main, at));
-                let targets = targets.iter().map(|&target| surface.target_box(target, at));
+                let mains = mains.iter();
+                let targets = targets.iter();
                 [
-                    mains.map(|aabb| aabb.grown(margin)).collect(),
-                    targets.map(|aabb| aabb.grown(margin)).collect(),
+                    mains
+                        .map(|&main| surface.main_box(main, at, margin))
+                        .collect(),
+                    targets
+                        .map(|&target| surface.target_box(target, at, margin))
+                        .collect(),
                 ]
             })
             .collect()

@@ -206,13 +206,13 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
         let mut all = Vec::new();
         for [mains, targets] in shell.families() {
             for main in mains {
-                let aabb = shell.main_box(main, at).grown(margin);
+                let aabb = shell.main_box(main, at, margin);
                 let block = |nodes: &[u32]| block_of[nodes[0] as usize];
                 let pairs = targets.clone().map(|target| Pair { main, target });
                 all.extend(pairs.filter(|&pair| {
                     block(shell.main_nodes(main)) != block(shell.target_nodes(pair.target))
                         && shell.matches(pair)
-                        && aabb.overlaps(&shell.target_box(pair.target, at).grown(margin))
+                        && aabb.overlaps(&shell.target_box(pair.target, at, margin))
                 }));
             }
         }

@@ -102,10 +102,10 @@ impl Shell {
         Crossing::new(&main, &target, &outward)
     }
 
-    /// Box around an edge; empty where nothing will cross it soon.
-    fn box_of_edge(&self, edge: u32, at: Positions<3>) -> Aabb<3> {
-        if self.skin.may_be_sharp(edge, at) {
-            Aabb::around(self.skin.edge(edge, at), 0.0)
+    /// Box around an edge, grown by `margin`; empty where it cannot cross others yet.
+    fn box_of_edge(&self, edge: u32, at: Positions<3>, margin: f64) -> Aabb<3> {
+        if self.skin.may_be_sharp(edge, at, margin) {
+            Aabb::around(self.skin.edge(edge, at), margin)
         } else {
             Aabb::around([], 0.0)
         }
@@ -180,17 +180,17 @@ impl Surface<3> for Shell {
         ]
     }
 
-    fn main_box(&self, main: u32, at: Positions<3>) -> Aabb<3> {
+    fn main_box(&self, main: u32, at: Positions<3>, margin: f64) -> Aabb<3> {
         match main.checked_sub(self.skin.vertex_count) {
-            None => Aabb::around([self.skin.point(main, at)], 0.0),
-            Some(edge) => self.box_of_edge(edge, at),
+            None => Aabb::around([self.skin.point(main, at)], margin),
+            Some(edge) => self.box_of_edge(edge, at, margin),
         }
     }
 
-    fn target_box(&self, target: u32, at: Positions<3>) -> Aabb<3> {
+    fn target_box(&self, target: u32, at: Positions<3>, margin: f64) -> Aabb<3> {
         match target.checked_sub(self.skin.triangles.len() as u32) {
-            None => Aabb::around(self.skin.triangle(target, at), 0.0),
-            Some(edge) => self.box_of_edge(edge, at),
+            None => Aabb::around(self.skin.triangle(target, at), margin),
+            Some(edge) => self.box_of_edge(edge, at, margin),
         }
     }
 

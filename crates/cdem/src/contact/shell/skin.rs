@@ -16,9 +16,11 @@ const SHARP: f64 = 0.1;
 /// contact.
 const SAGITTA: f64 = 0.25;
 
-/// Turn, rad, of an edge that strain will not make sharp before the next search: from
-/// here on it is clearly re-entrant.
+/// Turn, rad, of an edge that is clearly re-entrant.
 const REENTRANT: f64 = -0.1;
+
+/// Turn, rad, up to which the first order says enough with a tenth of a radian to spare.
+const SMALL: f64 = 0.5;
 
 /// Corners, triangles or edges that a thread works out in a row.
 const AT_ONCE: usize = 1024;
@@ -345,9 +347,12 @@ impl Skin {
         (sharp - height) * ridge.least_height / (5.0 * ridge.arm)
     }
 
-    /// Whether an edge is sharp or may be so before the next broad phase.
-    pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>) -> bool {
-        self.turn(edge, at) > REENTRANT
+    /// Whether an edge is sharp or may be so before nodes beside it have moved by
+    /// `margin`, m: each triangle turns by twice that over its smallest height, or less,
+    /// and where that is no small angle anything may be.
+    pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>, margin: f64) -> bool {
+        let turns = 4.0 * margin / self.ridge(edge, at).least_height;
+        turns > SMALL || self.turn(edge, at) > REENTRANT - turns
     }
 
     /// How an edge stands out.
