@@ -85,7 +85,8 @@ fn a_wedge_that_may_stay_does_not_creep() {
     for group in ["block", "tetrahedron"] {
         let [_, creep, off] = measure(&wedge(group, 34.5));
         println!("{group}: creep {creep:.2e} m/s, off the line {off:.1e} m");
-        // What a solve leaves, a 1e-8th of the velocity that a kick makes, 4e-4 m/s.
+        // Below what a solve may leave, a 1e-8th of the velocity that gravity makes in a
+        // step, 6e-4 m/s.
         assert!(creep.abs() < 4e-12, "{creep}");
         assert!(off < 1e-6, "{off}");
     }

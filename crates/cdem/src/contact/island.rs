@@ -205,9 +205,9 @@ impl<const D: usize> Island<D> {
         if self.live.is_empty() {
             return ended;
         }
-        let mut constraints = self.solve_closed(setting, motion, (interval, drift), books);
+        let constraints = self.solve_closed(setting, motion, (interval, drift), books);
         let least = setting.least_speed(drift);
-        for (live, constraint) in self.live.iter_mut().zip(&mut constraints) {
+        for (live, constraint) in self.live.iter_mut().zip(&constraints) {
             let operator = &constraint.operator;
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);

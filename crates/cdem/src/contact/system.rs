@@ -210,8 +210,9 @@ impl<const D: usize> System<D> {
         self.nodes.iter().copied().zip(velocities)
     }
 
-    /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax): its largest change of a relative velocity,
-    /// and the largest that a normal impulse of the substep makes, m/s.
+    /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax): its largest
+    /// change of a relative velocity, and the largest that a normal impulse of the
+    /// substep makes, m/s.
     pub(super) fn sweep(&mut self, reluctance: f64) -> (f64, f64) {
         let terms = &self.terms;
         let sweep = |_, point: &mut Point<D>, values: Values<[f64; D]>| {

@@ -238,13 +238,14 @@ fn no_pair_of_joined_blocks_amplifies_anything() {
     use ElementKind::{Quad4, Tri3};
     // An amplitude above the round-off of positions, 1e-16, by what the limit asks for,
     // and within what is right of a gap, 1e-8 here: the map is linear.
+    let (amplitude, limit) = (1e-9, 1e-7);
     let pairs = [
-        ([2, 1], [4, 2], Tri3, Tri3, 0.0, 1e-9, 1e-7),
-        ([2, 1], [5, 3], Tri3, Quad4, 0.0, 1e-9, 1e-7),
-        ([1, 1], [6, 4], Quad4, Quad4, 0.07, 1e-9, 1e-7),
-        ([2, 2], [4, 3], Quad4, Tri3, 0.03, 1e-9, 1e-7),
+        ([2, 1], [4, 2], Tri3, Tri3, 0.0),
+        ([2, 1], [5, 3], Tri3, Quad4, 0.0),
+        ([1, 1], [6, 4], Quad4, Quad4, 0.07),
+        ([2, 2], [4, 3], Quad4, Tri3, 0.03),
     ];
-    for (left, right, one, other, shift, amplitude, limit) in pairs {
+    for (left, right, one, other, shift) in pairs {
         let blocks = vec![
             bar("left", [-0.5, 0.0], [0.0, 0.3], left, one),
             bar("right", [0.0, shift], [0.5, shift + 0.3], right, other),

@@ -368,9 +368,8 @@ impl Skin {
         let turn = self.turn(edge, at);
         let [a, b] = self.edge(edge, at);
         let length = norm(&sub(&b, &a));
-        let (mut bend, mut least_height, mut outward) = (0.0, length, [0.0; 3]);
+        let (mut bend, mut least_height) = (0.0, length);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
-            add_scaled(&mut outward, 1.0, &self.normal(side, at));
             let [p, q, r] = self.triangle(side, at);
             let sides = [sub(&q, &p), sub(&r, &q), sub(&p, &r)];
             let twice_area = norm(&cross(&sides[0], &sides[2]));
@@ -387,15 +386,19 @@ impl Skin {
             },
             arm,
             least_height,
-            outward,
+            outward: self.outward_of(edge, at),
         }
     }
 
     /// Sum of the normals on the two sides of an edge.
     pub(super) fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
-        if let Some(formed) = at.formed {
-            return formed.ridges[edge as usize].outward;
+        match at.formed {
+            Some(formed) => formed.ridges[edge as usize].outward,
+            None => self.outward_of(edge, at),
         }
+    }
+
+    fn outward_of(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
             add_scaled(&mut sum, 1.0, &self.normal(side, at));
