@@ -35,10 +35,21 @@ pub(crate) struct Positions<'a, const D: usize> {
 pub(crate) struct Formed<const D: usize> {
     /// Points of the surface by number, m.
     pub(super) points: Vec<[f64; D]>,
-    /// Outward unit normals of its facets by number.
-    pub(super) normals: Vec<[f64; D]>,
+    /// Its facets by number.
+    pub(super) facets: Vec<Facet<D>>,
     /// In space, how its edges stand out by number.
     pub(super) ridges: Vec<Ridge>,
+}
+
+/// A facet of a surface; in space, a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facet<const D: usize> {
+    /// Outward unit normal.
+    pub(super) normal: [f64; D],
+    /// Twice its area, m².
+    pub(super) twice_area: f64,
+    /// The smallest of its heights over its edges, m.
+    pub(super) least_height: f64,
 }
 
 /// How an edge between two triangles stands out.

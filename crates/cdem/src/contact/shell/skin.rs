@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::around::Around;
-use crate::contact::surface::{Formed, Positions, Ridge};
+use crate::contact::surface::{Facet, Formed, Positions, Ridge};
 use crate::mesh::Mesh;
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
@@ -249,36 +249,46 @@ impl Skin {
     #[inline]
     pub(super) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
         match at.formed {
-            Some(formed) => formed.normals[triangle as usize],
-            None => self.normal_of(self.triangles[triangle as usize].corners, at),
+            Some(formed) => formed.facets[triangle as usize].normal,
+            None => scaled_normal(&self.triangle(triangle, at)).0,
         }
     }
 
-    fn normal_of(&self, corners: [u32; 3], at: Positions<3>) -> [f64; 3] {
-        let [a, b, c] = corners.map(|corner| self.point(corner, at));
-        let normal = cross(&sub(&b, &a), &sub(&c, &a));
-        scale(1.0 / norm(&normal), &normal)
+    #[inline]
+    fn facet_of(&self, triangle: u32, at: Positions<3>) -> Facet<3> {
+        let corners = self.triangle(triangle, at);
+        let (normal, twice_area) = scaled_normal(&corners);
+        let [a, b, c] = corners;
+        let sides = [sub(&b, &a), sub(&c, &b), sub(&a, &c)];
+        let longest = sides.iter().map(norm).fold(0.0, f64::max);
+        Facet {
+            normal,
+            twice_area,
+            least_height: twice_area / longest,
+        }
     }
 
-    /// All points, normals and ridges.
+    /// All points, facets and ridges.
     pub(super) fn form(&self, at: Positions<3>) -> Formed<3> {
         let corners = (0..self.corners.len() as u32).into_par_iter();
         let points = corners.with_min_len(AT_ONCE).map(|c| self.point(c, at));
         let mut formed = Formed {
             points: points.collect(),
-            normals: Vec::new(),
+            facets: Vec::new(),
             ridges: Vec::new(),
         };
-        let triangles = self.triangles.par_iter().with_min_len(AT_ONCE);
+        let triangles = (0..self.triangles.len() as u32).into_par_iter();
         let with_points = at.with(Some(&formed));
-        let normals = triangles.map(|triangle| self.normal_of(triangle.corners, with_points));
-        let normals: Vec<_> = normals.collect();
-        formed.normals = normals;
+        let facets = triangles
+            .with_min_len(AT_ONCE)
+            .map(|triangle| self.facet_of(triangle, with_points));
+        let facets: Vec<_> = facets.collect();
+        formed.facets = facets;
         let edges = (0..self.edges.len() as u32).into_par_iter();
-        let with_normals = at.with(Some(&formed));
+        let with_facets = at.with(Some(&formed));
         let ridges = edges
             .with_min_len(AT_ONCE)
-            .map(|edge| self.ridge_of(edge, with_normals));
+            .map(|edge| self.ridge_of(edge, with_facets));
         let ridges: Vec<_> = ridges.collect();
         formed.ridges = ridges;
         formed
@@ -370,12 +380,12 @@ impl Skin {
         let length = norm(&sub(&b, &a));
         let (mut bend, mut least_height) = (0.0, length);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
-            let [p, q, r] = self.triangle(side, at);
-            let sides = [sub(&q, &p), sub(&r, &q), sub(&p, &r)];
-            let twice_area = norm(&cross(&sides[0], &sides[2]));
-            let longest = sides.iter().map(norm).fold(0.0, f64::max);
-            bend += length / twice_area;
-            least_height = least_height.min(twice_area / longest);
+            let facet = match at.formed {
+                Some(formed) => formed.facets[side as usize],
+                None => self.facet_of(side, at),
+            };
+            bend += length / facet.twice_area;
+            least_height = least_height.min(facet.least_height);
         }
         let arm = 1.0 / bend;
         Ridge {
@@ -429,6 +439,14 @@ impl Skin {
         let [one, other] = self.edges[edge as usize].sides?;
         Some(if one == triangle { other } else { one })
     }
+}
+
+/// Outward unit normal of a triangle, and twice its area, m².
+#[inline]
+fn scaled_normal([a, b, c]: &[[f64; 3]; 3]) -> ([f64; 3], f64) {
+    let normal = cross(&sub(b, a), &sub(c, a));
+    let twice_area = norm(&normal);
+    (scale(1.0 / twice_area, &normal), twice_area)
 }
 
 /// The edges of the triangles, which learn their numbers.
