@@ -4,9 +4,11 @@ energies over time.
     .venv/bin/python tools/picture.py RESULTS                      # RESULTS.png, beside it
     .venv/bin/python tools/picture.py RESULTS --field stress:xx --at 0.1 0.2 -o hit.png
     .venv/bin/python tools/picture.py RESULTS --energies energies.png
+    .venv/bin/python tools/picture.py RESULTS --view -120 20       # of a 3-D run
 
-RESULTS is the folder of a 2-D run. Frames are drawn as they are, at the
-current positions of the points, all with one colour scale.
+RESULTS is the folder of a run. Frames are drawn as they are, at the current
+positions of the points, all with one colour scale; in 3-D, what of the boundary
+faces the eye.
 """
 
 import argparse
@@ -19,9 +21,11 @@ from typing import NamedTuple
 
 import matplotlib
 import numpy as np
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, Normalize
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 matplotlib.use("Agg")
@@ -37,6 +41,10 @@ NAMED = {"block", "material"}
 # Inches, of 150 pixels: width of a panel in a single row, and of a page; the
 # lowest that a panel should be, and its title.
 PANEL_WIDTH, PAGE_WIDTH, PANEL_HEIGHT, TITLE = 3.2, 12.8, 1.7, 0.4
+# Where the eye is in 3-D, degrees: angle about z from x on, and above the plane.
+VIEW = (-60.0, 30.0)
+# Brightness of a face in full light, and in none.
+BRIGHT, DARK = 1.0, 0.6
 VOIGT = ["xx", "yy", "zz", "xy", "yz", "zx"]
 AXES = ["x", "y", "z"]
 
@@ -46,11 +54,13 @@ class Mistake(Exception):
 
 
 class Frame(NamedTuple):
-    """One instant: time in s, corners of the cells in m, a value per cell."""
+    """One instant: time in s; corners of polygons on the page in m, the hindmost
+    first, a value and a brightness of each."""
 
     time: float
     polygons: list
     values: np.ndarray
+    brightness: np.ndarray
 
 
 def series(results):
@@ -87,22 +97,23 @@ def component(array, name, label):
     return np.linalg.norm(array, axis=1)
 
 
-def read(time, file, field):
-    """Read one frame; a field on points is averaged over each cell."""
+def read(time, file, field, view=VIEW):
+    """Read one frame; a field on points is averaged over each polygon."""
     if not file.is_file():
         raise Mistake(f"{file} is named in frames.pvd but does not exist")
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(file))
-    reader.Update()
-    grid = reader.GetOutput()
-    if grid.GetNumberOfCells() > 0 and grid.GetCell(0).GetCellDimension() > 2:
-        raise Mistake(f"{file} is of a 3-D run, and only 2-D runs can be drawn: open frames.pvd in ParaView")
-    points = vtk_to_numpy(grid.GetPoints().GetData())[:, :2]
-    cells = [vtk_to_numpy(part) for part in (grid.GetCells().GetConnectivityArray(), grid.GetCells().GetOffsetsArray())]
+    boundary = vtkGeometryFilter()
+    boundary.SetInputConnection(reader.GetOutputPort())
+    boundary.Update()
+    grid, faces = reader.GetOutput(), boundary.GetOutput()
+    points = vtk_to_numpy(faces.GetPoints().GetData())
+    polygons = faces.GetPolys()
+    cells = [vtk_to_numpy(part) for part in (polygons.GetConnectivityArray(), polygons.GetOffsetsArray())]
     corners = [cells[0][begin:end] for begin, end in zip(cells[1][:-1], cells[1][1:])]
 
     name, _, label = field.partition(":")
-    on_cells, on_points = grid.GetCellData(), grid.GetPointData()
+    on_cells, on_points = faces.GetCellData(), faces.GetPointData()
     if on_cells.HasArray(name):
         values = component(vtk_to_numpy(on_cells.GetArray(name)), name, label)
     elif on_points.HasArray(name):
@@ -111,7 +122,31 @@ def read(time, file, field):
     else:
         known = [data.GetArrayName(i) for data in (on_cells, on_points) for i in range(data.GetNumberOfArrays())]
         raise Mistake(f"the frames hold no {name!r}; they hold {', '.join(sorted(known))}")
-    return Frame(time, [points[cell] for cell in corners], values)
+    polygons = [points[cell] for cell in corners]
+    if grid.GetNumberOfCells() == 0 or grid.GetCell(0).GetCellDimension() == 2:
+        return Frame(time, [polygon[:, :2] for polygon in polygons], values, np.ones(len(polygons)))
+    return Frame(time, *see(polygons, values, view))
+
+
+def see(polygons, values, view):
+    """What an eye far away sees of faces in space: those that face it, on the page.
+    Hindmost is the one that reaches farthest back: ground lies behind what is on it."""
+    azimuth, elevation = np.radians(view)
+    (sine, cosine), (rise, level) = [(np.sin(angle), np.cos(angle)) for angle in (azimuth, elevation)]
+    right = np.array([-sine, cosine, 0.0])
+    up = np.array([-rise * cosine, -rise * sine, level])
+    towards = np.array([level * cosine, level * sine, rise])
+    light = towards + 0.5 * up - 0.5 * right
+    light /= np.linalg.norm(light)
+
+    normals = np.array([np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0) for polygon in polygons])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    depths = np.array([(polygon @ towards).min() for polygon in polygons])
+    seen = np.flatnonzero(normals @ towards > 1e-9)
+    seen = seen[np.argsort(depths[seen], kind="stable")]
+    brightness = DARK + (BRIGHT - DARK) * np.clip(normals[seen] @ light, 0.0, 1.0)
+    page = np.stack([right, up], axis=1)
+    return [polygons[i] @ page for i in seen], values[seen], brightness
 
 
 def colours(values, named):
@@ -146,6 +181,7 @@ def draw_snapshots(frames, field, file, command):
     values = np.concatenate([frame.values for frame in frames])
     named = field in NAMED
     colour_map, least, most = colours(values, named)
+    scale = ScalarMappable(Normalize(least, most), colour_map)
 
     width, height = high - low + 2 * margin
     rows, columns, (across, down) = layout(width, height, len(frames))
@@ -154,14 +190,14 @@ def draw_snapshots(frames, field, file, command):
     for axes in panels.flat[len(frames):]:
         axes.set_axis_off()
     for axes, frame in zip(panels.flat, frames):
-        cells = PolyCollection(frame.polygons, array=frame.values, cmap=colour_map)
-        cells.set(clim=(least, most), edgecolor="0.25", linewidth=0.5)
-        axes.add_collection(cells)
+        shown = scale.to_rgba(frame.values)
+        shown[:, :3] *= frame.brightness[:, np.newaxis]
+        axes.add_collection(PolyCollection(frame.polygons, facecolor=shown, edgecolor="0.25", linewidth=0.5))
         axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
         axes.set(aspect="equal", xticks=[], yticks=[], title=f"{1e3 * frame.time:.4g} ms")
     unit = UNITS.get(field.partition(":")[0])
     title = field.replace("_", " ").replace(":", " ")
-    bar = figure.colorbar(cells, ax=panels.ravel().tolist(), label=f"{title}, {unit}" if unit else title, shrink=0.9)
+    bar = figure.colorbar(scale, ax=panels.ravel().tolist(), label=f"{title}, {unit}" if unit else title, shrink=0.9)
     if named:
         bar.set_ticks(range(int(values.min()), int(values.max()) + 1, 1 + int(np.ptp(values)) // 20))
         bar.minorticks_off()
@@ -200,17 +236,21 @@ def beside(results):
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("results", type=Path, help="folder of a 2-D run")
+    parser.add_argument("results", type=Path, help="folder of a run")
     parser.add_argument("-o", "--output", type=Path, help="picture to write (RESULTS.png, beside the folder)")
     parser.add_argument("--field", default="velocity", help="field, or field:component (velocity)")
     parser.add_argument("--snapshots", type=int, default=4, help="how many, evenly spread (4)")
     parser.add_argument("--at", type=float, nargs="+", help="these times instead, s")
+    parser.add_argument(
+        "--view", type=float, nargs=2, default=VIEW, metavar=("AZIMUTH", "ELEVATION"),
+        help=f"where the eye is in 3-D, degrees about z from x on, and above the plane ({VIEW[0]:g} {VIEW[1]:g})",
+    )
     parser.add_argument("--energies", type=Path, help="also draw the energies, into this file")
     arguments = sys.argv[1:] if arguments is None else arguments
     wanted = parser.parse_args(arguments)
     try:
         chosen = choose(series(wanted.results), wanted.snapshots, wanted.at)
-        frames = [read(time, file, wanted.field) for time, file in chosen]
+        frames = [read(time, file, wanted.field, wanted.view) for time, file in chosen]
         draw_snapshots(frames, wanted.field, wanted.output or beside(wanted.results), shlex.join(arguments))
         if wanted.energies:
             draw_energies(wanted.results, wanted.energies)

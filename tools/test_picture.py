@@ -79,13 +79,20 @@ class Picture(unittest.TestCase):
             self.assertGreater(len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)), 10, name)
         self.assertEqual(sorted(self.folder.iterdir()), before, "the folder is the run's")
 
-    def test_a_3d_run_is_refused(self):
-        solid = meshio.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float), [("tetra", np.array([[0, 1, 2, 3]]))])
-        for frame in (self.folder / "frames").iterdir():
-            solid.write(frame)
-        status, said = self.run_main()
-        self.assertEqual(status, 2)
-        self.assertIn("3-D run", said)
+    def test_in_space_the_eye_sees_what_faces_it_hindmost_first(self):
+        ground = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0], [-9, -9, -1], [9, -9, -1], [9, 9, -1], [-9, 9, -1]]
+        rock = [[-1, -1, 1], [2, 0, 1], [0, 2, 1], [0, 0, 3]]
+        cells = [("hexahedron", np.array([[4, 5, 6, 7, 0, 1, 2, 3]])), ("tetra", np.array([[8, 9, 10, 11]]))]
+        solid = meshio.Mesh(np.array(ground + rock, float), cells, cell_data={"block": [[0], [1]]})
+        file = self.folder / "frames" / "solid.vtu"
+        solid.write(file)
+        from_above = picture.read(0.0, file, "block", (0.0, 90.0))
+        # From above with x downwards on the page: the ground's top, then three faces.
+        np.testing.assert_array_equal(from_above.values, [0, 1, 1, 1])
+        np.testing.assert_allclose(sorted(map(tuple, from_above.polygons[0])), [(-9, -9), (-9, 9), (9, -9), (9, 9)], atol=1e-12)
+        from_below = picture.read(0.0, file, "block", (0.0, -90.0))
+        np.testing.assert_array_equal(from_below.values, [1, 0], "the base hides the rock")
+        self.assertTrue(np.all((picture.DARK <= from_above.brightness) & (from_above.brightness <= picture.BRIGHT)))
 
     def test_names_have_distinct_colours_and_numbers_a_scale(self):
         colour_map, least, most = picture.colours(np.array([0, 2, 1]), named=True)
