@@ -6,11 +6,16 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::contact::broad_phase::{self, Aabb};
 use crate::contact::surface::{Pair, Positions, Surface};
 
 /// Features of a patch, at most: a hexahedron has 104, mains and targets.
 const MOST: usize = 128;
+
+/// Patches, or pairs of them, that a thread takes in a row.
+const AT_ONCE: usize = 32;
 
 /// The patches of all blocks.
 #[derive(Clone, Debug, Default)]
@@ -131,7 +136,7 @@ impl Patches {
         &self,
         surface: &dyn Surface<D>,
         at: Positions<D>,
-        margin: &dyn Fn(u32) -> f64,
+        margin: &(dyn Fn(u32) -> f64 + Sync),
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         let around = |patch: &Patch| {
@@ -143,61 +148,68 @@ impl Patches {
             one < other && may_meet([one, other].map(|patch| self.patches[patch as usize].block))
         };
         let meeting = broad_phase::overlapping(&extents, &extents, wanted);
-        let mut boxes: Vec<Boxes<D>> = vec![Vec::new(); self.patches.len()];
-        let mut pairs = Vec::new();
-        for (one, other) in meeting {
+        let mut meets = vec![false; self.patches.len()];
+        for (one, other) in &meeting {
+            (meets[*one as usize], meets[*other as usize]) = (true, true);
+        }
+        let patches = (&self.patches, meets).into_par_iter().with_min_len(AT_ONCE);
+        let boxes = patches.map(|(patch, meets)| {
+            let boxes = || patch.boxes(surface, at, margin(patch.block));
+            meets.then(boxes).unwrap_or_default()
+        });
+        let boxes: Vec<Boxes<D>> = boxes.collect();
+        let meeting = meeting.into_par_iter().with_min_len(AT_ONCE);
+        let pairs = meeting.flat_map_iter(|(one, other)| {
             let both = [one, other].map(|patch| patch as usize);
-            for patch in both {
-                if boxes[patch].is_empty() {
-                    boxes[patch] = self.patches[patch].boxes(surface, at, margin);
-                }
-            }
-            for [main, target] in [both, [both[1], both[0]]] {
-                for family in 0..self.families {
-                    let within = |patch: usize, side: usize, other: usize| {
-                        let numbers = self.patches[patch].features[family][side].iter();
-                        let boxes = boxes[patch][family][side].iter();
-                        let extent = extents[other];
-                        let both = numbers.copied().zip(boxes);
-                        both.filter(move |(_, aabb)| aabb.overlaps(&extent))
-                    };
-                    let targets: Vec<_> = within(target, 1, main).collect();
-                    for (main, aabb) in within(main, 0, target) {
-                        let close = targets.iter().filter(|(_, other)| aabb.overlaps(other));
-                        let pair = close.map(|&(target, _)| Pair { main, target });
-                        pairs.extend(pair.filter(|&pair| surface.matches(pair)));
-                    }
-                }
+            let ways = [both, [both[1], both[0]]].into_iter();
+            ways.flat_map(|sides| self.pairs(sides, &boxes, &extents))
+        });
+        let mut pairs: Vec<Pair> = pairs.filter(|&pair| surface.matches(pair)).collect();
+        pairs.par_sort_unstable();
+        pairs
+    }
+
+    /// Mains of a patch and targets of another whose boxes overlap.
+    fn pairs<const D: usize>(
+        &self,
+        [main, target]: [usize; 2],
+        boxes: &[Boxes<D>],
+        extents: &[Aabb<D>],
+    ) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for family in 0..self.families {
+            let within = |patch: usize, side: usize, other: usize| {
+                let numbers = self.patches[patch].features[family][side].iter();
+                let both = numbers.copied().zip(&boxes[patch][family][side]);
+                both.filter(move |(_, aabb)| aabb.overlaps(&extents[other]))
+            };
+            let targets: Vec<_> = within(target, 1, main).collect();
+            for (main, aabb) in within(main, 0, target) {
+                let close = targets.iter().filter(|(_, other)| aabb.overlaps(other));
+                pairs.extend(close.map(|&(target, _)| Pair { main, target }));
             }
         }
-        pairs.sort_unstable();
         pairs
     }
 }
 
 impl Patch {
+    /// Boxes around its features, grown by `margin`, m.
     fn boxes<const D: usize>(
         &self,
         surface: &dyn Surface<D>,
         at: Positions<D>,
-        margin: &dyn Fn(u32) -> f64,
+        margin: f64,
     ) -> Boxes<D> {
-        let margin = margin(self.block);
-        let families = self.features.iter();
-        families
-            .map(|[mains, targets]| {
-                let mains = mains.iter();
-                let targets = targets.iter();
-                [
-                    mains
-                        .map(|&main| surface.main_box(main, at, margin))
-                        .collect(),
-                    targets
-                        .map(|&target| surface.target_box(target, at, margin))
-                        .collect(),
-                ]
-            })
-            .collect()
+        let of_family = |[mains, targets]: &[Vec<u32>; 2]| {
+            let main_box = |&main: &u32| surface.main_box(main, at, margin);
+            let target_box = |&target: &u32| surface.target_box(target, at, margin);
+            [
+                mains.iter().map(main_box).collect(),
+                targets.iter().map(target_box).collect(),
+            ]
+        };
+        self.features.iter().map(of_family).collect()
     }
 }
 
