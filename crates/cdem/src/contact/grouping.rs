@@ -101,6 +101,11 @@ impl<const D: usize> Contacts<D> {
         }
         let nodes = self.take_nodes(&live, inertia);
         let sets = self.coupled_sets(&nodes, &live, inertia, beside);
+        // What is known of the contacts of an island often serves its successor.
+        let before = self.islands.iter_mut();
+        let systems =
+            before.filter_map(|i| Some((*i.nodes.first()?, std::mem::take(&mut i.system))));
+        let mut systems = systems.collect::<Vec<_>>().into_iter().peekable();
         // A set's smallest node comes first, and makes its island.
         let mut islands: Vec<Island<D>> = Vec::new();
         let mut island_of: Vec<u32> = Vec::with_capacity(nodes.len());
@@ -108,7 +113,12 @@ impl<const D: usize> Contacts<D> {
             let root = sets.root(place);
             if root == place {
                 island_of.push(islands.len() as u32);
-                islands.push(Island::default());
+                while systems.next_if(|(first, _)| *first < node).is_some() {}
+                let known = systems.next_if(|(first, _)| *first == node);
+                islands.push(Island {
+                    system: known.map(|(_, system)| system).unwrap_or_default(),
+                    ..Island::default()
+                });
             } else {
                 island_of.push(island_of[root as usize]);
             }

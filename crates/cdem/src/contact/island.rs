@@ -174,7 +174,7 @@ pub(crate) struct Island<const D: usize> {
     pub(crate) live: Vec<Live<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
-    /// What its contacts do to each other, kept for its storage.
+    /// What its contacts do to each other: kept while they stay, and for its storage.
     pub(super) system: System<D>,
 }
 

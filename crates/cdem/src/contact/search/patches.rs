@@ -130,6 +130,12 @@ impl Patches {
         patch
     }
 
+    /// Number of features, mains and targets.
+    pub(super) fn features(&self) -> usize {
+        let sides = self.patches.iter().flat_map(|patch| &patch.features);
+        sides.flatten().map(Vec::len).sum()
+    }
+
     /// Pairs of features that match, of blocks that `may_meet`, whose boxes
     /// overlap, each grown by the `margin` of its block, m; sorted.
     pub(in crate::contact) fn overlapping<const D: usize>(
