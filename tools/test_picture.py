@@ -13,7 +13,7 @@ from PIL import Image
 
 import picture
 
-EXAMPLE = Path(__file__).resolve().parent.parent / "examples/two-prisms-2d"
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 HISTORY = """step,time,kinetic_energy,strain_energy,impact_loss,friction_loss,energy_residual
 0,0.0,10.0,0.0,0.0,0.0,0.0
@@ -108,10 +108,11 @@ class Picture(unittest.TestCase):
         self.assertGreaterEqual(down, picture.PANEL_HEIGHT)
         self.assertEqual(picture.layout(40.0, 1.0, 5)[:2], (5, 1))
 
-    def test_the_picture_of_the_example_is_made_as_its_readme_says(self):
-        command = Image.open(EXAMPLE / "picture.png").text["Description"]
-        readme = " ".join((EXAMPLE / "README.md").read_text().replace("\\\n", " ").split())
-        self.assertIn(command, readme)
+    def test_pictures_of_examples_are_made_as_their_readmes_say(self):
+        for example in ("two-prisms-2d", "rockfall-3d"):
+            command = Image.open(EXAMPLES / example / "picture.png").text["Description"]
+            readme = " ".join((EXAMPLES / example / "README.md").read_text().replace("\\\n", " ").split())
+            self.assertIn(command, readme)
 
     def test_an_unknown_field_is_answered_with_the_known_ones(self):
         status, said = self.run_main("--field", "speed")
