@@ -8,7 +8,7 @@ energies over time.
 
 RESULTS is the folder of a run. Frames are drawn as they are, at the current
 positions of the points, all with one colour scale; in 3-D, what of the boundary
-faces the eye.
+faces the eye, from the back on: a wide face in front may not hide what is behind it.
 """
 
 import argparse
@@ -79,6 +79,8 @@ def choose(frames, count, at):
     """The frames nearest to the times `at`, or `count` evenly spread ones."""
     if at:
         return [min(frames, key=lambda frame: abs(frame[0] - time)) for time in at]
+    if count < 1:
+        raise Mistake(f"--snapshots {count}: draw one or more")
     places = np.linspace(0, len(frames) - 1, min(count, len(frames)))
     return [frames[round(place)] for place in places]
 
@@ -108,8 +110,8 @@ def read(time, file, field, view=VIEW):
     boundary.Update()
     grid, faces = reader.GetOutput(), boundary.GetOutput()
     points = vtk_to_numpy(faces.GetPoints().GetData())
-    polygons = faces.GetPolys()
-    cells = [vtk_to_numpy(part) for part in (polygons.GetConnectivityArray(), polygons.GetOffsetsArray())]
+    lists = faces.GetPolys()
+    cells = [vtk_to_numpy(part) for part in (lists.GetConnectivityArray(), lists.GetOffsetsArray())]
     corners = [cells[0][begin:end] for begin, end in zip(cells[1][:-1], cells[1][1:])]
 
     name, _, label = field.partition(":")

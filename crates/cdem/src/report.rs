@@ -304,7 +304,9 @@ impl<const D: usize> Run<D> {
                 };
                 add_scaled(&mut force, share, &operator.frame[r]);
             }
-            frame.points.push(pad(&at.at(operator.nodes[0])));
+            frame
+                .points
+                .push(pad(&contacts.surface().point(live.pair, at)));
             frame.normals.push(pad(&operator.frame[0]));
             frame.forces.push(pad(&force));
             frame.slips.push(live.record.slip);

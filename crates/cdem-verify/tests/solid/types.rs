@@ -177,6 +177,26 @@ fn the_first_touch_is_that_of_unified_nodes() {
     }
 }
 
+#[test]
+fn contacts_are_drawn_where_they_are() {
+    for kind in KINDS {
+        let mut simulation = scene(kind).start();
+        let speeds = elements(&mut simulation).map(|body| body.velocity.norm());
+        let step = simulation.overview().step;
+        while simulation.contacts_begun() == 0 {
+            simulation.step().expect("it is stable");
+        }
+        let rows = simulation.live_contacts();
+        let points = simulation.contact_frame().points;
+        assert_eq!(points.len(), rows.len(), "{rows:?}");
+        for (point, row) in points.iter().zip(&rows) {
+            // What is left of the step, at the speed of the faster body at most.
+            let apart = (Vector3::from(*point) - Vector3::from(row.position)).norm();
+            assert!(apart <= step * speeds[0].max(speeds[1]), "{kind:?}: {apart}");
+        }
+    }
+}
+
 /// What a bounce leaves.
 struct Bounce {
     rows: Vec<ContactRow>,

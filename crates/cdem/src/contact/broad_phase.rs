@@ -39,7 +39,8 @@ impl<const D: usize> Aabb<D> {
         (0..D).any(|c| self.min[c] > self.max[c])
     }
 
-    /// Whether the two, neither of them empty, share a point.
+    /// Whether the two share a point; neither is empty, but for boxes around nothing,
+    /// which overlap none.
     #[inline]
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         (0..D).all(|c| self.min[c] <= other.max[c] && other.min[c] <= self.max[c])

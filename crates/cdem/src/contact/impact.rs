@@ -1,6 +1,8 @@
 //! Impacts: what the pairs of an island do at the instant at which some of them
 //! touch, (4) and (5) of the paper.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use crate::contact::Jump;
@@ -15,14 +17,22 @@ struct Impact<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// Relative velocities of their points before it, m/s.
     approach: Vec<[f64; D]>,
-    /// Nodes that it may move, those of the island first, and their velocities
-    /// before it, m/s.
+    /// Nodes that it may move, once each, those of the island first, and their
+    /// velocities before it, m/s.
     start: Vec<(u32, [f64; D])>,
     /// Relative velocity below which a change is none, m/s.
     precision: f64,
 }
 
 impl<const D: usize> Impact<D> {
+    /// Adds nodes that its contacts do not move, with their velocities of now.
+    fn start_also(&mut self, nodes: impl Iterator<Item = u32>, motion: &Motion<D>) {
+        let known: BTreeSet<u32> = self.start.iter().map(|start| start.0).collect();
+        let others: BTreeSet<u32> = nodes.filter(|node| !known.contains(node)).collect();
+        let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
+        self.start.extend(others.into_iter().map(with_velocity));
+    }
+
     /// The velocities after it, `scale` times `impulses` of the bodies acting at
     /// the same instant, N·s.
     fn solve(
@@ -72,10 +82,7 @@ impl<const D: usize> Island<D> {
         let mut scale = 0.0;
         let impulses = bodies.interior.split(motion, &jump);
         if !impulses.is_empty() {
-            let beyond = impulses.iter().map(|impulse| impulse.0);
-            let beyond = beyond.filter(|node| self.nodes.binary_search(node).is_err());
-            let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
-            impact.start.extend(beyond.map(with_velocity));
+            impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
             impact.solve(&mut self.system, setting, motion, (&impulses, 1.0), books);
             scale = bodies.interior.balance(motion);
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);

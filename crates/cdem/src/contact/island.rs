@@ -382,18 +382,27 @@ impl<const D: usize> Island<D> {
         setting.least_speed(drift).max(ROUND_OFF * size / drift)
     }
 
-    /// All nodes that constraints may move, those of the island first, and their
-    /// velocities, m/s: a contact that has slid on may reach beyond the island.
+    /// All nodes that constraints may move, once each, and their velocities, m/s:
+    /// those of the island, then those beyond, which a contact that has slid on may
+    /// reach; both sorted.
     pub(super) fn start(
         &self,
         constraints: &[Constraint<D>],
         motion: &Motion<D>,
     ) -> Vec<(u32, [f64; D])> {
-        let beyond = constraints.iter().flat_map(|c| c.operator.nodes());
-        let nodes = self.nodes.iter().chain(beyond);
+        let reached = constraints.iter().flat_map(|c| c.operator.nodes()).copied();
+        let mut beyond: Vec<u32> = reached.filter(|node| !self.has(*node)).collect();
+        beyond.sort_unstable();
+        beyond.dedup();
+        let nodes = self.nodes.iter().chain(&beyond);
         nodes
             .map(|&node| (node, motion.velocity[node as usize]))
             .collect()
+    }
+
+    /// Whether a node moves with the island.
+    fn has(&self, node: u32) -> bool {
+        self.nodes.binary_search(&node).is_ok()
     }
 
     /// Velocities of the nodes, m/s.

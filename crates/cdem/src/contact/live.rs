@@ -41,7 +41,7 @@ pub(crate) struct Live<const D: usize> {
     pub(crate) sticks: bool,
     /// Cohesion and tensile strength are still there.
     pub(crate) joint: bool,
-    /// Touched, but its impact has not been solved yet (t = 0 only).
+    /// Touched, but not solved for yet.
     pub(crate) fresh: bool,
     /// Impulse of the last solve in the frame, N·s, and its interval, s.
     pub(crate) impulse: [f64; D],

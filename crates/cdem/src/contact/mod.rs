@@ -98,7 +98,8 @@ pub(crate) struct Contacts<const D: usize> {
     outrun: bool,
     /// Pairs that may touch in this coarse step, sorted.
     near: Vec<Pair>,
-    /// Distance of open pairs up to which none is left out in a drift, m.
+    /// Distance of open pairs up to which none is left out in a drift, m: the
+    /// tolerance, unless a test wants all of them looked at.
     within: f64,
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
@@ -250,8 +251,7 @@ impl<const D: usize> Contacts<D> {
         (step, number): (f64, u64),
     ) -> bool {
         let blocks = self.terms.blocks(&self.fixed);
-        let moved: Vec<f64> = outlook.now.iter().map(|speed| speed * step).collect();
-        self.outrun |= self.search.was_outrun(&blocks, at, &moved);
+        self.outrun |= self.search.was_outrun(&blocks, at);
         let near = {
             let may_meet = self.terms.may_meet(&self.fixed);
             self.search.near(&blocks, at, (outlook, step), &may_meet)

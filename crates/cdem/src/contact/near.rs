@@ -134,7 +134,8 @@ impl Near {
             let velocities = velocities.map(|&node| &motion.velocity[node as usize]);
             let squares = velocities.map(|velocity| dot(velocity, velocity));
             // Not a number is not left out.
-            let largest = squares.fold(0.0, |a: f64, b| if b <= a { a } else { b });
+            let larger = |a: f64, b: f64| if b <= a || a.is_nan() { a } else { b };
+            let largest = squares.fold(0.0, larger);
             body.speed = largest.sqrt();
         }
     }

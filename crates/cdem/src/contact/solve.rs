@@ -152,12 +152,12 @@ impl<const D: usize> System<D> {
     /// [`RELUCTANCE`].
     fn iterate(&mut self, least: f64) -> f64 {
         let least = least.max(ROUND_OFF * self.fastest());
-        let mut search = std::mem::take(&mut self.search);
-        search.begin(self.points.len());
+        let mut directions = std::mem::take(&mut self.directions);
+        directions.begin(self.points.len());
         let (mut effort, mut sweeps, mut descents, mut reluctance) = (0, 0, 0, 0.0);
         let (mut last, mut best) = (f64::INFINITY, f64::INFINITY);
         let (residual, scale) = loop {
-            search.remember(&self.points);
+            directions.remember(&self.points);
             let (residual, scale) = self.sweep_to(least, reluctance);
             (effort, sweeps) = (effort + 1, sweeps + 1);
             if residual.is_nan() {
@@ -169,15 +169,15 @@ impl<const D: usize> System<D> {
             let pause = sweeps % PATIENCE == 0;
             if reluctance > 0.0 || !pause || residual <= STALLED * last {
                 last = if pause { residual } else { last };
-                search.advance(self);
+                directions.advance(self);
                 continue;
             }
             let gets_on = residual <= WORTH * best;
-            if residual < best {
+            if residual <= best {
                 best = residual;
-                search.keep(&self.points);
+                directions.keep(&self.points);
             } else {
-                search.restore(self);
+                directions.restore(self);
             }
             let left = (MAX_EFFORT - LAST).saturating_sub(effort);
             if gets_on && left > 0 {
@@ -187,10 +187,10 @@ impl<const D: usize> System<D> {
             } else {
                 reluctance = RELUCTANCE;
             }
-            search.begin(self.points.len());
+            directions.begin(self.points.len());
             (sweeps, last) = (0, f64::INFINITY);
         };
-        self.search = search;
+        self.directions = directions;
         let missed = self.points.iter().map(|point| point.misses(reluctance));
         let missed = missed.fold(0.0, f64::max);
         residual.max(missed / scale)
@@ -214,7 +214,7 @@ impl<const D: usize> System<D> {
 
 /// Directions of search between sweeps, whose changes stand for gradients.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Search<const D: usize> {
+pub(super) struct Directions<const D: usize> {
     /// Impulses before the sweep, N·s.
     before: Vec<[f64; D]>,
     /// Last direction, N·s.
@@ -225,7 +225,7 @@ pub(super) struct Search<const D: usize> {
     kept: Vec<[f64; D]>,
 }
 
-impl<const D: usize> Search<D> {
+impl<const D: usize> Directions<D> {
     fn begin(&mut self, count: usize) {
         self.direction.clear();
         self.direction.resize(count, [0.0; D]);

@@ -35,17 +35,17 @@ pub(crate) struct Positions<'a, const D: usize> {
 pub(crate) struct Formed<const D: usize> {
     /// Points of the surface by number, m.
     pub(super) points: Vec<[f64; D]>,
-    /// Its facets by number.
-    pub(super) facets: Vec<Facet<D>>,
+    /// In space, how its triangles lie by number.
+    pub(super) shapes: Vec<Shape>,
     /// In space, how its edges stand out by number.
     pub(super) ridges: Vec<Ridge>,
 }
 
-/// A facet of a surface; in space, a triangle.
+/// How a triangle lies, and how large it is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facet<const D: usize> {
+pub(crate) struct Shape {
     /// Outward unit normal.
-    pub(super) normal: [f64; D],
+    pub(super) normal: [f64; 3],
     /// Twice its area, m².
     pub(super) twice_area: f64,
     /// The smallest of its heights over its edges, m.

@@ -1,6 +1,6 @@
 //! An island on its own: what the impulses of its contacts do to each other.
 //!
-//! Storage is kept from solve to solve, and as large as the nodes in use.
+//! Storage is kept from solve to solve.
 //! Contacts mostly stay, so they are numbered and coloured only when their nodes
 //! change. Nodes that are held do not take part: their velocities go into what is
 //! asked for.
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::contact::colours::{Colours, Values};
 use crate::contact::face::Face;
 use crate::contact::point::{Point, Term, Terms, in_parts, nodes_of, push};
-use crate::contact::solve::{Constraint, Limit, Search};
+use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
 
@@ -35,7 +35,7 @@ pub(crate) struct System<const D: usize> {
     pub(super) points: Vec<Point<D>>,
     terms: Terms<D>,
     /// Scratch of the solver.
-    pub(super) search: Search<D>,
+    pub(super) directions: Directions<D>,
     pub(super) face: Face<D>,
 }
 

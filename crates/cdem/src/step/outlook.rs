@@ -5,39 +5,36 @@ use super::Run;
 use crate::model::prescribed::Prescribed;
 use crate::vector::{add_scaled, norm, scale, sub};
 
-/// Largest speeds of the nodes of each block, m/s.
+/// What to reckon with in the step to come.
 #[derive(Clone, Debug)]
 pub(crate) struct Outlook {
-    /// Of now.
-    pub(crate) now: Vec<f64>,
-    /// To reckon with in the step to come.
+    /// Largest speed of a node of each block, m/s.
     pub(crate) ahead: Vec<f64>,
 }
 
 impl<const D: usize> Run<D> {
-    /// Speeds of now; and ahead what the last step's accelerations, loads and
-    /// gravity add, or what is prescribed.
+    /// Speeds of now, with what the last step's accelerations, loads and gravity add,
+    /// or what is prescribed.
     pub(crate) fn outlook(&mut self) -> Outlook {
         let step = self.model.step;
         let heavier = self.change_of_gravity();
         let count = self.model.blocks.len();
-        let (mut now, mut gain) = (vec![0.0_f64; count], vec![0.0_f64; count]);
+        let (mut ahead, mut gain) = (vec![0.0_f64; count], vec![0.0_f64; count]);
         for (node, velocity) in self.state.velocity.iter().enumerate() {
             let block = self.model.block_of[node] as usize;
-            now[block] = now[block].max(norm(velocity));
+            ahead[block] = ahead[block].max(norm(velocity));
             let interval = self.impulses.interval[node];
             if interval > 0.0 {
                 let change = norm(&sub(velocity, &self.impulses.before[node]));
                 gain[block] = gain[block].max(change / interval);
             }
         }
-        let mut ahead = now.clone();
         self.raise_to_prescribed(&mut ahead);
         let pushed = self.change_of_loads();
         for (block, ahead) in ahead.iter_mut().enumerate() {
             *ahead += step * (gain[block] + heavier + pushed[block]);
         }
-        Outlook { now, ahead }
+        Outlook { ahead }
     }
 
     /// Raises speeds to those that prescribed motions ask for over the step.

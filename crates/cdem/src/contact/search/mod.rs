@@ -108,7 +108,7 @@ pub(super) struct Search<const D: usize> {
     /// Where the nodes were in the last broad phase and in the last step, m.
     origin: Vec<[f64; D]>,
     last: Vec<[f64; D]>,
-    blocks: Vec<Motion>,
+    blocks: Vec<Reach>,
     /// Whether each candidate is near, and those that are.
     near: Vec<bool>,
     found: Vec<u32>,
@@ -116,7 +116,7 @@ pub(super) struct Search<const D: usize> {
 
 /// How a block moves, m.
 #[derive(Clone, Copy, Debug, Default)]
-struct Motion {
+struct Reach {
     /// How far nodes may move in the step.
     share: f64,
     /// How far they lie from where they were in the last broad phase.
@@ -137,7 +137,7 @@ impl<const D: usize> Search<D> {
         (outlook, step): (&Outlook, f64),
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
-        self.blocks.resize(blocks.fixed.len(), Motion::default());
+        self.blocks.resize(blocks.fixed.len(), Reach::default());
         self.follow(blocks, at);
         let speeds = outlook.ahead.iter().zip(blocks.fixed);
         for (motion, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
@@ -147,7 +147,7 @@ impl<const D: usize> Search<D> {
                 GAIN * speed * step + LEAST * blocks.tolerance
             };
         }
-        let exceeds = |motion: &Motion| motion.moved + motion.share > motion.allowance;
+        let exceeds = |motion: &Reach| motion.moved + motion.share > motion.allowance;
         loop {
             if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
                 self.broad_phase(blocks, at, may_meet);
@@ -165,9 +165,10 @@ impl<const D: usize> Search<D> {
             .collect()
     }
 
-    /// Whether nodes have gone farther in the last step than their share, `way`
-    /// by block, and now lie where they may have been let through.
-    pub(super) fn was_outrun(&self, blocks: &Blocks<D>, at: Positions<D>, way: &[f64]) -> bool {
+    /// Whether nodes have gone farther in the last step than their share, and now lie
+    /// where they may have been let through.
+    pub(super) fn was_outrun(&self, blocks: &Blocks<D>, at: Positions<D>) -> bool {
+        let way = self.ways(blocks, at);
         let fast = |block: &usize| !blocks.fixed[*block] && way[*block] > self.blocks[*block].share;
         let missed = |number: &u32| {
             let candidate = self.candidates[*number as usize];
@@ -203,9 +204,21 @@ impl<const D: usize> Search<D> {
             .any(|number| self.near[number] && self.candidates[number].pair == pair)
     }
 
+    /// Longest way of a node of each block since the last search, m.
+    fn ways(&self, blocks: &Blocks<D>, at: Positions<D>) -> Vec<f64> {
+        let mut ways = vec![0.0_f64; self.blocks.len()];
+        for (node, last) in (0..).zip(&self.last) {
+            let block = blocks.block_of[node as usize] as usize;
+            if !blocks.fixed[block] {
+                ways[block] = ways[block].max(norm(&sub(&at.at(node), last)));
+            }
+        }
+        ways
+    }
+
     /// How far the blocks have moved.
     fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let mut way = vec![0.0_f64; self.blocks.len()];
+        let ways = self.ways(blocks, at);
         for motion in &mut self.blocks {
             motion.moved = 0.0;
         }
@@ -218,10 +231,9 @@ impl<const D: usize> Search<D> {
             let now = at.at(node);
             let motion = &mut self.blocks[block];
             motion.moved = motion.moved.max(norm(&sub(&now, origin)));
-            way[block] = way[block].max(norm(&sub(&now, last)));
             *last = now;
         }
-        for (motion, way) in self.blocks.iter_mut().zip(way) {
+        for (motion, way) in self.blocks.iter_mut().zip(ways) {
             motion.way += way;
         }
     }
@@ -237,14 +249,14 @@ impl<const D: usize> Search<D> {
         let mean = shares.sum::<f64>() / moving as f64;
         let least = (SERVES * mean).max(SERVES_AT_REST * blocks.tolerance);
         for (motion, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *motion = Motion {
+            *motion = Reach {
                 share: motion.share,
                 allowance: if fixed {
                     0.0
                 } else {
                     least.max(SERVES * motion.share)
                 },
-                ..Motion::default()
+                ..Reach::default()
             };
         }
         self.origin.clear();
@@ -406,7 +418,7 @@ struct Ahead {
     turning: f64,
 }
 
-impl Motion {
+impl Reach {
     fn ahead(&self, tolerance: f64) -> Ahead {
         Ahead {
             distance: self.way + KEPT * (self.share + 0.5 * tolerance),

@@ -94,10 +94,7 @@ impl Crowd {
             outline,
             block_of,
             fixed,
-            outlook: Outlook {
-                now: speeds.clone(),
-                ahead: speeds,
-            },
+            outlook: Outlook { ahead: speeds },
             stones,
         }
     }
@@ -294,7 +291,7 @@ proptest! {
         let speed = |node: usize| norm(&heap.velocity[node]);
         let fastest = |block: &Block| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
         let ahead: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
-        let outlook = Outlook { now: ahead.clone(), ahead };
+        let outlook = Outlook { ahead };
         let all: Vec<Pair> = shell.families().iter().flat_map(|[mains, targets]| {
             let targets = targets.clone();
             mains.clone().flat_map(move |main| targets.clone().map(move |target| Pair { main, target }))
@@ -355,7 +352,6 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
     };
     let mut search = Search::default();
     let outlook = Outlook {
-        now: vec![0.0; 2],
         ahead: vec![0.0, 1e-3],
     };
     let mut left_out: Vec<Pair> = Vec::new();

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::around::Around;
-use crate::contact::surface::{Facet, Formed, Positions, Ridge};
+use crate::contact::surface::{Formed, Positions, Ridge, Shape};
 use crate::mesh::Mesh;
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
@@ -249,46 +249,46 @@ impl Skin {
     #[inline]
     pub(super) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
         match at.formed {
-            Some(formed) => formed.facets[triangle as usize].normal,
+            Some(formed) => formed.shapes[triangle as usize].normal,
             None => scaled_normal(&self.triangle(triangle, at)).0,
         }
     }
 
     #[inline]
-    fn facet_of(&self, triangle: u32, at: Positions<3>) -> Facet<3> {
+    fn shape_of(&self, triangle: u32, at: Positions<3>) -> Shape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
         let [a, b, c] = corners;
         let sides = [sub(&b, &a), sub(&c, &b), sub(&a, &c)];
         let longest = sides.iter().map(norm).fold(0.0, f64::max);
-        Facet {
+        Shape {
             normal,
             twice_area,
             least_height: twice_area / longest,
         }
     }
 
-    /// All points, facets and ridges.
+    /// All points, shapes and ridges.
     pub(super) fn form(&self, at: Positions<3>) -> Formed<3> {
         let corners = (0..self.corners.len() as u32).into_par_iter();
         let points = corners.with_min_len(AT_ONCE).map(|c| self.point(c, at));
         let mut formed = Formed {
             points: points.collect(),
-            facets: Vec::new(),
+            shapes: Vec::new(),
             ridges: Vec::new(),
         };
         let triangles = (0..self.triangles.len() as u32).into_par_iter();
         let with_points = at.with(Some(&formed));
-        let facets = triangles
+        let shapes = triangles
             .with_min_len(AT_ONCE)
-            .map(|triangle| self.facet_of(triangle, with_points));
-        let facets: Vec<_> = facets.collect();
-        formed.facets = facets;
+            .map(|triangle| self.shape_of(triangle, with_points));
+        let shapes: Vec<_> = shapes.collect();
+        formed.shapes = shapes;
         let edges = (0..self.edges.len() as u32).into_par_iter();
-        let with_facets = at.with(Some(&formed));
+        let with_shapes = at.with(Some(&formed));
         let ridges = edges
             .with_min_len(AT_ONCE)
-            .map(|edge| self.ridge_of(edge, with_facets));
+            .map(|edge| self.ridge_of(edge, with_shapes));
         let ridges: Vec<_> = ridges.collect();
         formed.ridges = ridges;
         formed
@@ -380,12 +380,12 @@ impl Skin {
         let length = norm(&sub(&b, &a));
         let (mut bend, mut least_height) = (0.0, length);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
-            let facet = match at.formed {
-                Some(formed) => formed.facets[side as usize],
-                None => self.facet_of(side, at),
+            let shape = match at.formed {
+                Some(formed) => formed.shapes[side as usize],
+                None => self.shape_of(side, at),
             };
-            bend += length / facet.twice_area;
-            least_height = least_height.min(facet.least_height);
+            bend += length / shape.twice_area;
+            least_height = least_height.min(shape.least_height);
         }
         let arm = 1.0 / bend;
         Ridge {
