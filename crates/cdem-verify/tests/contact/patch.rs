@@ -128,11 +128,15 @@ fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
     }
 }
 
-/// Strains are 2.5e-5, and what is left of the motion is less. An overlap that stays
-/// compresses elements of 1/12 m and more by as much.
-fn check_even(errors: &Errors) {
-    let overlap = errors.penetration / (2.5e-5 / 12.0);
-    assert!(errors.largest < 5e-5 + overlap, "{errors:?}");
+/// Strains are 2.5e-5. Points that sank in while the blocks settled stay so: by a
+/// nanometre, elements of 1/12 m are compressed by 4.8e-4 of that.
+const EVEN: f64 = 5e-4;
+
+/// Pushes at the vertices of tetrahedra alone miss by 1.5e-3.
+const NEARLY_EVEN: f64 = 3e-3;
+
+fn check(errors: &Errors, bound: f64) {
+    assert!(errors.largest < bound, "{errors:?}");
     assert!(errors.force.abs() < 5e-5, "{errors:?}");
     // A 1e-6th of the smallest edge is none.
     assert!(errors.penetration < 1e-6 / 12.0, "{errors:?}");
@@ -148,13 +152,13 @@ fn stress_is_even_in_the_plane() {
         [(Tri3, 4), (Tri3, 7)],
         [(Tri3, 8), (Quad4, 12)],
     ] {
-        check_even(&press(of));
+        check(&press(of), EVEN);
     }
 }
 
 #[test]
 fn stress_is_even_between_hexahedra() {
-    check_even(&press([(Hex8, 2), (Hex8, 3)]));
+    check(&press([(Hex8, 2), (Hex8, 3)]), EVEN);
 }
 
 /// Pushes at the vertices alone miss by 6.4e-5: as much at a tenth of the
@@ -198,13 +202,10 @@ fn faces_with_free_rims_come_to_rest() {
 #[test]
 #[ignore = "slow study: the patch test on finer meshes"]
 fn what_is_uneven_stays_at_the_interface() {
-    for of in [
-        [(Hex8, 3), (Hex8, 4)],
-        [(Hex8, 4), (Hex8, 6)],
-        [(Tet4, 2), (Tet4, 3)],
-    ] {
-        check_even(&press(of));
+    for of in [[(Hex8, 3), (Hex8, 4)], [(Hex8, 4), (Hex8, 6)]] {
+        check(&press(of), EVEN);
     }
+    check(&press([(Tet4, 2), (Tet4, 3)]), NEARLY_EVEN);
     for of in [[(Wedge6, 3), (Hex8, 4)], [(Tet4, 3), (Hex8, 4)]] {
         assert!(press(of).largest < 0.02);
     }

@@ -192,7 +192,10 @@ fn contacts_are_drawn_where_they_are() {
         for (point, row) in points.iter().zip(&rows) {
             // What is left of the step, at the speed of the faster body at most.
             let apart = (Vector3::from(*point) - Vector3::from(row.position)).norm();
-            assert!(apart <= step * speeds[0].max(speeds[1]), "{kind:?}: {apart}");
+            assert!(
+                apart <= step * speeds[0].max(speeds[1]),
+                "{kind:?}: {apart}"
+            );
         }
     }
 }
