@@ -251,11 +251,11 @@ impl<const D: usize> Contacts<D> {
         (step, number): (f64, u64),
     ) -> bool {
         let blocks = self.terms.blocks(&self.fixed);
-        self.outrun |= self.search.was_outrun(&blocks, at);
         let near = {
             let may_meet = self.terms.may_meet(&self.fixed);
             self.search.near(&blocks, at, (outlook, step), &may_meet)
         };
+        self.outrun |= self.search.was_outrun();
         let known = |live: &Live<D>| self.search.is_near(live.pair);
         if near != self.near || !self.live().all(known) {
             self.near = near;

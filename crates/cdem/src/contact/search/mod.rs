@@ -112,6 +112,8 @@ pub(super) struct Search<const D: usize> {
     /// Whether each candidate is near, and those that are.
     near: Vec<bool>,
     found: Vec<u32>,
+    /// Whether blocks may have gone through others before the last search.
+    outrun: bool,
 }
 
 /// How a block moves, m.
@@ -140,14 +142,14 @@ impl<const D: usize> Search<D> {
         self.blocks.resize(blocks.fixed.len(), Reach::default());
         self.follow(blocks, at);
         let speeds = outlook.ahead.iter().zip(blocks.fixed);
-        for (motion, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
-            motion.share = if fixed {
+        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
+            reach.share = if fixed {
                 0.0
             } else {
                 GAIN * speed * step + LEAST * blocks.tolerance
             };
         }
-        let exceeds = |motion: &Reach| motion.moved + motion.share > motion.allowance;
+        let exceeds = |reach: &Reach| reach.moved + reach.share > reach.allowance;
         loop {
             if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
                 self.broad_phase(blocks, at, may_meet);
@@ -165,21 +167,10 @@ impl<const D: usize> Search<D> {
             .collect()
     }
 
-    /// Whether nodes have gone farther in the last step than their share, and now lie
-    /// where they may have been let through.
-    pub(super) fn was_outrun(&self, blocks: &Blocks<D>, at: Positions<D>) -> bool {
-        let way = self.ways(blocks, at);
-        let fast = |block: &usize| !blocks.fixed[*block] && way[*block] > self.blocks[*block].share;
-        let missed = |number: &u32| {
-            let candidate = self.candidates[*number as usize];
-            let [a, b] = candidate.blocks.map(|block| way[block as usize]);
-            !self.near[*number as usize] && blocks.surface.apart(candidate.pair, at) <= a + b
-        };
-        (0..self.blocks.len()).filter(fast).any(|block| {
-            let motion = self.blocks[block];
-            motion.moved + way[block] > motion.allowance
-                || self.candidates_of(block).iter().any(missed)
-        })
+    /// Whether nodes have gone farther in the step before the last search than their
+    /// share, and then lay where they may have been let through.
+    pub(super) fn was_outrun(&self) -> bool {
+        self.outrun
     }
 
     /// How far apart the features of each of the pairs near were when they were
@@ -204,6 +195,29 @@ impl<const D: usize> Search<D> {
             .any(|number| self.near[number] && self.candidates[number].pair == pair)
     }
 
+    /// How far the blocks have moved, and whether farther than was reckoned with.
+    fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let ways = self.ways(blocks, at);
+        self.outrun = self.let_through(blocks, at, &ways);
+        for reach in &mut self.blocks {
+            reach.moved = 0.0;
+        }
+        let nodes = self.origin.iter().zip(&mut self.last);
+        for (node, (origin, last)) in (0..).zip(nodes) {
+            let block = blocks.block_of[node as usize] as usize;
+            if blocks.fixed[block] {
+                continue;
+            }
+            let now = at.at(node);
+            let reach = &mut self.blocks[block];
+            reach.moved = reach.moved.max(norm(&sub(&now, origin)));
+            *last = now;
+        }
+        for (reach, way) in self.blocks.iter_mut().zip(ways) {
+            reach.way += way;
+        }
+    }
+
     /// Longest way of a node of each block since the last search, m.
     fn ways(&self, blocks: &Blocks<D>, at: Positions<D>) -> Vec<f64> {
         let mut ways = vec![0.0_f64; self.blocks.len()];
@@ -216,26 +230,20 @@ impl<const D: usize> Search<D> {
         ways
     }
 
-    /// How far the blocks have moved.
-    fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let ways = self.ways(blocks, at);
-        for motion in &mut self.blocks {
-            motion.moved = 0.0;
-        }
-        let nodes = self.origin.iter().zip(&mut self.last);
-        for (node, (origin, last)) in (0..).zip(nodes) {
-            let block = blocks.block_of[node as usize] as usize;
-            if blocks.fixed[block] {
-                continue;
-            }
-            let now = at.at(node);
-            let motion = &mut self.blocks[block];
-            motion.moved = motion.moved.max(norm(&sub(&now, origin)));
-            *last = now;
-        }
-        for (motion, way) in self.blocks.iter_mut().zip(ways) {
-            motion.way += way;
-        }
+    /// Whether blocks that have gone farther than their share, these `ways` since the
+    /// last search, may have gone through others.
+    fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>, ways: &[f64]) -> bool {
+        let missed = |number: &u32| {
+            let candidate = self.candidates[*number as usize];
+            let [a, b] = candidate.blocks.map(|block| ways[block as usize]);
+            !self.near[*number as usize] && blocks.surface.apart(candidate.pair, at) <= a + b
+        };
+        let fast = |block: &usize| ways[*block] > self.blocks[*block].share;
+        (0..ways.len()).filter(fast).any(|block| {
+            let reach = self.blocks[block];
+            reach.moved + ways[block] > reach.allowance
+                || self.candidates_of(block).iter().any(missed)
+        })
     }
 
     fn broad_phase(
@@ -245,16 +253,16 @@ impl<const D: usize> Search<D> {
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
-        let shares = self.blocks.iter().map(|motion| motion.share);
+        let shares = self.blocks.iter().map(|reach| reach.share);
         let mean = shares.sum::<f64>() / moving as f64;
         let least = (SERVES * mean).max(SERVES_AT_REST * blocks.tolerance);
-        for (motion, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *motion = Reach {
-                share: motion.share,
+        for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
+            *reach = Reach {
+                share: reach.share,
                 allowance: if fixed {
                     0.0
                 } else {
-                    least.max(SERVES * motion.share)
+                    least.max(SERVES * reach.share)
                 },
                 ..Reach::default()
             };
@@ -312,7 +320,7 @@ impl<const D: usize> Search<D> {
         self.near.resize(self.candidates.len(), false);
         self.found.clear();
         let ahead = self.blocks.iter();
-        let ahead = ahead.map(|motion| motion.ahead(blocks.tolerance));
+        let ahead = ahead.map(|reach| reach.ahead(blocks.tolerance));
         let ahead: Vec<Ahead> = ahead.collect();
         let may_be_near = |candidate: &Candidate| {
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
@@ -359,7 +367,7 @@ impl<const D: usize> Search<D> {
     /// looks again at the candidates of those that get more, until none does.
     fn share_among_near(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
         let mut together = Joined::new(self.blocks.len());
-        let mut largest: Vec<f64> = self.blocks.iter().map(|motion| motion.share).collect();
+        let mut largest: Vec<f64> = self.blocks.iter().map(|reach| reach.share).collect();
         let mut joined = 0;
         while joined < self.found.len() {
             for &number in &self.found[joined..] {

@@ -125,11 +125,7 @@ fn measure(across: usize, steps: u32) {
     for _ in 0..steps {
         total += time(1, || run.step());
         let contacts = run.contacts.as_ref().expect("blocks touch");
-        let just_searched = contacts
-            .search
-            .blocks
-            .iter()
-            .all(|motion| motion.way == 0.0);
+        let just_searched = contacts.search.blocks.iter().all(|reach| reach.way == 0.0);
         searches += u32::from(just_searched);
     }
     let begun = begun(&run) - before;

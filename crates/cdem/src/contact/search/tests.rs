@@ -138,7 +138,7 @@ impl Crowd {
 }
 
 fn shares(search: &Search<2>) -> Vec<f64> {
-    search.blocks.iter().map(|motion| motion.share).collect()
+    search.blocks.iter().map(|reach| reach.share).collect()
 }
 
 proptest! {
@@ -171,6 +171,38 @@ proptest! {
             }
         }
     }
+}
+
+/// A fixed stone, one beside it and one far off, neither of them expected to move by
+/// more than 23 mm in the step.
+#[test]
+fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
+    let stone = |x, radius| Stone {
+        centre: [x, 0.0],
+        radius,
+        velocity: [0.0; 2],
+        spin: 0.0,
+    };
+    let outrun = |beside: f64, far: f64| {
+        let mut crowd = Crowd::new(vec![stone(0.0, 1.0), stone(2.0, 0.5), stone(50.0, 0.5)]);
+        crowd.outlook.ahead = vec![0.0, 0.1, 0.1];
+        let still = vec![[0.0; 2]; crowd.block_of.len()];
+        let mut search = Search::default();
+        for moved in [0.0, 1.0] {
+            crowd.stones[1].centre[0] = 2.0 + moved * beside;
+            crowd.stones[2].centre[0] = 50.0 + moved * far;
+            let nodes = crowd.positions(0.0);
+            let (at, may_meet) = (Positions::new(&nodes, &still), |blocks| {
+                crowd.may_meet(blocks)
+            });
+            search.near(&crowd.blocks(), at, (&crowd.outlook, 0.1), &may_meet);
+        }
+        search.was_outrun()
+    };
+    assert!(!outrun(0.02, -0.02), "no farther than expected");
+    assert!(!outrun(0.1, 0.1), "farther, but nothing is there");
+    assert!(outrun(-1.0, 0.0), "to where the fixed stone is");
+    assert!(outrun(0.0, 5.0), "farther than the search has looked");
 }
 
 /// Two meshed boxes, one of which reaches into the other across a corner.
