@@ -80,6 +80,11 @@ fn settle(across: [usize; 3], cut: bool, end: f64) {
     assert!(balance.growth < 2e-3, "{balance:?}");
     assert!(overlap <= tolerance, "{overlap:e} deep");
     assert!(simulation.max_penetration() <= tolerance, "{balance:?}");
+    assert!(
+        simulation.warnings().is_empty(),
+        "{:?}",
+        simulation.warnings()
+    );
 }
 
 #[test]
