@@ -124,9 +124,9 @@ fn judge(case: &Case, name: &str) {
     // 7; an order below it, as nothing but strains of a per cent is left.
     assert!(balance.residual < 2e-3, "{balance:?}");
     // What it has lost does not come back: the energy of an instant swings by
-    // what the ledger may miss, and corrections of positions may strain.
-    assert!(balance.growth < 2e-3, "{balance:?}");
-    assert!(balance.rise < 2e-3, "{balance:?}");
+    // what the ledger may miss, found: 1e-4 in crowds of very different sizes.
+    assert!(balance.growth < 5e-4, "{balance:?}");
+    assert!(balance.rise < 5e-4, "{balance:?}");
     // 1e-4 of the smallest edge.
     assert!(overlap <= tolerance, "{overlap:e} deep");
 }

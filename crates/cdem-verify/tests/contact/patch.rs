@@ -11,7 +11,7 @@
 //!   and flat edges that cross are no contact, unless strain has made one of them
 //!   sharp on the way. Whether pushes exist is a question of the meshes: for
 //!   hexahedra on hexahedra they do without crossings (non-negative least squares,
-//!   all pairs up to 8 by 12), for tetrahedra on hexahedra they miss the nodal
+//!   all pairs up to 8 by 12), for most tetrahedra on hexahedra they miss the nodal
 //!   forces by 1 % to 3 %. Nodes that match make it worse: then the pushes are
 //!   those of nodes on nodes, and a corner of a face bears 1/4 of a quadrilateral,
 //!   but 1/6 or 1/3 of two triangles.
@@ -173,7 +173,8 @@ fn stress_is_all_but_even_between_tetrahedra_and_hexahedra_that_do_not_match() {
 #[test]
 fn stress_is_uneven_where_triangles_match_quadrilaterals() {
     let errors = press([(Tet4, 2), (Hex8, 2)]);
-    assert!(errors.largest < 0.2, "{errors:?}");
+    // Found: 0.15.
+    assert!(errors.largest < 0.17, "{errors:?}");
     assert!(errors.force.abs() < 5e-5, "{errors:?}");
 }
 
@@ -207,7 +208,7 @@ fn what_is_uneven_stays_at_the_interface() {
     }
     check(&press([(Tet4, 2), (Tet4, 3)]), NEARLY_EVEN);
     for of in [[(Wedge6, 3), (Hex8, 4)], [(Tet4, 3), (Hex8, 4)]] {
-        assert!(press(of).largest < 0.02);
+        assert!(press(of).largest < 0.01); // found: 5.7e-3 and 7.8e-3
     }
     let errors = [2, 4].map(|divisions| press([(Tet4, divisions), (Hex8, divisions)]));
     assert!(errors[1].largest < 1.2 * errors[0].largest, "{errors:?}");
