@@ -4,20 +4,17 @@ use std::time::Instant;
 
 use cdem_verify::{Balance, load, run};
 
+use crate::ball::Ball;
 use crate::halving::halve;
 
-const RADIUS: f64 = 0.1;
-/// Speed before a wall; balls that meet have half of their approach each.
-const SPEED: f64 = 1.0;
-
-/// Contact time, s, and peak force, N, of a ball before a rigid wall.
-fn hertz() -> [f64; 2] {
-    let modulus = 70e9 / (1.0 - 0.3_f64.powi(2));
-    let mass = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3) * 2699.0;
-    let approach = (15.0 * mass * SPEED.powi(2) / (16.0 * modulus * RADIUS.sqrt())).powf(0.4);
-    let force = 4.0 / 3.0 * modulus * RADIUS.sqrt() * approach.powf(1.5);
-    [2.94327 * approach / SPEED, force]
-}
+/// That of the scenes, before a wall; balls that meet have half of their approach each.
+const BALL: Ball = Ball {
+    radius: 0.1,
+    young_modulus: 70e9,
+    poisson_ratio: 0.3,
+    density: 2699.0,
+    speed: 1.0,
+};
 
 /// Figures of a run over Hertz's.
 #[derive(Debug)]
@@ -38,10 +35,10 @@ struct Figures {
 
 /// The centre of the upper or of the lower ball.
 fn on_ball(point: [f64; 3]) -> [f64; 3] {
-    let centre = RADIUS.copysign(point[2]);
+    let centre = BALL.radius.copysign(point[2]);
     let from = [point[0], point[1], point[2] - centre];
     let length = from.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let [x, y, z] = from.map(|x| x * RADIUS / length);
+    let [x, y, z] = from.map(|x| x * BALL.radius / length);
     [x, y, z + centre]
 }
 
@@ -54,7 +51,7 @@ fn meet(name: &str, halvings: usize) -> Figures {
     let overview = simulation.overview();
     let before = simulation.block_rows();
     let energy = simulation.history().kinetic_energy;
-    let [time, force] = hertz();
+    let [time, force] = BALL.hertz();
     let mut balance = Balance::new(&mut simulation);
     let (mut peak, mut impulse) = (0.0_f64, 0.0);
     run(&mut simulation, |simulation| {
@@ -75,12 +72,11 @@ fn meet(name: &str, halvings: usize) -> Figures {
         .fold(0.0, f64::max);
     let after = simulation.block_rows();
     let relative = |rows: &[cdem::sample::BlockRow]| rows[0].velocity[2] - rows[1].velocity[2];
-    let ball = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3) * 2699.0;
     let figures = Figures {
         duration: (last - first) / time,
         peak: peak / force,
-        mass: 4.0 * before[0].mass / ball,
-        impulse: impulse / (8.0 * before[0].mass * SPEED),
+        mass: 4.0 * before[0].mass / BALL.mass(),
+        impulse: impulse / (8.0 * before[0].mass * BALL.speed),
         restitution: -relative(&after) / relative(&before),
         loss: simulation.history().impact_loss / energy,
         residual: balance.residual,
@@ -98,15 +94,9 @@ fn meet(name: &str, halvings: usize) -> Figures {
     figures
 }
 
-/// What Hertz leaves out at this size, as the scene says: shorter contact, more
-/// force.
-const BALL: [f64; 2] = [0.990, 1.014];
-
 fn errors(figures: &Figures) -> [f64; 2] {
-    [
-        figures.duration / BALL[0] - 1.0,
-        figures.peak / BALL[1] - 1.0,
-    ]
+    let [time, force] = BALL.beyond_hertz();
+    [figures.duration / time - 1.0, figures.peak / force - 1.0]
 }
 
 /// Nothing is lost, and what is booked is all there is.
@@ -140,6 +130,7 @@ fn converges(name: &str) {
         check_sums(&figures);
         [figures.duration, figures.peak]
     });
+    let ball = BALL.beyond_hertz();
     for (k, what) in ["contact time", "peak force"].into_iter().enumerate() {
         let [coarse, middle, fine] = sizes.map(|figures| figures[k]);
         let order = ((middle - coarse) / (fine - middle)).log2();
@@ -147,14 +138,14 @@ fn converges(name: &str) {
         println!(
             "{name}, {what} over Hertz's: {coarse:.4} {middle:.4} {fine:.4}, order {order:.2}, \
              limit {limit:.4}, of a ball {:.4}",
-            BALL[k]
+            ball[k]
         );
         // 2 for linear elements and for flat faces on a ball, 3/2 for the rim of a
         // contact, where the stress has a vertical tangent.
         assert!(order > 1.5, "{order}");
         // What the two laws of finite strain differ by, 0.6 and 0.9 %: the pressure
         // is 3 % of the modulus.
-        assert!((limit / BALL[k] - 1.0).abs() < 0.008, "{limit}");
+        assert!((limit / ball[k] - 1.0).abs() < 0.008, "{limit}");
     }
 }
 

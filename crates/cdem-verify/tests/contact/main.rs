@@ -3,6 +3,7 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
+mod ball;
 mod bars;
 mod bars_in_space;
 mod corners;
