@@ -176,11 +176,10 @@ impl<const D: usize> Island<D> {
         let solved = impact.constraints.iter().zip(&impact.approach);
         for (live, (constraint, old)) in self.live.iter_mut().zip(solved) {
             let new = constraint.operator.relative_velocities(motion.velocity);
-            books.spend(&constraint.impulse, old, &new, true);
-            live.record.count(&constraint.impulse);
-            constraint
-                .operator
-                .deliver(&constraint.impulse, &mut *receive);
+            let added = constraint.added();
+            books.spend(&added, old, &new, true);
+            live.record.count(&constraint.borne, &constraint.impulse);
+            constraint.operator.deliver(&added, &mut *receive);
             live.take_impact(constraint, motion.velocity, least);
         }
     }

@@ -214,7 +214,7 @@ impl<const D: usize> Island<D> {
             live.fresh = false;
             live.impulse = constraint.impulse;
             live.interval = interval;
-            live.record.count(&constraint.impulse);
+            live.record.count(&[0.0; D], &constraint.impulse);
             operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
                 live.slide();
@@ -478,7 +478,7 @@ impl<const D: usize> Island<D> {
                 target,
                 limit: Limit::default(),
                 impulse: [0.0; D],
-                borne: 0.0,
+                borne: [0.0; D],
             });
         }
         let precision = self.precision(setting, at, 1.0);

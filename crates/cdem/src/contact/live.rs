@@ -71,11 +71,11 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// Counts an impulse in the frame, N·s.
-    pub(crate) fn count<const D: usize>(&mut self, impulse: &[f64; D]) {
-        self.step_impulse += impulse[0];
-        self.normal_impulse += impulse[0];
-        self.shear_impulse += shear_norm(impulse);
+    /// Counts an impulse in the frame of which some was counted `before`, N·s.
+    pub(crate) fn count<const D: usize>(&mut self, before: &[f64; D], impulse: &[f64; D]) {
+        self.step_impulse += impulse[0] - before[0];
+        self.normal_impulse += impulse[0] - before[0];
+        self.shear_impulse += shear_norm(impulse) - shear_norm(before);
     }
 
     /// Closes a coarse step of `step` seconds.
@@ -208,13 +208,13 @@ impl<const D: usize> Live<D> {
             target,
             limit: self.limit(interval),
             impulse: start,
-            borne: 0.0,
+            borne: [0.0; D],
         }
     }
 
     /// The constraint at the instant of an impact before a drift of `drift`
-    /// seconds. A pair that was closed already bears what its last kick has left
-    /// of its impulse, and a joint its strength over that drift besides.
+    /// seconds. A pair that was closed already bears the impulse of its last kick, of
+    /// which it may give back all; a joint no more than its strength with that.
     pub(crate) fn impact(
         &self,
         operator: Operator<D>,
@@ -222,19 +222,13 @@ impl<const D: usize> Live<D> {
         tolerance: f64,
     ) -> Constraint<D> {
         let mut constraint = self.constraint(operator, (drift, 0.0), tolerance);
-        constraint.impulse = [0.0; D];
         if self.fresh {
+            constraint.impulse = [0.0; D];
             constraint.target = [0.0; D];
-            return constraint;
+        } else {
+            (constraint.impulse, constraint.borne) = (self.impulse, self.impulse);
+            constraint.limit = self.limit(drift.max(self.interval));
         }
-        constraint.borne = self.impulse[0].abs();
-        let strength = self.limit(drift);
-        let spare = self.law.friction * self.impulse[0] - shear_norm(&self.impulse);
-        constraint.limit = Limit {
-            friction: strength.friction,
-            cohesion: (strength.cohesion + spare).max(0.0),
-            tension: (strength.tension + self.impulse[0]).max(0.0),
-        };
         constraint
     }
 
@@ -248,7 +242,7 @@ impl<const D: usize> Live<D> {
     ) {
         let fresh = std::mem::take(&mut self.fresh);
         if !fresh {
-            add_scaled(&mut self.impulse, 1.0, &solved.impulse);
+            self.impulse = solved.impulse;
             self.breaks(solved, velocity, least);
         }
         if solved.slips(velocity, least) && !self.joint {

@@ -102,7 +102,7 @@ impl<const D: usize> Live<D> {
         }
         self.impulse = force.map(|force| force * interval);
         self.interval = interval;
-        self.record.count(&self.impulse);
+        self.record.count(&[0.0; D], &self.impulse);
         operator.deliver(&self.impulse, |node, impulse| {
             mobility.push(node, impulse, motion.velocity);
             receive(node, impulse);

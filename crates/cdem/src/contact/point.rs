@@ -56,7 +56,7 @@ pub(super) struct Point<const D: usize> {
     pub(super) impulse: [f64; D],
     /// The impulse that its solve began with, N·s.
     pub(super) start: [f64; D],
-    pub(super) borne: f64,
+    pub(super) borne: [f64; D],
 }
 
 /// Nodes of a contact, with their rows and whether they are held in all components.

@@ -50,11 +50,18 @@ pub(crate) struct Constraint<const D: usize> {
     pub(crate) limit: Limit,
     /// Impulse in the operator's frame, N·s: start value in, solution out.
     pub(crate) impulse: [f64; D],
-    /// Normal impulse borne in this substep already, N·s: what counts as little.
-    pub(crate) borne: f64,
+    /// What of it the velocities have already: in an impact, the last kick's, so that
+    /// the bounds are those of both together, and what a parting contact takes back of
+    /// its normal impulse it takes back of its shear.
+    pub(crate) borne: [f64; D],
 }
 
 impl<const D: usize> Constraint<D> {
+    /// What a solve has added to the impulse that was borne, N·s.
+    pub(crate) fn added(&self) -> [f64; D] {
+        sub(&self.impulse, &self.borne)
+    }
+
     /// Whether the contact bears no more, and parts by more than `least`, m/s.
     pub(crate) fn opens(&self, velocity: &[[f64; D]], least: f64) -> bool {
         self.impulse[0] <= -self.limit.tension

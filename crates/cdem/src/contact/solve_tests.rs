@@ -43,7 +43,7 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
             ..Limit::default()
         },
         impulse: [0.0; D],
-        borne: 0.0,
+        borne: [0.0; D],
     }
 }
 

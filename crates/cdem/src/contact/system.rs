@@ -138,7 +138,7 @@ impl<const D: usize> System<D> {
                 limit: Limit::default(),
                 impulse: [0.0; D],
                 start: [0.0; D],
-                borne: 0.0,
+                borne: [0.0; D],
             });
         }
     }
@@ -163,11 +163,11 @@ impl<const D: usize> System<D> {
                 if point.moves(r) {
                     constraint.impulse[r]
                 } else {
-                    0.0
+                    constraint.borne[r]
                 }
             });
             point.start = point.impulse;
-            terms.push(point, &point.impulse, values);
+            terms.push(point, &sub(&point.impulse, &point.borne), values);
             []
         });
     }
@@ -219,7 +219,7 @@ impl<const D: usize> System<D> {
             let relative = terms.relative(point, |slot| values.get(slot));
             let old = point.impulse;
             let change = point.relax(&relative, reluctance);
-            let normal = point.impulse[0].abs().max(point.borne);
+            let normal = point.impulse[0].abs().max(point.borne[0].abs());
             let step = sub(&point.impulse, &old);
             if step != [0.0; D] {
                 terms.push(point, &step, values);

@@ -1,7 +1,7 @@
 //! Blocks that lie in each other before anything has moved.
 
 use super::box_tree::{Box, BoxTree, widened};
-use super::simplex::{crossing, distance_to, normal};
+use super::simplex::{Piece, crossing, distance_to, normal};
 use super::vector::{between, bounds, centre, distance};
 use super::{Facet, Mesh};
 use crate::vector::{dot, norm, sub};
@@ -21,9 +21,10 @@ pub struct Overlap<const D: usize> {
 /// the pairs that `matters` (asked with indices into [`Mesh::blocks`]).
 ///
 /// Looked at are vertices of the boundary, the pieces into which facets of the
-/// other block cut its edges, and the centres of its elements: enough for any
-/// overlap that is not much smaller than an element. Blocks need not be
-/// convex. Cost: about n·log n in the elements near other blocks.
+/// other block cut its edges, what of its facets lies in elements of the other,
+/// and the centres of its elements: enough for any overlap that is not much smaller
+/// than an element, flush sides or not. Blocks need not be convex. Cost: about n·log n
+/// in the elements near other blocks.
 #[must_use]
 pub fn overlap<const D: usize>(
     mesh: &Mesh<D>,
@@ -44,6 +45,9 @@ pub fn overlap<const D: usize>(
     }
     for (edge, blocks) in by_place(edges(mesh, &facets)) {
         search.probe_edge(edge, &blocks);
+    }
+    for facet in facets {
+        search.probe_facet(facet);
     }
     search.deepest
 }
@@ -124,7 +128,7 @@ struct Search<'a, const D: usize> {
     matters: &'a dyn Fn(usize, usize) -> bool,
     /// Elements that may lie in another block.
     elements: BoxTree<D>,
-    /// Boundary facets of all blocks.
+    /// Boundary facets of all blocks, sorted.
     facets: Vec<Facet>,
     /// The same by place; numbers are indices into `facets`.
     facet_tree: BoxTree<D>,
@@ -158,7 +162,8 @@ impl<'a, const D: usize> Search<'a, D> {
         let elements = elements
             .map(|element| (mesh.element_box(element), element))
             .collect();
-        let facets = mesh.boundary_facets();
+        let mut facets = mesh.boundary_facets();
+        facets.sort_unstable();
         let boxes = facets.iter().map(|&facet| mesh.facet_box(facet));
         Self {
             mesh,
@@ -251,17 +256,52 @@ impl<'a, const D: usize> Search<'a, D> {
         }
     }
 
+    /// Probes what of a facet lies in elements of others: blocks with flush sides may
+    /// have neither corners nor edges inside each other.
+    fn probe_facet(&mut self, facet: Facet) {
+        let block = self.mesh.block_of(facet.element);
+        let mut points = Vec::new();
+        self.elements.visit(&self.mesh.facet_box(facet), |element| {
+            if self.owner(&[block], self.mesh.block_of(element)).is_some() {
+                let pieces = self.mesh.pieces(facet);
+                points.extend(pieces.filter_map(|piece| self.middle_inside(&piece, element)));
+            }
+        });
+        for point in points {
+            self.probe(point, &[block]);
+        }
+    }
+
+    /// A point in the middle of what of a piece lies in an element; none where that
+    /// is within the tolerance of a boundary facet of it.
+    fn middle_inside(&self, piece: &Piece<D>, element: u32) -> Option<[f64; D]> {
+        let mut part = piece[..D].to_vec();
+        for facet in self.sides(element) {
+            let at_boundary = self.facets.binary_search(&facet).is_ok();
+            for side in self.mesh.pieces(facet) {
+                let above: Vec<f64> = part.iter().map(|point| height(&side, point)).collect();
+                let lowest = above.iter().copied().fold(f64::INFINITY, f64::min);
+                if lowest > 0.0 || (at_boundary && lowest > -self.tolerance) {
+                    return None;
+                }
+                part = below(&part, &above);
+            }
+        }
+        Some(centre(part.into_iter()))
+    }
+
+    /// The facets of an element.
+    fn sides(&self, element: u32) -> impl Iterator<Item = Facet> + use<D> {
+        let count = self.mesh.elements[element as usize].kind.facets().len() as u8;
+        (0..count).map(move |local| Facet { element, local })
+    }
+
     fn is_inside(&self, element: u32, point: [f64; D]) -> bool {
         let (low, high) = self.mesh.element_box(element);
         let slack = SIDE * distance(low, high);
-        let locals = 0..self.mesh.elements[element as usize].kind.facets().len() as u8;
-        locals
-            .flat_map(|local| self.mesh.pieces(Facet { element, local }))
-            .all(|piece| {
-                let normal = normal(&piece);
-                let length = norm(&normal);
-                dot(&normal, &sub(&point, &piece[0])) <= slack * length
-            })
+        self.sides(element)
+            .flat_map(|facet| self.mesh.pieces(facet))
+            .all(|side| height(&side, &point) <= slack)
     }
 
     /// Distance of a point in an element of `host` from the host's boundary.
@@ -286,4 +326,27 @@ impl<'a, const D: usize> Search<'a, D> {
             radius *= 4.0;
         }
     }
+}
+
+/// How far a point lies outward of the plane of a facet's piece, m.
+fn height<const D: usize>(side: &Piece<D>, point: &[f64; D]) -> f64 {
+    let normal = normal(side);
+    dot(&normal, &sub(point, &side[0])) / norm(&normal)
+}
+
+/// What of a convex polygon, in 2-D a segment, lies below a plane above which its
+/// corners are by so much, m (Sutherland and Hodgman).
+fn below<const D: usize>(corners: &[[f64; D]], above: &[f64]) -> Vec<[f64; D]> {
+    let mut kept = Vec::with_capacity(corners.len() + 1);
+    for (k, (corner, &height)) in corners.iter().zip(above).enumerate() {
+        let next = (k + 1) % corners.len();
+        if height <= 0.0 {
+            kept.push(*corner);
+        }
+        if (height < 0.0 && above[next] > 0.0) || (height > 0.0 && above[next] < 0.0) {
+            let share = height / (height - above[next]);
+            kept.push(between(*corner, corners[next], share));
+        }
+    }
+    kept
 }

@@ -88,6 +88,62 @@ fn a_block_in_another_and_two_in_one_place_are_found() {
     assert!(same.is_some());
 }
 
+/// Two boxes of one element, of which the second is shifted.
+fn flush<const D: usize>(element: ElementKind, high: [f64; D], shift: [f64; D]) -> Option<f64> {
+    let boxes = [("a", [0.0; D]), ("b", shift)].map(|(name, shift)| {
+        let (min, max) = (shift.to_vec(), (0..D).map(|c| high[c] + shift[c]).collect());
+        let divisions = vec![1; D];
+        block(
+            name,
+            Geometry::Box {
+                min,
+                max,
+                divisions,
+                element,
+            },
+        )
+    });
+    of::<D>(boxes.to_vec()).map(|overlap| overlap.depth)
+}
+
+#[test]
+fn boxes_with_flush_sides_are_found_in_each_other() {
+    for depth in [2e-3, 0.1, 0.3] {
+        for element in [ElementKind::Hex8, ElementKind::Wedge6, ElementKind::Tet4] {
+            let high = [1.0, 0.5, 0.5];
+            for shift in [
+                [0.0, 0.0, 0.5 - depth],
+                [0.5, 0.0, 0.5 - depth],
+                [1.0 - depth, 0.0, 0.0],
+                [1.0 - depth, 0.5 - depth, 0.0],
+                [0.25, 0.125, 0.5 - depth],
+            ] {
+                let found = flush(element, high, shift);
+                assert!(
+                    found.is_some_and(|found| found < depth + 1e-12),
+                    "{element:?} {shift:?}: {found:?}"
+                );
+            }
+            for shift in [
+                [0.0, 0.0, 0.5 - 5e-4],
+                [0.5, 0.0, 0.5],
+                [1.0 - 5e-4, 0.5, 0.0],
+            ] {
+                assert_eq!(flush(element, high, shift), None, "{element:?} {shift:?}");
+            }
+        }
+        for element in [ElementKind::Quad4, ElementKind::Tri3] {
+            for shift in [[0.0, 0.5 - depth], [0.5, 0.5 - depth], [1.0 - depth, 0.0]] {
+                let found = flush(element, [1.0, 0.5], shift);
+                assert!(
+                    found.is_some_and(|found| found < depth + 1e-12),
+                    "{element:?} {shift:?}: {found:?}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn a_notch_may_hold_another_block() {
     let corners = [
