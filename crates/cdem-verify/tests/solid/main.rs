@@ -8,6 +8,7 @@ mod joints;
 mod notch;
 mod rest;
 mod rocks;
+mod shoves;
 mod slope;
 mod threads;
 mod types;

@@ -114,11 +114,11 @@ impl<const D: usize> Run<D> {
             self.node_impulse[node as usize] = [0.0; D];
         }
         self.touched.clear();
-        if self.state.number == 0 {
-            self.collide_initial();
-        }
         let plan = std::mem::take(&mut self.plan);
         let start = self.time();
+        if self.state.number == 0 {
+            self.collide_initial(&plan.substep(0, self.model.step, start));
+        }
         for number in 0..1_u32 << plan.finest {
             let substep = plan.substep(number, self.model.step, start);
             self.substep(&substep);
@@ -231,7 +231,8 @@ impl<const D: usize> Run<D> {
     }
 
     /// Pairs that are closed at t = 0 and approach collide before anything.
-    fn collide_initial(&mut self) {
+    fn collide_initial(&mut self, first: &Substep) {
+        let momenta = self.held_momenta(first);
         let Some(contacts) = &mut self.contacts else {
             return;
         };
@@ -239,6 +240,7 @@ impl<const D: usize> Run<D> {
         let mut motion = self.model.motion(&mut self.state);
         let receive = &mut |node, impulse: &[f64; D]| received.push((node, *impulse));
         contacts.collide_initial(&mut motion, &self.model.inertia, self.model.step, receive);
+        self.book_reactions(first, &momenta, &received);
         self.receive(&received);
     }
 

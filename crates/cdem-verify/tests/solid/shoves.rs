@@ -1,0 +1,42 @@
+//! What shoves and skids: forces within Coulomb's cone, and who pays for them.
+
+use cdem_verify::{Balance, load, run};
+
+/// Bound of the ledger of blocks of one element: 2e-2 by the design, section 7; an
+/// order below it.
+const RESIDUAL: f64 = 2e-3;
+
+#[test]
+fn a_point_that_parts_in_a_step_gives_its_shear_back() {
+    let mut simulation = load("skid").start();
+    let mut balance = Balance::new(&mut simulation);
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+    });
+    let mut rows = simulation.ended_contacts();
+    rows.extend(simulation.live_contacts());
+    let friction = 30_f64.to_radians().tan();
+    assert!(rows.len() > 4, "{} points", rows.len());
+    for row in &rows {
+        let beyond = row.shear_impulse - friction * row.normal_impulse;
+        assert!(beyond <= 1e-9 * row.normal_impulse, "{row:?}");
+    }
+    println!("{} points, {balance:?}", rows.len());
+    assert!(balance.momentum < 1e-12, "{balance:?}");
+    assert!(balance.residual < RESIDUAL, "{balance:?}");
+}
+
+#[test]
+fn what_drives_a_block_that_touches_at_the_start_is_booked() {
+    let mut simulation = load("ram").start();
+    let mut balance = Balance::new(&mut simulation);
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+    });
+    let end = simulation.history();
+    println!("{end:?} {balance:?}");
+    // Blocks bend and turn while they touch, by 1e-8 of their size.
+    assert!((end.impact_loss / 312.5 - 1.0).abs() < 1e-6, "{end:?}");
+    assert!(balance.momentum < 1e-12, "{balance:?}");
+    assert!(balance.residual < RESIDUAL, "{balance:?}");
+}
