@@ -25,9 +25,44 @@ use scan::{DAMAGED, Encoding, Scanner};
 pub fn read(path: &Path) -> Result<RawMesh, MeshError> {
     let bytes = std::fs::read(path).map_err(|error| MeshError::Unreadable {
         path: path.to_owned(),
-        reason: error.to_string(),
+        reason: if error.kind() == std::io::ErrorKind::NotFound {
+            format!("there is no such file; {}", meshes_beside(path))
+        } else {
+            error.to_string()
+        },
     })?;
     parse(&path.display().to_string(), &bytes)
+}
+
+/// Names of meshes that a message can show.
+const SHOWN: usize = 5;
+
+/// What there is in the folder of a mesh that is not there.
+fn meshes_beside(path: &Path) -> String {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let place = folder.display();
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return format!("the folder {place} cannot be read");
+    };
+    let names = entries.flatten().map(|entry| entry.file_name());
+    let mut meshes: Vec<String> = names
+        .map(|name| name.to_string_lossy().into_owned())
+        .filter(|name| name.ends_with(".msh"))
+        .collect();
+    meshes.sort_unstable();
+    let more = meshes.len().saturating_sub(SHOWN);
+    meshes.truncate(SHOWN);
+    let names = meshes.join(", ");
+    match (meshes.len(), more) {
+        (0, _) => format!("the folder {place} holds no .msh file"),
+        (_, 0) => format!("the folder {place} holds {names}"),
+        _ => format!("the folder {place} holds {names} and {more} more"),
+    }
 }
 
 /// Reads a mesh from the content of a file that messages call `origin`.

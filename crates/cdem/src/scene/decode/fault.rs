@@ -68,10 +68,12 @@ fn example(path: &KeyPath) -> Option<&'static str> {
         return None;
     };
     Some(match (table.as_str(), key.as_str()) {
-        ("gravity", "gravity") => "gravity = [0.0, -9.81]",
+        ("gravity", "gravity") => "gravity = [0.0, -9.81], or in 3-D [0.0, 0.0, -9.81]",
         ("boundary", "velocity") => "velocity = { x = 1.0 }, which leaves y free",
-        ("block", "velocity") => "velocity = [3.0, 0.0], or velocity = [\"10 km/h\", 0.0]",
-        ("block", "translate") => "translate = [1.0, 0.0]",
+        ("block", "velocity") => {
+            "velocity = [3.0, 0.0] or [\"10 km/h\", 0.0], or in 3-D [3.0, 0.0, 0.0]"
+        }
+        ("block", "translate") => "translate = [1.0, 0.0], or in 3-D [1.0, 0.0, 0.0]",
         ("block", "shape") => {
             "shape = { box = { min = [0, 0], max = [2, 1], divisions = [4, 2] } }"
         }
@@ -81,8 +83,8 @@ fn example(path: &KeyPath) -> Option<&'static str> {
         ("block", "polygon") => "polygon = [[0, 0], [1, 0], [0, 1]]",
         ("material", "damping") => "damping = { mass = 0.5, stiffness = 1e-5 }, in 1/s and s",
         ("time", "stop_when") => "stop_when = { kinetic_energy_below = 1e-6 }, in J",
-        ("boundary" | "probe", "point") => "point = [0.0, 0.0]",
-        ("load", "traction") => "traction = [0.0, 1e5]",
+        ("boundary" | "probe", "point") => "point = [0.0, 0.0], or in 3-D [0.0, 0.0, 0.0]",
+        ("load", "traction") => "traction = [0.0, 1e5], or in 3-D [0.0, 0.0, 1e5]",
         ("contact", "between") => "between = [\"left\", \"right\"]",
         ("output", "fields") => "fields = [\"velocity\", \"stress\"]",
         ("output", "block_list") => "block_list = [\"left\"]",
