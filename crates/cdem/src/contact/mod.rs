@@ -4,6 +4,8 @@
 mod broad_phase;
 mod closed;
 mod colours;
+#[cfg(test)]
+mod exact;
 mod face;
 mod grouping;
 mod impact;
@@ -15,7 +17,10 @@ mod near;
 mod near_tests;
 #[cfg(test)]
 mod oracle_tests;
+mod orientation;
 mod outline;
+#[cfg(test)]
+mod outline_exact_tests;
 #[cfg(test)]
 mod outline_tests;
 mod penalty;

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::contact::orientation::Orientation;
 use crate::contact::roots::roots;
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
@@ -293,48 +294,35 @@ impl Surface<2> for Outline {
         depth: f64,
     ) -> Option<f64> {
         let [a, b] = self.edges[pair.target as usize];
-        let p = self.main_node(pair);
-        let (from_start, along) = (sub(&at.at(p), &at.at(a)), sub(&at.at(b), &at.at(a)));
-        let [vp, va, vb] = [p, a, b].map(|node| velocity[node as usize]);
-        let (relative, stretch) = (sub(&vp, &va), sub(&vb, &va));
-        // length·gap = (p − a) × (b − a), quadratic in time.
-        let area = [
-            cross2(&from_start, &along),
-            cross2(&relative, &along) + cross2(&from_start, &stretch),
-            cross2(&relative, &stretch),
-        ];
-        let length = norm(&along);
-        let foot_at = |t: f64| {
+        let between = |from: u32, to: u32| {
+            let rate = sub(&velocity[to as usize], &velocity[from as usize]);
+            [sub(&at.at(to), &at.at(from)), rate]
+        };
+        // Length times gap.
+        let area = Orientation::of_area([between(a, self.main_node(pair)), between(a, b)]);
+        let margin = area.round_off(duration);
+        let deepest = -depth * norm(&between(a, b)[0]);
+        let is_on_edge = |t: f64| {
             let then = at.after(velocity, t);
             let foot = self.project(pair, then).foot[0];
             let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
-            (-slack..=1.0 + slack).contains(&foot).then_some(foot)
+            (-slack..=1.0 + slack).contains(&foot)
         };
         // Only where the gap falls: a point that is on its way out, and may come
         // back, does not touch as it leaves.
-        let falls = |t: f64| {
-            let rate = area[1] + 2.0 * area[2] * t;
-            rate < 0.0 || rate == 0.0 && area[2] < 0.0
-        };
-        let in_time = |t: &f64| (0.0..=duration).contains(t) && falls(*t);
-        let shallow = area[0] >= -depth * length;
-        let behind = (shallow && area[0] <= 0.0 && area[1] < 0.0).then_some(0.0);
+        let falls = area.first_fall(duration, || area.at(0.0) >= deepest, is_on_edge);
         // A corner that comes in round an end is behind the line as it comes.
         let enters = self.entries(pair, at, velocity).into_iter().flatten();
-        let enters = enters.filter(|t| {
-            let gap = (area[0] + t * (area[1] + t * area[2])) / length;
-            gap <= 0.0 && gap >= -depth
+        let enters = enters.filter(|&t| {
+            (0.0..=duration).contains(&t)
+                && (deepest..=margin).contains(&area.at(t))
+                && area.falls_at(t)
+                && is_on_edge(t)
         });
-        let crosses = roots(area).into_iter().flatten();
-        let touch = behind
-            .into_iter()
-            .chain(crosses.chain(enters).filter(in_time));
-        let touch = touch.filter_map(|t| foot_at(t).map(|foot| (t, foot)));
-        let (time, foot) = touch.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        if self.belongs_to_other_edge(pair, foot, depth, at.after(velocity, duration)) {
-            return None;
-        }
-        Some(time)
+        let time = falls.into_iter().chain(enters).min_by(f64::total_cmp)?;
+        let foot = self.project(pair, at.after(velocity, time)).foot[0];
+        let end = at.after(velocity, duration);
+        (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Option<Pair> {

@@ -5,8 +5,9 @@
 //! [`crossing`]). Main features are the vertices, then the edges; target
 //! features the triangles, then the edges.
 
-mod coplanar;
 mod crossing;
+#[cfg(test)]
+mod exact_tests;
 mod facing;
 mod nearness;
 mod operators;

@@ -2,7 +2,7 @@
 //! lie in one plane, and in each other.
 
 use super::Shell;
-use super::coplanar::Volume;
+use crate::contact::orientation::Orientation;
 use crate::contact::surface::{FOOT_ROUND_OFF, Positions};
 use crate::vector::sub;
 
@@ -18,9 +18,9 @@ impl Shell {
     ) -> Option<f64> {
         let between = |from: u32, to: u32| self.between(from, to, at, velocity);
         let [a, b, c] = self.skin.triangles[triangle as usize].corners;
-        let volume = Volume::new([between(a, vertex), between(a, b), between(a, c)]);
+        let volume = Orientation::of_volume([between(a, vertex), between(a, b), between(a, c)]);
         let shallow = || self.facing(vertex, triangle, at).gap >= -depth;
-        Self::first_fall(&volume, duration, shallow, |time| {
+        volume.first_fall(duration, shallow, |time| {
             let then = at.after(velocity, time);
             let facing = self.facing(vertex, triangle, then);
             self.lies_on((vertex, triangle), &facing, then, depth)
@@ -47,7 +47,7 @@ impl Shell {
         let between = |from: u32, to: u32| self.between(from, to, at, velocity);
         let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
         let edges = [one, other].map(|ends| between(ends[0], ends[1]));
-        let volume = Volume::new([between(other[0], one[0]), edges[0], edges[1]]);
+        let volume = Orientation::of_volume([between(other[0], one[0]), edges[0], edges[1]]);
         let touches = |forward: bool| {
             move |time: f64| {
                 let then = at.after(velocity, time);
@@ -62,10 +62,9 @@ impl Shell {
             let now = self.crossing(main, target, at);
             now.is_some_and(|crossing| crossing.gap >= -depth)
         };
-        let first = |volume: &Volume, forward| {
-            Self::first_fall(volume, duration, shallow, touches(forward))
-        };
-        let [one, other] = [first(&volume, true), first(&volume.reversed(), false)];
+        let first =
+            |volume: Orientation, forward| volume.first_fall(duration, shallow, touches(forward));
+        let [one, other] = [first(volume, true), first(volume.reversed(), false)];
         one.into_iter().chain(other).min_by(f64::total_cmp)
     }
 
@@ -85,20 +84,5 @@ impl Shell {
         let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));
         let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
         [sub(&end, &start), sub(&fast, &slow)]
-    }
-
-    /// First time at which a volume, positive as long as the pair is apart, has
-    /// fallen to 0 and `touches` holds.
-    fn first_fall(
-        volume: &Volume,
-        duration: f64,
-        is_shallow: impl Fn() -> bool,
-        touches: impl Fn(f64) -> bool,
-    ) -> Option<f64> {
-        let behind = volume.now() <= volume.round_off(duration) && volume.falls_now();
-        if behind && is_shallow() && touches(0.0) {
-            return Some(0.0);
-        }
-        volume.falls_through(duration).find(|&time| touches(time))
     }
 }

@@ -1,0 +1,117 @@
+//! Times of impact in exact arithmetic: pairs of features whose places and velocities
+//! are whole numbers, and the instants at which they touch.
+
+mod polynomial;
+mod query;
+mod root;
+
+use std::cmp::Ordering;
+
+pub(super) use polynomial::{Polynomial, cross, difference, dot};
+pub(super) use query::{Draw, Query};
+pub(super) use root::{Dyadic, Root};
+
+use super::orientation::ROUND_OFF;
+use super::surface::FOOT_ROUND_OFF;
+
+/// What may be inside of a target, m.
+pub(super) const DEPTH: f64 = 1e-9;
+
+/// How far outside features a foot may be, m: none is longer than 80 m along each axis
+/// at the start, and as much after a second.
+pub(super) const FOOT: f64 = DEPTH + 300.0 * FOOT_ROUND_OFF;
+
+/// A pair of features that move at constant velocities.
+pub(super) struct Features {
+    /// Positive as long as they are apart.
+    pub(super) measure: Polynomial,
+    /// None negative as long as the foot lies on both.
+    pub(super) within: Vec<Polynomial>,
+    /// 0 where they have no normal.
+    pub(super) size: Polynomial,
+    /// Bound of the measure's terms.
+    pub(super) bound: f64,
+}
+
+/// An instant at which a pair touches.
+#[derive(Debug)]
+pub(super) struct Touch {
+    pub(super) time: Root,
+    /// The foot lies at the rim of a feature.
+    pub(super) on_rim: bool,
+}
+
+impl Features {
+    /// Seen with the normal turned round.
+    pub(super) fn reversed(self) -> Self {
+        Self {
+            measure: -&self.measure,
+            ..self
+        }
+    }
+
+    /// All instants of the first second at which they come to touch, in order: the
+    /// measure falls through 0 or, at the start, from 0, and the foot is on them.
+    pub(super) fn touches(&self) -> Vec<Touch> {
+        let roots = Root::all(&self.measure).into_iter();
+        let touches = roots.filter_map(|mut time| {
+            let falls = time.sign_after(&self.measure) < 0
+                && (time.is_at_start() || time.sign_before(&self.measure) > 0);
+            if !falls || time.sign_of(&self.size) == 0 {
+                return None;
+            }
+            let signs: Vec<i32> = self.within.iter().map(|p| time.sign_of(p)).collect();
+            let on_rim = signs.contains(&0);
+            (!signs.contains(&-1)).then_some(Touch { time, on_rim })
+        });
+        touches.collect()
+    }
+
+    /// Whether a pair is about to touch where it is found to: still on its own side, or
+    /// no deeper than some measure; no farther from touching than the margin of
+    /// round-off, with its foot on it.
+    ///
+    /// One margin is taken off before; a third of one is the round-off of what it was
+    /// taken from, and as much of this.
+    pub(super) fn touch_at(&self, found: f64, deepest: f64, outside: impl Fn(f64) -> f64) -> bool {
+        let margin = ROUND_OFF * self.bound;
+        let exactly = self.measure.sign_at(&Dyadic::from(found));
+        let enters = deepest > 0.0 && self.measure.about(found) >= -deepest;
+        let is_near = (exactly >= 0 || enters) && self.measure.about(found) <= 2.0 * margin;
+        // The foot may come in while the measure falls from one margin to the other:
+        // where it grazes that takes up to 1 + √2 times as long as at the first rate.
+        let rate = self.measure.derivative().about(found).abs();
+        let last = 5.0 * margin / rate;
+        let times = (0..=5).map(|k| found + f64::from(k) * margin / rate);
+        let is_on = rate <= 0.0 || times.map(outside).any(|outside| outside <= FOOT);
+        is_near && (is_on || self.vanishes(found, found + last))
+    }
+
+    /// Whether a feature shrinks to nothing in an interval: it has no foot there.
+    fn vanishes(&self, from: f64, until: f64) -> bool {
+        let [from, until] = [from, until].map(Dyadic::from);
+        let roots = Root::all(&self.size);
+        roots.iter().any(|root| {
+            root.compare(&from) != Ordering::Less && root.compare(&until) != Ordering::Greater
+        })
+    }
+}
+
+impl Touch {
+    /// Whether what was found is no later.
+    pub(super) fn is_found_by(&self, found: Option<f64>) -> bool {
+        found.is_some_and(|found| self.time.compare(&Dyadic::from(found)) != Ordering::Less)
+    }
+}
+
+/// Bound of the measure's terms over a second: of lengths and rates of its edges.
+pub(super) fn bound<const D: usize>(edges: &[&[Polynomial; D]]) -> f64 {
+    let norm = |edge: &[Polynomial; D], k: usize| {
+        let squares = edge.iter().map(|p| p.coefficient(k).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    edges
+        .iter()
+        .map(|edge| norm(edge, 0) + norm(edge, 1))
+        .product()
+}

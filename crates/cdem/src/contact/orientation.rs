@@ -1,0 +1,198 @@
+//! On which side of a line or a plane a point is that moves at a constant velocity,
+//! as do the points that the line or plane goes through.
+
+use crate::contact::roots::roots;
+use crate::vector::{add, cross, cross2, dot, norm};
+
+/// Bisections that take an interval down to round-off.
+const BISECTIONS: u32 = 64;
+
+/// Round-off of the volume, over the bound of its terms. A term is a product of up to
+/// three differences, summed and multiplied by times: 16 roundings of half an ε at
+/// most. The terms' moduli add up to 1.2 of the bound (Hadamard's for permanents), so
+/// a third of this would do.
+pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
+
+/// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in
+/// time: a cubic.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Orientation {
+    /// Of 1, t, t² and t³.
+    coefficients: [f64; 4],
+    /// Bound of the terms' sum at t = 0, and what is added a second.
+    size: [[f64; 2]; 3],
+}
+
+/// A time in which it is no longer above round-off, until the end of its fall.
+#[derive(Clone, Copy, Debug)]
+struct Fall {
+    start: f64,
+    end: f64,
+}
+
+impl Orientation {
+    /// The volume of the edges, m, with their rates, m/s.
+    pub(super) fn of_volume([a, b, c]: [[[f64; 3]; 2]; 3]) -> Self {
+        let face = cross(&b[0], &c[0]);
+        let turns = add(&cross(&b[1], &c[0]), &cross(&b[0], &c[1]));
+        let swirl = cross(&b[1], &c[1]);
+        Self {
+            coefficients: [
+                dot(&a[0], &face),
+                dot(&a[1], &face) + dot(&a[0], &turns),
+                dot(&a[1], &turns) + dot(&a[0], &swirl),
+                dot(&a[1], &swirl),
+            ],
+            size: [a, b, c].map(|edge| edge.map(|vector| norm(&vector))),
+        }
+    }
+
+    /// The area of the edges, m, with their rates, m/s.
+    pub(super) fn of_area([a, b]: [[[f64; 2]; 2]; 2]) -> Self {
+        let [one, other] = [a, b].map(|edge| edge.map(|vector| norm(&vector)));
+        Self {
+            coefficients: [
+                cross2(&a[0], &b[0]),
+                cross2(&a[1], &b[0]) + cross2(&a[0], &b[1]),
+                cross2(&a[1], &b[1]),
+                0.0,
+            ],
+            size: [one, other, [1.0, 0.0]],
+        }
+    }
+
+    /// Value at a time.
+    pub(super) fn at(&self, t: f64) -> f64 {
+        let [c0, c1, c2, c3] = self.coefficients;
+        c0 + t * (c1 + t * (c2 + t * c3))
+    }
+
+    /// Whether it falls at a time: by its first derivative that is not 0.
+    pub(super) fn falls_at(&self, t: f64) -> bool {
+        let [_, c1, c2, c3] = self.coefficients;
+        let rates = [c1 + t * (2.0 * c2 + t * 3.0 * c3), c2 + 3.0 * t * c3, c3];
+        rates.into_iter().find(|&rate| rate != 0.0).unwrap_or(0.0) < 0.0
+    }
+
+    /// The same of the other sense.
+    pub(super) fn reversed(self) -> Self {
+        Self {
+            coefficients: self.coefficients.map(|c| -c),
+            ..self
+        }
+    }
+
+    /// Round-off of the value up to `duration`.
+    pub(super) fn round_off(&self, duration: f64) -> f64 {
+        let bound = self.size.map(|[now, rate]| now + duration * rate);
+        ROUND_OFF * bound[0] * bound[1] * bound[2]
+    }
+
+    /// First time at which it, positive as long as a pair is apart, has fallen to 0
+    /// and `touches` holds: never later than that. What is 0 already touches if it
+    /// falls and is no deeper than `is_shallow` allows.
+    pub(super) fn first_fall(
+        &self,
+        duration: f64,
+        is_shallow: impl Fn() -> bool,
+        touches: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let margin = self.round_off(duration);
+        let behind = self.at(0.0) <= margin && self.falls_at(0.0);
+        if behind && is_shallow() && touches(0.0) {
+            return Some(0.0);
+        }
+        // One that grazes comes in at the rim of its target while it falls through
+        // round-off, which takes √ε long.
+        let falls = self.falls(duration, margin);
+        let first = falls.into_iter().flatten().find(|fall| {
+            touches(fall.start) || touches(self.last_above(-margin, fall.start, fall.end))
+        });
+        first.map(|fall| fall.start)
+    }
+
+    /// The stretches of time within `duration` in which it falls from above `margin`,
+    /// or from a turn within it to below; at most two. Both where it is within margins
+    /// all along rests.
+    fn falls(&self, duration: f64, margin: f64) -> [Option<Fall>; 3] {
+        let [_, c1, c2, c3] = self.coefficients;
+        let mut ends = [0.0, duration, duration, duration];
+        let mut count = 1;
+        for turn in roots([c1, 2.0 * c2, 3.0 * c3]).into_iter().flatten() {
+            if turn > 0.0 && turn < duration {
+                ends[count] = turn;
+                count += 1;
+            }
+        }
+        std::array::from_fn(|k| {
+            let (start, end) = (ends[k], ends[k + 1]);
+            if k >= count || self.at(end) > margin {
+                return None;
+            }
+            let before = ends[k.saturating_sub(1)];
+            let turns_within = k > 0
+                && self.at(start) >= -margin
+                && self.at(before) >= -margin
+                && self.at(end) < -margin;
+            (self.at(start) > margin || turns_within).then(|| Fall {
+                start: self.last_above(margin, start, end),
+                end,
+            })
+        })
+    }
+
+    /// Until when it is above a `level`, of an interval in which it falls.
+    fn last_above(&self, level: f64, mut low: f64, mut high: f64) -> f64 {
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.at(middle) > level {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Area of a vertex from the start of an edge, and of the edge that is 1 m upright.
+    fn area(from: [f64; 2], rate: [f64; 2], stretch: [f64; 2]) -> Orientation {
+        Orientation::of_area([[from, rate], [[0.0, 1.0], stretch]])
+    }
+
+    #[test]
+    fn what_rises_by_less_than_round_off_before_it_falls_touches() {
+        // 1e-17 t − t²: whether it rises at all, only exact arithmetic tells.
+        let falls = area([0.0, 0.0], [1e-17, 1.0], [1.0, 0.0]);
+        let found = falls.first_fall(1.0, || true, |_| true);
+        assert!(found.is_some_and(|time| time < 1e-16), "{found:?}");
+    }
+
+    #[test]
+    fn what_rests_or_parts_within_round_off_does_not_touch() {
+        for (rate, stretch) in [
+            ([0.0, 0.0], [0.0, 0.0]),
+            ([1e-17, 0.0], [0.0, 0.0]),
+            ([1.0, 0.0], [0.0, 0.0]),
+            ([1e-17, 1.0], [1e-17, 0.0]), // rises, falls, and stays within
+        ] {
+            let found = area([0.0, 0.5], rate, stretch).first_fall(1.0, || true, |_| true);
+            assert_eq!(found, None, "{rate:?} {stretch:?}");
+        }
+    }
+
+    #[test]
+    fn what_grazes_touches_though_the_foot_comes_in_meanwhile() {
+        // (t − ½)² is within round-off for 1e-7 s before it is 0.
+        let grazes = area([0.25, 0.0], [-1.0, -1.0], [1.0, 0.0]);
+        let found = grazes.first_fall(1.0, || true, |time| time > 0.5 - 1e-9);
+        assert!(found.is_some_and(|time| time < 0.5 - 1e-8), "{found:?}");
+    }
+}
