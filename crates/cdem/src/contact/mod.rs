@@ -16,7 +16,7 @@ mod near;
 #[cfg(test)]
 mod near_tests;
 #[cfg(test)]
-mod oracle_tests;
+mod oracle;
 mod orientation;
 mod outline;
 #[cfg(test)]

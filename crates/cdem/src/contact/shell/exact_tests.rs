@@ -1,7 +1,7 @@
 //! Times of impact in space against exact arithmetic.
 
 use super::{Meeting, Shell, tests::all_pairs};
-use crate::contact::exact::{DEPTH, Draw, Features, Query, bound, cross, difference, dot};
+use crate::contact::exact::{DEPTH, Draw, FOOT, Features, Query, bound, cross, difference, dot};
 use crate::contact::surface::{FOOT_ROUND_OFF, Pair, Positions, Surface};
 use crate::vector;
 
@@ -80,8 +80,10 @@ impl Trial<'_> {
         };
         let then = self.at.after(self.velocity, time);
         let crossing = self.shell.crossing(main, target, then)?;
-        // A sum of unit vectors, some of flat triangles.
-        let is_clear = crossing.outward.abs() > FOOT_ROUND_OFF;
+        // Triangles that shrink to a line have any normal.
+        let least_height = |edge: u32| self.shell.skin.ridge(edge, then).least_height;
+        let has_sides = [main, target].map(least_height).iter().all(|&h| h > FOOT);
+        let is_clear = has_sides && crossing.outward.abs() > FOOT_ROUND_OFF;
         is_clear.then_some(crossing.forward)
     }
 
