@@ -4,14 +4,14 @@ use super::TOLERANCE;
 use super::meeting::Meeting;
 use super::space::Space;
 use crate::contact::search::Patches;
-use crate::contact::surface::{Nearness, Pair, Positions, Surface};
+use crate::contact::surface::{Nearness, Pair, Positions, Projection, Surface};
 use crate::vector::{add_scaled, norm, scale};
 
 /// The first touch of a meeting within a second.
 #[derive(Debug)]
 pub(super) struct First<const D: usize> {
     pub(super) time: f64,
-    /// No other pair touches within a millionth of a second from then.
+    /// No other pair is within the tolerance of touching then.
     pub(super) is_only: bool,
     /// Nodes of main and target, sorted.
     features: [Vec<u32>; 2],
@@ -69,25 +69,28 @@ impl<const D: usize> First<D> {
         let found = touches.iter().copied();
         let found = found.filter(|touch| near.binary_search(&touch.pair).is_ok());
         let found: Vec<Touch> = found.collect();
-        [touches, found].map(|touches| Self::among(&touches, meeting, &*surface, at))
+        [touches, found].map(|touches| Self::among(&touches, &near, (meeting, &*surface, at)))
     }
 
     fn among(
         touches: &[Touch],
-        meeting: &Meeting<D>,
-        surface: &dyn Surface<D>,
-        at: Positions<D>,
+        near: &[Pair],
+        (meeting, surface, at): (&Meeting<D>, &dyn Surface<D>, Positions<D>),
     ) -> Option<Self> {
         let first = touches
             .iter()
             .min_by(|one, other| one.time.total_cmp(&other.time))?;
         let (time, pair) = (first.time, first.rightful);
-        let rival = |touch: &&Touch| touch.rightful != pair && touch.time <= time + 1e-6;
         let then = at.after(&meeting.velocity, time);
+        let is_close = |other: &Pair| {
+            let Projection { gap, outside, .. } = surface.project(*other, then);
+            gap.abs() <= TOLERANCE && outside <= TOLERANCE
+        };
+        let mut others = near.iter().filter(|&&other| other != pair);
         let foot = surface.project(pair, then).foot;
         Some(Self {
             time,
-            is_only: !touches.iter().any(|touch| rival(&touch)),
+            is_only: !others.any(is_close),
             features: features(surface, pair),
             normal: surface.operator(pair, &foot, then).frame[0],
         })

@@ -100,43 +100,53 @@ impl<const D: usize> Meeting<D> {
         } else {
             0.0
         };
-        for block in 0..2 {
-            let mut shape = Shape::<D>::random::<S>(random, draw.bent);
-            let quarter = std::f64::consts::FRAC_PI_4;
-            let angles = [0; 3].map(|_| {
-                if draw.degenerate {
-                    quarter * f64::from(random.u8(..4))
-                } else {
-                    number(random, 4.0)
-                }
-            });
-            let sign = if block == 0 { -1.0 } else { 1.0 };
-            let centre = Self::centre(random, draw, &direction, sign);
-            let (mean, mut gradient) = Self::motion(random, draw, &direction, sign);
-            let warp: [[f64; D]; D] = std::array::from_fn(|_| vector(random, noise));
-            let shift: [f64; D] = vector(random, noise);
-            for row in &mut gradient {
-                add_scaled(row, 1.0, &vector(random, noise));
-            }
-            let mean = add(&mean, &vector(random, noise));
-            for node in &mut shape.nodes {
-                if block == 1 {
-                    node[D - 1] *= draw.thickness;
-                }
-                let from = S::turn(node, angles);
-                *node = add(&from, &std::array::from_fn(|c| dot(&warp[c], &from)));
-            }
-            let moving = |from: &[f64; D]| {
-                let rate = std::array::from_fn(|c| mean[c] + dot(&gradient[c], from));
-                (add(&add(&centre, &shift), from), rate)
-            };
-            let nodes: Vec<_> = shape.nodes.iter().map(moving).collect();
-            meeting.push(shape.kind, &shape.cells, nodes.into_iter());
+        for sign in [-1.0, 1.0] {
+            meeting.add::<S>(random, draw, (&direction, sign), noise);
         }
         if draw.rests {
             meeting.close::<S>();
         }
         meeting
+    }
+
+    /// Adds a block, on that side of the middle; all that is round is so up to `noise`.
+    fn add<S: Space<D>>(
+        &mut self,
+        random: &mut Rng,
+        draw: Draw,
+        (direction, sign): (&[f64; D], f64),
+        noise: f64,
+    ) {
+        let mut shape = Shape::<D>::random::<S>(random, draw.bent);
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let angles = [0; 3].map(|_| {
+            if draw.degenerate {
+                quarter * f64::from(random.u8(..4))
+            } else {
+                number(random, 4.0)
+            }
+        });
+        let centre = Self::centre(random, draw, direction, sign);
+        let (mean, mut gradient) = Self::motion(random, draw, direction, sign);
+        let warp: [[f64; D]; D] = std::array::from_fn(|_| vector(random, noise));
+        let centre = add(&centre, &vector(random, noise));
+        let mean = add(&mean, &vector(random, noise));
+        for row in &mut gradient {
+            add_scaled(row, 1.0, &vector(random, noise));
+        }
+        for node in &mut shape.nodes {
+            if !self.mesh.blocks.is_empty() {
+                node[D - 1] *= draw.thickness;
+            }
+            let from = S::turn(node, angles);
+            *node = add(&from, &std::array::from_fn(|c| dot(&warp[c], &from)));
+        }
+        let moving = |from: &[f64; D]| {
+            let rate = std::array::from_fn(|c| mean[c] + dot(&gradient[c], from));
+            (add(&centre, from), rate)
+        };
+        let nodes = shape.nodes.iter().map(moving);
+        self.push(shape.kind, &shape.cells, nodes);
     }
 
     fn centre(random: &mut Rng, draw: Draw, direction: &[f64; D], sign: f64) -> [f64; D] {
