@@ -1,5 +1,7 @@
 //! Times of impact in the plane against exact arithmetic.
 
+#![allow(clippy::print_stdout)] // the figures are the report
+
 use super::exact::{DEPTH, Draw, FOOT, Features, Polynomial, Query, Touch, bound, difference, dot};
 use super::outline::Outline;
 use super::surface::{Pair, Positions, Surface};

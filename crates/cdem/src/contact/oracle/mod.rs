@@ -2,6 +2,8 @@
 //! pairs and against separating planes: convex cells are apart if and only if the
 //! normal of a face, or of two edges, has them apart.
 
+#![allow(clippy::print_stdout)] // the figures are the report
+
 mod first;
 mod meeting;
 mod separation;

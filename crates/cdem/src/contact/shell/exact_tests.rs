@@ -1,5 +1,7 @@
 //! Times of impact in space against exact arithmetic.
 
+#![allow(clippy::print_stdout)] // the figures are the report
+
 use super::{Meeting, Shell, tests::all_pairs};
 use crate::contact::exact::{DEPTH, Draw, FOOT, Features, Query, bound, cross, difference, dot};
 use crate::contact::surface::{FOOT_ROUND_OFF, Pair, Positions, Surface};
