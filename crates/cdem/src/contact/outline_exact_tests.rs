@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
-use super::exact::{DEPTH, Draw, FOOT, Features, Polynomial, Query, Touch, bound, difference, dot};
+use super::exact::{DEPTH, Draw, Features, Polynomial, Query, Touch, bound, difference, dot};
 use super::outline::Outline;
 use super::surface::{Pair, Positions, Surface};
 use crate::vector::cross2;
@@ -68,9 +68,7 @@ impl Trial<'_> {
             self.outline.project(pair, then).outside
         };
         // What comes in round an end is behind the line of the edge as it comes.
-        let enters = outside(found).abs() <= FOOT;
-        let length = self.outline.target_size(pair.target, self.at);
-        let deepest = if enters { DEPTH * length } else { 0.0 };
+        let deepest = DEPTH * self.outline.target_size(pair.target, self.at);
         let is_touch = self
             .features(self.nodes(pair))
             .touch_at(found, deepest, outside);

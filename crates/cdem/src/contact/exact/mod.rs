@@ -68,7 +68,7 @@ impl Features {
     }
 
     /// Whether a pair is about to touch where it is found to: still on its own side, or
-    /// no deeper than some measure; no farther from touching than the margin of
+    /// no deeper than round-off or some measure where its foot comes in; no farther from touching than the margin of
     /// round-off, with its foot on it.
     ///
     /// One margin is taken off before; a third of one is the round-off of what it was
@@ -76,7 +76,8 @@ impl Features {
     pub(super) fn touch_at(&self, found: f64, deepest: f64, outside: impl Fn(f64) -> f64) -> bool {
         let margin = ROUND_OFF * self.bound;
         let exactly = self.measure.sign_at(&Dyadic::from(found));
-        let enters = deepest > 0.0 && self.measure.about(found) >= -deepest;
+        let enters =
+            outside(found).abs() <= FOOT && self.measure.about(found) >= -deepest.max(2.0 * margin);
         let is_near = (exactly >= 0 || enters) && self.measure.about(found) <= 2.0 * margin;
         // The foot may come in while the measure falls from one margin to the other:
         // where it grazes that takes up to 1 + √2 times as long as at the first rate.
