@@ -85,7 +85,7 @@ impl Features {
         let last = 5.0 * margin / rate;
         let times = (0..=5).map(|k| found + f64::from(k) * margin / rate);
         let is_on = rate <= 0.0 || times.map(outside).any(|outside| outside <= FOOT);
-        is_near && (is_on || self.vanishes((found - last).max(0.0), found + last))
+        is_near && is_on || self.vanishes((found - last).max(0.0), found + last)
     }
 
     /// Whether a feature shrinks to nothing in an interval: it has no foot there.
