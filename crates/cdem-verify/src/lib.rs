@@ -4,6 +4,7 @@
 mod balance;
 pub mod fit;
 mod overlap;
+mod pieces;
 mod random;
 mod rocks;
 
@@ -15,6 +16,7 @@ use cdem::{AnyMesh, Simulation};
 
 pub use balance::Balance;
 pub use overlap::deepest_overlap;
+pub use pieces::{Body, mesh_of};
 pub use random::Random;
 pub use rocks::{SEED, rocks, tetrahedra};
 
