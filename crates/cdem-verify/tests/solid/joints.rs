@@ -1,6 +1,7 @@
 //! Joints in space: strength until they part, none after.
 
 use cdem::mesh::ElementKind;
+use cdem::sample::ContactRow;
 use cdem::scene::{LoadKind, Schedule};
 use cdem_verify::{Case, load, run};
 use nalgebra::Vector3;
@@ -46,7 +47,6 @@ fn flush_faces_touch_in_their_corners_alone() {
 }
 
 #[test]
-#[ignore = "slow study: a joint of consistent masses takes milliseconds a step"]
 fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
     let [most, when, after] = pull(&load("joint-3d"), &Vector3::z(), 0.0);
     // Never more than it bears, and no less by more than the growth of the load
@@ -74,4 +74,44 @@ fn a_joint_slips_at_its_cohesion_and_has_none_after() {
     assert!(most > 0.8e6 * 0.99, "{most} {when} {after}");
     assert!((when / 0.4 - 1.0).abs() < 0.02, "{most} {when} {after}");
     assert!(after < 1.0, "{most} {when} {after}");
+}
+
+#[test]
+fn cubes_that_meet_after_parting_neither_pull_nor_cohere() {
+    let case = load("joint-3d");
+    let mut simulation = case.start();
+    simulation.block_rows();
+    let (mut rows, mut pulled) = (Vec::new(), 0.0_f64);
+    run(&mut simulation, |simulation| {
+        rows.extend(simulation.ended_contacts());
+        let force = simulation.block_rows()[1].force;
+        if simulation.time() > 0.55 {
+            pulled = pulled.max(-force[2]);
+        }
+    });
+    rows.extend(simulation.live_contacts());
+    let (parted, met): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row.time_on == 0.0);
+    let sum = |of: fn(&ContactRow) -> f64| met.iter().map(|row| of(row)).sum::<f64>();
+    let [impulse, shear, slip] = [
+        sum(|row| row.normal_impulse),
+        sum(|row| row.shear_impulse),
+        sum(|row| row.slip),
+    ];
+    println!(
+        "{} points parted, {} met: {impulse:.3e} N s, shear {shear:.1e} N s over {slip:.1e} m, \
+         pull {pulled:.1e} N",
+        parted.len(),
+        met.len()
+    );
+    assert_eq!(parted.len(), 4);
+    assert!(impulse > 0.0 && slip > 0.0, "they meet and slide");
+    for row in parted {
+        assert!(
+            row.time_off
+                .is_some_and(|off| (off / 0.5 - 1.0).abs() < 0.01),
+            "{row:?}"
+        );
+    }
+    // Exactly: no point has a limit but zero.
+    assert_eq!([pulled.max(0.0), shear], [0.0; 2]);
 }
