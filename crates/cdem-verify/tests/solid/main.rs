@@ -5,10 +5,12 @@
 
 mod element;
 mod joints;
+mod meeting;
 mod notch;
 mod rest;
 mod rocks;
 mod shoves;
+mod shapes;
 mod slope;
 mod threads;
 mod types;
