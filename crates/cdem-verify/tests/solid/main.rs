@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout)] // the figures are the report
 
 mod element;
+mod flung;
 mod joints;
 mod meeting;
 mod notch;
