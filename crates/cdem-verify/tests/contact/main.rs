@@ -19,3 +19,4 @@ mod rolling;
 mod slope;
 mod stack;
 mod tunnel;
+mod types;

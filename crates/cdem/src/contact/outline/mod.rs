@@ -1,5 +1,7 @@
 //! Surfaces in 2-D: boundary vertices against boundary edges.
 
+mod corners;
+
 use std::ops::Range;
 
 use crate::contact::orientation::Orientation;
@@ -325,6 +327,10 @@ impl Surface<2> for Outline {
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 
+    fn rightful(&self, pair: Pair, at: [Positions<2>; 2], tolerance: f64) -> Option<Pair> {
+        self.rightful_at_corner(pair, at, tolerance)
+    }
+
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Option<Pair> {
         let target = self.next(pair.target, foot[0] > 0.5)?;
         let moved = Pair {
@@ -396,7 +402,8 @@ impl Surface<2> for Outline {
         let share = self.flush_share(pair, at, tolerance);
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
-        let kind = if share > 0.0 {
+        // Edges that only go on in one line lie on each other by round-off.
+        let kind = if share > 0.5 * tolerance {
             ContactKind::EdgeEdge
         } else if foot.min(1.0 - foot) * length <= tolerance {
             ContactKind::VertexVertex
