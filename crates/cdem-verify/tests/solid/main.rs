@@ -14,5 +14,6 @@ mod shoves;
 mod shapes;
 mod slope;
 mod threads;
+mod tilt;
 mod types;
 mod wedge;

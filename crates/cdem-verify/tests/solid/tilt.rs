@@ -1,0 +1,147 @@
+//! Faces and edges that lie down all but flush: below an angle, the sine of which is
+//! `FLUSH`, they count as flush, and another type is reported. Nothing else may change
+//! there.
+
+use cdem::mesh::ElementKind;
+use cdem::sample::ContactKind;
+use cdem_verify::{Body, deepest_overlap, run};
+use nalgebra::{Rotation3, Vector3};
+
+use crate::meeting::{Feature, Posed, case, start};
+
+/// Sine of the angle up to which features count as flush.
+const FLUSH: f64 = 0.02;
+
+/// What a landing leaves.
+#[derive(Debug)]
+struct Landing {
+    kind: ContactKind,
+    /// Sum of normal impulses, N·s.
+    impulse: f64,
+    /// Velocity, m/s, and spin, rad/s, of the box that falls.
+    motion: [Vector3<f64>; 2],
+}
+
+/// Two boxes, the upper one above a face of the lower one on a face or, turned, on an
+/// edge, tilted by an angle about y.
+fn boxes(feature: Feature, tilt: f64) -> [Posed; 2] {
+    let mut rotation = Rotation3::from_axis_angle(&Vector3::y_axis(), tilt);
+    if feature == Feature::Edge {
+        rotation *= Rotation3::from_axis_angle(&Vector3::x_axis(), 0.6);
+    }
+    let corners = |low: [f64; 3], high: [f64; 3]| {
+        let around = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        let corners = [0, 1].map(|z| around.map(|[x, y]| [x, y, z])).concat();
+        let place = move |corner: [usize; 3]| [0, 1, 2].map(|c| [low[c], high[c]][corner[c]]);
+        corners.into_iter().map(place)
+    };
+    let turned: Vec<_> = corners([-0.5, -0.4, 0.0], [0.4, 0.3, 0.6])
+        .map(|corner| rotation * Vector3::from(corner))
+        .collect();
+    let heights = turned.iter().map(|corner| corner.z);
+    let lowest = Vector3::z() * heights.fold(f64::INFINITY, f64::min);
+    let upper = turned
+        .iter()
+        .map(|corner| (corner - lowest).into())
+        .collect();
+    let lower = corners([-1.0, -0.9, -1.0], [0.9, 1.0, 0.0]).collect();
+    [upper, lower].map(|corners| Posed {
+        body: Body {
+            kind: ElementKind::Hex8,
+            corners,
+            pieces: 1,
+        },
+        feature: Vec::new(),
+    })
+}
+
+/// Lands a box; checks what must hold at any tilt.
+fn land(feature: Feature, tilt: f64) -> Landing {
+    let [hammer, anvil] = boxes(feature, tilt);
+    // Until the far end has come down too.
+    let mut simulation = start(&case(1e-4, 0.01 + 20.0 * tilt), &hammer, &anvil);
+    let (mut overlap, mut rows) = (0.0_f64, Vec::new());
+    while simulation.contacts_begun() == 0 {
+        simulation.step().expect("it is stable");
+    }
+    for normal in simulation.contact_frame().normals {
+        // That of the lower box's face, whatever the tilt of the upper one: it turns
+        // with the strain of the impact, the speed over that of waves, 1.6e-4.
+        assert!(normal[0].hypot(normal[1]) < 3e-4, "{normal:?}");
+    }
+    run(&mut simulation, |simulation| {
+        rows.extend(simulation.ended_contacts());
+        if simulation.step_index() % 8 == 0 {
+            overlap = overlap.max(deepest_overlap(&simulation.frame()));
+        }
+    });
+    rows.extend(simulation.live_contacts());
+    rows.sort_by(|a, b| a.time_on.total_cmp(&b.time_on));
+    let tolerance = simulation.scene().contact.tolerance.expect("filled in");
+    assert!(overlap <= tolerance && simulation.max_penetration() <= tolerance);
+    let block = &simulation.block_rows()[0];
+    let motion = [block.velocity, block.angular_velocity].map(Vector3::from);
+    let impulse: f64 = rows.iter().map(|row| row.normal_impulse).sum();
+    println!(
+        "{feature:?} tilted by {tilt:.9}: {}, {impulse:.7} N s",
+        rows[0].kind.name()
+    );
+    Landing {
+        kind: rows[0].kind,
+        impulse,
+        motion,
+    }
+}
+
+/// How far apart two landings are, over the whole.
+fn change(one: &Landing, other: &Landing) -> f64 {
+    let motion = (0..2).map(|k| (one.motion[k] - other.motion[k]).norm() / 0.2);
+    motion.fold((one.impulse / other.impulse - 1.0).abs(), f64::max)
+}
+
+#[test]
+fn landings_do_not_jump_where_features_count_as_flush() {
+    for (feature, flush, tilted) in [
+        (Feature::Face, ContactKind::FaceFace, ContactKind::EdgeFace),
+        (
+            Feature::Edge,
+            ContactKind::EdgeFace,
+            ContactKind::VertexFace,
+        ),
+    ] {
+        let border = FLUSH.asin();
+        let beside = |share: f64| land(feature, border * (1.0 + share));
+        let [near, far] = [1e-9, 1e-6];
+        let below = [-far, -near].map(beside);
+        let above = [near, far].map(beside);
+        assert!(below.iter().all(|landing| landing.kind == flush));
+        assert!(above.iter().all(|landing| landing.kind == tilted));
+        // As steep as on either side, where nothing is decided. (Faces rattle, so that
+        // small changes grow by hundreds until they part.)
+        let slopes = [&below, &above].map(|[one, other]| change(one, other) / (far - near));
+        let across = change(&below[1], &above[0]) / (2.0 * near);
+        println!("{feature:?}: change over that of the tilt {slopes:.1?}, across {across:.1}");
+        assert!(
+            across < 2.0 * slopes[0].max(slopes[1]),
+            "{across} {slopes:?}"
+        );
+    }
+}
+
+#[test]
+fn landings_at_all_tilts_keep_their_type_and_tolerance() {
+    for (feature, flush, tilted) in [
+        (Feature::Face, ContactKind::FaceFace, ContactKind::EdgeFace),
+        (
+            Feature::Edge,
+            ContactKind::EdgeFace,
+            ContactKind::VertexFace,
+        ),
+    ] {
+        for step in 0..=24 {
+            let tilt = 1e-4 * 10_f64.powf(f64::from(step) / 8.0);
+            let expected = if tilt.sin() <= FLUSH { flush } else { tilted };
+            assert_eq!(land(feature, tilt).kind, expected, "{tilt}");
+        }
+    }
+}
