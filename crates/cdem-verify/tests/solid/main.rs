@@ -9,6 +9,7 @@ mod joints;
 mod meeting;
 mod notch;
 mod rest;
+mod restitution;
 mod rocks;
 mod shoves;
 mod shapes;
