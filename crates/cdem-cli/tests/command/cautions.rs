@@ -63,6 +63,21 @@ fn a_probe_far_from_its_block_is_told_with_the_distance() {
 }
 
 #[test]
+fn a_tolerance_far_above_the_default_is_told() {
+    // The shortest edge is 0.25 m, the default a 1e-4th of it.
+    let tolerant = |tolerance: &str| {
+        let scene = FALL.replace(
+            "[contact]",
+            &format!("[contact]\ntolerance = \"{tolerance}\""),
+        );
+        assert_ne!(scene, FALL);
+        of(&scene)
+    };
+    insta::assert_snapshot!(tolerant("0.5 mm"));
+    assert_eq!(tolerant("0.2 mm"), "");
+}
+
+#[test]
 fn what_starts_after_the_end_is_told() {
     let late = "[[boundary]]\ngroup = \"stone.xmin\"\nvelocity = { x = 0.0 }\nstart = 0.5\n\n\
                 [[load]]\ngroup = \"stone.ymax\"\npressure = 1e3\nstart = \"20 ms\"\n";

@@ -302,10 +302,15 @@ fn contact_tolerance<const D: usize>(scene: &mut Scene, mesh: &Mesh<D>) -> Resul
     let tolerance = *scene
         .contact
         .tolerance
-        .get_or_insert_with(|| 1e-4 * mesh.smallest_boundary_edge());
+        .get_or_insert_with(|| default_tolerance(mesh));
     refuse_tolerance(mesh, tolerance)?;
     refuse_overlap(scene, mesh, tolerance)?;
     Ok(tolerance)
+}
+
+/// Contact tolerance where the scene gives none, m.
+pub(super) fn default_tolerance<const D: usize>(mesh: &Mesh<D>) -> f64 {
+    1e-4 * mesh.smallest_boundary_edge()
 }
 
 /// Key of the name of a block: where the scene shows which one is meant.

@@ -1,5 +1,6 @@
 //! What is not wrong with a scene and its mesh, but most likely not meant.
 
+use super::build::default_tolerance;
 use super::{Model, names};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, coordinates};
@@ -14,6 +15,9 @@ const INERTIA_ERROR: f64 = 0.01;
 /// look at in a run that takes long.
 const SLOWED: f64 = 10.0;
 
+/// Contact tolerance over the default's, up to which results do not depend on it.
+const TOLERANT: f64 = 10.0;
+
 /// Speeds of compression waves in solids, m/s: from soft gels up to diamond.
 const WAVE_SPEEDS: [f64; 2] = [1.0, 2e4];
 
@@ -27,6 +31,7 @@ pub(super) fn cautions<const D: usize>(
     let mut found = blocks(scene, model);
     found.extend(materials(scene));
     found.extend(joints(scene));
+    found.extend(tolerance(scene, &model.mesh));
     found.extend(damping(scene, model, shortest));
     found.extend(late(scene));
     found.extend(intervals(scene, model.step));
@@ -82,6 +87,22 @@ fn joints(scene: &Scene) -> Option<Problem> {
             KeyPath::root().key("contact").key("tensile_strength"),
             message,
         )
+    })
+}
+
+/// A tolerance that moves what touches, and when.
+fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
+    let default = default_tolerance(mesh);
+    let tolerance = scene.contact.tolerance?;
+    (tolerance > TOLERANT * default).then(|| {
+        let message = format!(
+            "blocks up to {} m apart may touch, {:.0} times the default: a 1e-4th of the shortest \
+             edge, {} m; leave it out, unless gaps of that size are to be closed",
+            short(tolerance),
+            tolerance / default,
+            short(default)
+        );
+        Problem::new(KeyPath::root().key("contact").key("tolerance"), message)
     })
 }
 
