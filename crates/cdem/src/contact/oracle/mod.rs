@@ -34,8 +34,9 @@ struct Tally {
     grazing: usize,
 }
 
-/// What may sink in. Those that lie or go within the tolerance of each other's corners
-/// and faces may do so by it: their touch belongs to a neighbour.
+/// What may sink in, and be apart at the touch. Those that lie or go within the
+/// tolerance of each other's corners and faces may do so by it: their touch belongs to
+/// a neighbour, which may touch a little earlier or later.
 fn allowed(draw: Draw) -> f64 {
     if draw.noisy || draw.rests {
         TOLERANCE
@@ -67,7 +68,7 @@ fn judge_one<const D: usize, S: Space<D>>(
     if let Some(time) = other {
         let apart = meeting.separation::<S>(time);
         assert!(
-            apart < SINKS,
+            apart < allowed(draw),
             "{draw:?} case {case}: {apart:e} apart at {time}"
         );
     }
