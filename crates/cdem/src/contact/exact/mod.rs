@@ -68,8 +68,8 @@ impl Features {
     }
 
     /// Whether a pair is about to touch where it is found to: still on its own side, or
-    /// no deeper than round-off or some measure where its foot comes in; no farther from touching than the margin of
-    /// round-off, with its foot on it.
+    /// no deeper than round-off or some measure where its foot comes in; no farther
+    /// from touching than the margin of round-off, with its foot on it.
     ///
     /// One margin is taken off before; a third of one is the round-off of what it was
     /// taken from, and as much of this.
