@@ -127,7 +127,8 @@ fn hooked(seed: u64) -> Case {
 #[test]
 fn blocks_that_hook_into_each_other_bounce() {
     judge("hooked, as filed", load("hooked-blocks").start(), None);
-    for seed in 0..10 {
+    // In the last an edge slides along a rim into a re-entrant corner.
+    for seed in (0..10).chain([81]) {
         judge(&format!("hooked {seed}"), hooked(seed).start(), None);
     }
 }

@@ -33,7 +33,7 @@ use crate::contact::surface::{
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
-use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
+use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 /// Triangles and their edges that are worked out in the time of a look at a pair, about.
 const PAIRS: usize = 8;
@@ -243,23 +243,36 @@ impl Surface<3> for Shell {
     }
 
     fn both_bear(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
-        let (
-            Meeting::Facing { vertex, triangle },
-            Meeting::Facing {
-                vertex: second,
-                triangle: beside,
-            },
-        ) = (self.meeting(one), self.meeting(other))
-        else {
-            return false;
-        };
-        let faces = |from: u32, to: u32| {
-            let [a, b, c] = self.skin.triangle(to, at);
-            let middle = scale(1.0 / 3.0, &add(&add(&a, &b), &c));
-            let way = sub(&middle, &self.skin.triangle(from, at)[0]);
-            dot(&way, &self.skin.normal(from, at)) > FLUSH * norm(&way)
-        };
-        vertex == second && faces(triangle, beside) && faces(beside, triangle)
+        match [one, other].map(|pair| self.meeting(pair)) {
+            [
+                Meeting::Facing { vertex, triangle },
+                Meeting::Facing {
+                    vertex: second,
+                    triangle: beside,
+                },
+            ] => vertex == second && self.face_each_other([triangle, beside], at),
+            [
+                Meeting::Crossing { main, target },
+                Meeting::Crossing {
+                    main: second,
+                    target: beside,
+                },
+            ] => {
+                let outward = [one, other].map(|pair| self.normal(pair, at));
+                let [Some(normal), Some(other)] = outward else {
+                    return false;
+                };
+                let into_main = [normal, other];
+                main == second && self.rims_face_each_other([target, beside], into_main, at)
+                    || target == beside
+                        && self.rims_face_each_other(
+                            [main, second],
+                            into_main.map(|normal| scale(-1.0, &normal)),
+                            at,
+                        )
+            }
+            _ => false,
+        }
     }
 
     fn project(&self, pair: Pair, at: Positions<3>) -> Projection {

@@ -3,7 +3,7 @@
 
 use super::{Facing, Shell};
 use crate::contact::surface::{FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface};
-use crate::vector::{cross, dot, norm, scale, sub};
+use crate::vector::{add, cross, dot, norm, scale, sub};
 
 impl Shell {
     /// Whether the foot of a vertex lies on a triangle, up to `depth` beyond its
@@ -28,6 +28,60 @@ impl Shell {
                     && (self.skin.turn(edge, at) < -FLUSH
                         || self.leads_onto(vertex, (triangle, k), &facing.normal, at))
         })
+    }
+
+    /// Whether the feet of two edges that cross lie on them, up to `depth` beyond an end
+    /// at which a re-entrant edge begins: what bears on one of the faces beside that
+    /// is beyond the end of the rim of the other by its depth in the first.
+    pub(super) fn cross_on(
+        &self,
+        edges: [u32; 2],
+        foot: &[f64; 2],
+        at: Positions<3>,
+        depth: f64,
+    ) -> bool {
+        edges.iter().zip(foot).all(|(&edge, &foot)| {
+            let beyond = (-foot).max(foot - 1.0) - FOOT_ROUND_OFF;
+            let end = self.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
+            beyond <= 0.0 || beyond * self.length(edge, at) <= depth && self.is_reentrant(end, at)
+        })
+    }
+
+    /// Whether two triangles look at each other, as those of a re-entrant corner.
+    pub(super) fn face_each_other(&self, triangles: [u32; 2], at: Positions<3>) -> bool {
+        let faces = |from: u32, to: u32| {
+            let [a, b, c] = self.skin.triangle(to, at);
+            let middle = scale(1.0 / 3.0, &add(&add(&a, &b), &c));
+            let way = sub(&middle, &self.skin.triangle(from, at)[0]);
+            dot(&way, &self.skin.normal(from, at)) > FLUSH * norm(&way)
+        };
+        let [one, other] = triangles;
+        faces(one, other) && faces(other, one)
+    }
+
+    /// The same of two edges that meet in a corner, the rims of such triangles, and of
+    /// what bears on each along the `outward` normals.
+    pub(super) fn rims_face_each_other(
+        &self,
+        edges: [u32; 2],
+        outward: [[f64; 3]; 2],
+        at: Positions<3>,
+    ) -> bool {
+        let [ends, others] = edges.map(|edge| self.skin.edges[edge as usize].ends);
+        let Some(&corner) = ends.iter().find(|end| others.contains(end)) else {
+            return false;
+        };
+        let rises = |edge: u32, normal: &[f64; 3]| {
+            let away = self.skin.away(corner, edge, at);
+            dot(&away, normal) > FLUSH * norm(&away)
+        };
+        edges[0] != edges[1] && rises(edges[1], &outward[0]) && rises(edges[0], &outward[1])
+    }
+
+    /// Whether a re-entrant edge begins at a corner.
+    fn is_reentrant(&self, corner: u32, at: Positions<3>) -> bool {
+        let mut edges = self.skin.edges_at(corner).iter();
+        edges.any(|&edge| self.skin.turn(edge, at) < -FLUSH)
     }
 
     /// Whether an edge of a vertex lies in the plane of a triangle, and leads to

@@ -3,7 +3,7 @@
 
 use super::Shell;
 use crate::contact::orientation::Orientation;
-use crate::contact::surface::{FOOT_ROUND_OFF, Positions};
+use crate::contact::surface::Positions;
 use crate::vector::sub;
 
 impl Shell {
@@ -52,9 +52,8 @@ impl Shell {
             move |time: f64| {
                 let then = at.after(velocity, time);
                 self.crossing(main, target, then).is_some_and(|crossing| {
-                    let range = -FOOT_ROUND_OFF..=1.0 + FOOT_ROUND_OFF;
                     crossing.forward == forward
-                        && crossing.foot.iter().all(|foot| range.contains(foot))
+                        && self.cross_on([main, target], &crossing.foot, then, depth)
                 })
             }
         };
