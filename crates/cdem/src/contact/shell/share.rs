@@ -3,8 +3,10 @@
 //! Two flush facets lie on each other over a polygon, whose corners are vertices
 //! of either and crossings of their edges: contact points, but for crossings of
 //! flat edges. They share its area; where a polygon among flat edges has none,
-//! those of the facets' own vertices do that touch, by their shape functions. So
-//! the shares of all contacts of a joint add up to its area.
+//! those of the facets' own vertices do that touch, by their shape functions; where
+//! none touches, the crossings at the rim of the main facet. So the shares of all
+//! contacts of a joint add up to its area, unless a facet in the middle of one has
+//! neither.
 
 use super::{Meeting, Place, Shell};
 use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
@@ -69,6 +71,13 @@ impl Patch {
     fn has_vertex(&self, point: &[f64; 2], tolerance: f64) -> bool {
         let mut corners = self.corners.iter();
         corners.any(|corner| norm(&sub(corner, point)) <= tolerance)
+    }
+
+    /// Its sharp edges, from end to end.
+    fn sharp_edges(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        let next = self.corners.iter().cycle().skip(1);
+        let edges = self.corners.iter().zip(next).zip(&self.sharp);
+        edges.filter_map(|((&a, &b), &sharp)| sharp.then_some([a, b]))
     }
 
     fn has_on_sharp_edge(&self, point: &[f64; 2], tolerance: f64) -> bool {
@@ -158,15 +167,17 @@ impl Shell {
                 if area(&piece) <= tolerance * tolerance {
                     continue;
                 }
-                sum += match (share_of_corner(&piece, [&one, other], tolerance), vertex) {
-                    (Some(share), _) => share,
-                    (None, None) => 0.0,
-                    (None, Some(vertex)) => {
-                        let above = self.beneath(other, &main, (&normal, &plane), at);
-                        let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
-                        area(&piece) * weight_among(vertex, sides, &mean(&piece), tolerance)
-                    }
-                };
+                sum += share_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
+                    let above = self.beneath(other, &main, (&normal, &plane), at);
+                    let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
+                    let among = touching_weight(sides, &mean(&piece), tolerance);
+                    let weight = match vertex {
+                        Some(vertex) => one.weight(vertex, &mean(&piece)) / among,
+                        None if among == 0.0 => weight_of_crossing(&one, &beneath, tolerance),
+                        None => 0.0,
+                    };
+                    area(&piece) * weight
+                });
             }
         }
         sum
@@ -243,15 +254,9 @@ fn share_of_corner(piece: &[[f64; 2]], [one, other]: [&Patch; 2], tolerance: f64
     (touching > 0).then(|| own + left * f64::from(here) / f64::from(touching))
 }
 
-/// The share of a vertex of the first of two patches among those vertices of
-/// both that touch, by their shape functions at a point. With each patch come
-/// those that it lies on.
-fn weight_among(
-    vertex: u32,
-    sides: [(&Patch, &[Patch]); 2],
-    point: &[f64; 2],
-    tolerance: f64,
-) -> f64 {
+/// Sum of the shape functions at a point of those vertices of two patches that touch;
+/// with each patch come those that it lies on.
+fn touching_weight(sides: [(&Patch, &[Patch]); 2], point: &[f64; 2], tolerance: f64) -> f64 {
     let mut sum = 0.0;
     for (patch, beneath) in sides {
         for (&own, corner) in patch.vertices.iter().zip(&patch.corners) {
@@ -260,7 +265,40 @@ fn weight_among(
             }
         }
     }
-    sides[0].0.weight(vertex, point) / sum
+    sum
+}
+
+/// The share of the contact at the origin among the crossings of a patch's sharp edges
+/// with those of the patches that it lies on: 0 where it is none of them.
+fn weight_of_crossing(patch: &Patch, beneath: &[Patch], tolerance: f64) -> f64 {
+    let mut crossings: Vec<[f64; 2]> = Vec::new();
+    for own in patch.sharp_edges() {
+        for other in beneath.iter().flat_map(Patch::sharp_edges) {
+            let is_known = |point: &[f64; 2]| {
+                let mut known = crossings.iter();
+                known.any(|one| norm(&sub(one, point)) <= tolerance)
+            };
+            crossings.extend(crossing(own, other).filter(|point| !is_known(point)));
+        }
+    }
+    let is_here = |point: &[f64; 2]| norm(point) <= tolerance;
+    if crossings.iter().any(is_here) {
+        1.0 / crossings.len() as f64
+    } else {
+        0.0
+    }
+}
+
+/// Where two segments cross.
+fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+    let (along, other) = (sub(&b, &a), sub(&d, &c));
+    let above = [a, b].map(|end| cross2(&other, &sub(&end, &c)));
+    let beside = [c, d].map(|end| cross2(&along, &sub(&end, &a)));
+    (above[0] * above[1] < 0.0 && beside[0] * beside[1] < 0.0).then(|| {
+        let mut point = a;
+        add_scaled(&mut point, above[0] / (above[0] - above[1]), &along);
+        point
+    })
 }
 
 /// Area of a polygon, m²; positive counter-clockwise.
