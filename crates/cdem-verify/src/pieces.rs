@@ -154,16 +154,7 @@ mod tests {
 
     #[test]
     fn pieces_fill_the_whole() {
-        let cube = [
-            [0, 0, 0],
-            [1, 0, 0],
-            [1, 1, 0],
-            [0, 1, 0],
-            [0, 0, 1],
-            [1, 0, 1],
-            [1, 1, 1],
-            [0, 1, 1],
-        ];
+        let cube = &cells(ElementKind::Hex8, 1)[0];
         let cases: [(ElementKind, &[usize], f64); 3] = [
             (ElementKind::Tet4, &[0, 1, 3, 4], 1.0 / 6.0),
             (ElementKind::Wedge6, &[0, 1, 3, 4, 5, 7], 0.5),
@@ -171,7 +162,7 @@ mod tests {
         ];
         for (kind, corners, whole) in cases {
             for pieces in [1, 2, 3] {
-                let corners = corners.iter().map(|&k| cube[k].map(f64::from)).collect();
+                let corners = corners.iter().map(|&k| cube[k].map(|x| x as f64)).collect();
                 let mesh = mesh_of(&[(
                     "body",
                     Body {

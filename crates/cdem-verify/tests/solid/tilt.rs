@@ -99,16 +99,19 @@ fn change(one: &Landing, other: &Landing) -> f64 {
     motion.fold((one.impulse / other.impulse - 1.0).abs(), f64::max)
 }
 
+/// What is tilted, and its type of contact while it counts as flush and beyond.
+const TILTED: [(Feature, ContactKind, ContactKind); 2] = [
+    (Feature::Face, ContactKind::FaceFace, ContactKind::EdgeFace),
+    (
+        Feature::Edge,
+        ContactKind::EdgeFace,
+        ContactKind::VertexFace,
+    ),
+];
+
 #[test]
 fn landings_do_not_jump_where_features_count_as_flush() {
-    for (feature, flush, tilted) in [
-        (Feature::Face, ContactKind::FaceFace, ContactKind::EdgeFace),
-        (
-            Feature::Edge,
-            ContactKind::EdgeFace,
-            ContactKind::VertexFace,
-        ),
-    ] {
+    for (feature, flush, tilted) in TILTED {
         let border = FLUSH.asin();
         let beside = |share: f64| land(feature, border * (1.0 + share));
         let [near, far] = [1e-9, 1e-6];
@@ -130,14 +133,7 @@ fn landings_do_not_jump_where_features_count_as_flush() {
 
 #[test]
 fn landings_at_all_tilts_keep_their_type_and_tolerance() {
-    for (feature, flush, tilted) in [
-        (Feature::Face, ContactKind::FaceFace, ContactKind::EdgeFace),
-        (
-            Feature::Edge,
-            ContactKind::EdgeFace,
-            ContactKind::VertexFace,
-        ),
-    ] {
+    for (feature, flush, tilted) in TILTED {
         for step in 0..=24 {
             let tilt = 1e-4 * 10_f64.powf(f64::from(step) / 8.0);
             let expected = if tilt.sin() <= FLUSH { flush } else { tilted };
