@@ -125,8 +125,8 @@ impl<const D: usize> First<D> {
         };
         let mut apart = S::turn(&self.normal, angles);
         add_scaled(&mut apart, -1.0, &scale(sense, &other.normal));
-        // Round-off over the least sine of two edges that cross, 1e-5.
-        norm(&apart) < 1e-9
+        // Round-off of positions, 1e-15, over the least sine of two edges that cross, 1e-7.
+        norm(&apart) < 1e-8
     }
 }
 

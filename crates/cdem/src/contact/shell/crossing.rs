@@ -2,10 +2,14 @@
 
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-/// Sine of the angle between two edges up to which they count as parallel: they
-/// meet at their ends then, which lie as far aside of the other edge, over its
-/// length, as a tenth of the tolerance of contact at most.
-const PARALLEL: f64 = 1e-5;
+/// How far an end of the shorter of two edges may lie aside of the other, over the
+/// tolerance of contact, where they still count as parallel: they meet at their ends
+/// then, up to that much late.
+const ASIDE: f64 = 0.1;
+
+/// Sine of the angle below which two edges count as parallel in any case: round-off of
+/// their feet and normal is ε over the sine.
+const PARALLEL: f64 = 1e-7;
 
 /// Two lines and their common normal.
 #[derive(Clone, Copy, Debug)]
@@ -26,17 +30,21 @@ pub(super) struct Crossing {
 
 impl Crossing {
     /// The lines through two edges, of which `outward` points out of the target
-    /// and into the main block; `None` where they are parallel.
+    /// and into the main block; `None` where they are parallel, for contact within
+    /// `tolerance`, m.
     pub(super) fn new(
         main: &[[f64; 3]; 2],
         target: &[[f64; 3]; 2],
         outward: &[f64; 3],
+        tolerance: f64,
     ) -> Option<Self> {
         let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
         let area = cross(&along, &other);
         let size = norm(&area);
-        let sine = size / (norm(&along) * norm(&other));
-        if sine <= PARALLEL {
+        let lengths = [norm(&along), norm(&other)];
+        let sine = size / (lengths[0] * lengths[1]);
+        let aside = sine * f64::min(lengths[0], lengths[1]);
+        if aside <= ASIDE * tolerance || sine <= PARALLEL {
             return None;
         }
         let from = sub(&main[0], &target[0]);
@@ -74,6 +82,7 @@ pub(super) fn relative_rows(
     main: &[[f64; 3]; 2],
     target: &[[f64; 3]; 2],
     (foot, normal): (&[f64; 2], &[f64; 3]),
+    are_parallel: bool,
     direction: &[f64; 3],
 ) -> [[f64; 3]; 4] {
     let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
@@ -85,11 +94,7 @@ pub(super) fn relative_rows(
     let volume = dot(&one, &cross(&two, normal));
     // ω·moment by the dual basis of one, two and the normal; of edges that have
     // turned parallel the rotation is not to be seen.
-    let inverse = if volume.abs() > PARALLEL * norm(&along) * norm(&other) {
-        1.0 / volume
-    } else {
-        0.0
-    };
+    let inverse = if are_parallel { 0.0 } else { 1.0 / volume };
     let by_main = inverse * dot(&cross(&two, normal), &moment);
     let by_target = inverse * dot(&cross(normal, &one), &moment);
     let about_normal = dot(normal, &moment) / dot(&other, &other);

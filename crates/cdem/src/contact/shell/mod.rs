@@ -100,7 +100,7 @@ impl Shell {
     fn crossing(&self, main: u32, target: u32, at: Positions<3>) -> Option<Crossing> {
         let outward = sub(&self.skin.outward(target, at), &self.skin.outward(main, at));
         let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-        Crossing::new(&main, &target, &outward)
+        Crossing::new(&main, &target, &outward, self.skin.tolerance)
     }
 
     /// Box around an edge, grown by `margin`; empty where it cannot cross others yet.

@@ -42,7 +42,9 @@ impl Shell {
     ) -> Operator<3> {
         let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
         let along = sub(&one[1], &one[0]);
-        let normal = self.crossing(main, target, at).map_or_else(
+        let crossing = self.crossing(main, target, at);
+        let are_parallel = crossing.is_none();
+        let normal = crossing.map_or_else(
             || {
                 let outward = self.skin.outward(target, at);
                 scale(1.0 / norm(&outward), &outward)
@@ -54,7 +56,8 @@ impl Shell {
         add_scaled(&mut offset, -foot[1], &sub(&other[1], &other[0]));
         let ends = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
         self.assemble(frame(&normal, &along), &offset, |direction| {
-            let rows = crossing::relative_rows(&one, &other, (foot, &normal), direction);
+            let rows =
+                crossing::relative_rows(&one, &other, (foot, &normal), are_parallel, direction);
             ends.into_iter().flatten().zip(rows)
         })
     }

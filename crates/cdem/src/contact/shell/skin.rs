@@ -105,7 +105,7 @@ pub(super) struct Skin {
     edges_at: Around,
     triangles_at: Around,
     /// Tolerance of contact, m.
-    tolerance: f64,
+    pub(super) tolerance: f64,
 }
 
 impl Skin {

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::{Meeting, Shell};
+use crate::contact::orientation::ROUND_OFF;
 use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -58,6 +59,39 @@ pub(super) fn all_pairs(shell: &Shell) -> Vec<Pair> {
         one != other
     });
     pairs
+}
+
+proptest! {
+    /// Ridges that fall on each other across touch in time however small the angle
+    /// between them: the edges, or the ends of the upper one where these lie aside of the
+    /// lower by a tenth of the tolerance at most, or by a ten millionth of their length,
+    /// and sink in by that on its slopes.
+    #[test]
+    fn ridges_that_are_all_but_parallel_touch_in_time(
+        angle in (-9.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        tolerance in (-6.0..-3.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        size in 0.5..50.0_f64,
+    ) {
+        let (s, c) = angle.sin_cos();
+        let lower = [[-1.5, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, -1.0, -1.0], [0.0, 1.0, -1.0]];
+        let upper = [[-c, -s, 0.1], [c, s, 0.1], [0.0, 1.0, 1.1], [0.0, -1.0, 1.1]];
+        let [lower, upper] = [lower, upper].map(|nodes| nodes.map(|x| scale(size, &x)));
+        let mesh = mesh(&[(ElementKind::Tet4, &lower), (ElementKind::Tet4, &upper)]);
+        let shell = Shell::new(&mesh, tolerance);
+        let still = [[0.0; 3]; 8];
+        let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
+        let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
+        let at = Positions::new(&mesh.nodes, &still);
+        let times = all_pairs(&shell).into_iter().filter_map(|pair| {
+            shell.time_of_impact(pair, at, &velocity, 1.0, tolerance)
+        });
+        let first = times.fold(f64::MAX, f64::min);
+        let late = size * (first - 0.1);
+        prop_assert!(late <= 0.11 * tolerance + 1.1e-7 * size, "{late:e}");
+        // Edges, their distance and its change in a second are at most 3 sizes long.
+        let round_off = 3.0 * ROUND_OFF / f64::max(angle, 1e-7) * size;
+        prop_assert!(late >= -round_off, "{late:e}");
+    }
 }
 
 proptest! {
