@@ -4,7 +4,7 @@
 //! hexahedra on [−1, 1]^D, wedges on triangle × [−1, 1]. Coordinates always
 //! have three components; those beyond the dimension are 0 and unused.
 
-use crate::mesh::ElementKind;
+use crate::mesh::{CORNERS, ElementKind};
 
 /// Values and reference gradients of an element's shape functions at a point;
 /// only the first `node_count` entries are used.
@@ -19,18 +19,6 @@ pub(super) struct Point {
     pub(super) position: [f64; 3],
     pub(super) weight: f64,
 }
-
-/// Corners of the reference square (first four, z unused) and cube.
-const CORNERS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
 
 /// Shape functions of `kind` at the reference point `at`.
 pub(super) fn shape(kind: ElementKind, at: [f64; 3]) -> Shape {

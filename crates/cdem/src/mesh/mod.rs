@@ -26,6 +26,7 @@ use std::ops::Range;
 pub use assemble::assemble;
 pub(crate) use error::coordinates;
 pub use error::{BlockFault, MeshError};
+pub(crate) use kind::CORNERS;
 pub use kind::ElementKind;
 pub use overlap::{Overlap, overlap};
 pub use raw::{CellKind, RawCells, RawGroup, RawMesh};

@@ -1,7 +1,7 @@
 //! Orientation of elements, judged where they will be integrated.
 
 use super::vector::{bounds, distance};
-use super::{Element, ElementKind};
+use super::{CORNERS, Element, ElementKind};
 use crate::vector::sub;
 
 /// How an element lies, from its Jacobian at the Gauss points.
@@ -101,18 +101,6 @@ fn gauss_points(kind: ElementKind) -> Vec<[f64; 3]> {
         }
     }
 }
-
-/// Corners of the reference hexahedron; the first four are the quadrilateral's.
-const CORNERS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
 
 /// Determinant of ∂x/∂ξ at the reference point ξ.
 fn jacobian<const D: usize>(kind: ElementKind, corners: &[[f64; D]], xi: [f64; 3]) -> f64 {
