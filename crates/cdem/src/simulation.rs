@@ -396,7 +396,11 @@ impl<const D: usize> Driven<D> {
     fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
         let mut warnings = self.health.warnings.clone();
         let contacts = self.run.contacts.as_ref();
-        warnings.extend(contacts.and_then(|contacts| contacts.books().warning()));
+        warnings.extend(
+            contacts
+                .into_iter()
+                .flat_map(|contacts| contacts.books().warnings()),
+        );
         let row = self.history();
         warnings.extend(Health::ledger_warning(&row, &self.exchange, watch_energy));
         warnings

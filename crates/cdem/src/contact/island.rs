@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::contact::Interior;
-use crate::contact::live::{Live, Record};
+use crate::contact::live::{Followed, Live, Record};
 use crate::contact::near::Near;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
@@ -105,6 +105,8 @@ pub(crate) struct Books {
     /// Solves that ended with a residual above [`UNSOLVED`], and the worst.
     pub(crate) unsolved: u64,
     pub(crate) residual: f64,
+    /// Steps of contacts that went farther in them than their target is across.
+    pub(crate) hurried: u64,
     /// At which velocity impulses work.
     pub(crate) at: Velocity,
 }
@@ -119,16 +121,25 @@ impl Books {
         }
     }
 
-    /// What to say of solves that have not got to their residual.
-    pub(crate) fn warning(&self) -> Option<String> {
-        (self.unsolved > 0).then(|| {
+    /// What to say of solves that have not got to their residual, and of contacts that
+    /// slid too fast.
+    pub(crate) fn warnings(&self) -> impl Iterator<Item = String> {
+        let unsolved = (self.unsolved > 0).then(|| {
             format!(
                 "contact impulses: solves that ended with a relative residual above {UNSOLVED:e}: {}, \
                  the worst {:.1e}; contacts press on each other through very different masses, or \
                  wedge: judge forces there with care",
                 self.unsolved, self.residual
             )
-        })
+        });
+        let hurried = (self.hurried > 0).then(|| {
+            format!(
+                "contacts that slid farther in a step than the face is across that they were on: {} \
+                 times; where such faces bend, contacts may be lost: try a smaller `time.step`",
+                self.hurried
+            )
+        });
+        unsolved.into_iter().chain(hurried)
     }
 
     /// Counts a solve that has ended with a residual.
@@ -195,7 +206,9 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         let at = motion.positions();
         self.live.retain_mut(|live| {
-            let goes_on = live.follow(setting.surface, at, setting.tolerance);
+            let followed = live.follow(setting.surface, at, setting.tolerance);
+            books.hurried += u64::from(followed == Followed::InAHurry);
+            let goes_on = followed != Followed::Beyond;
             if !goes_on {
                 ended.push(live.record.clone());
             }
@@ -226,8 +239,11 @@ impl<const D: usize> Island<D> {
         let mut opens = constraints
             .iter()
             .map(|constraint| constraint.opens(motion.velocity, least));
+        let at = motion.positions();
+        // One that is deeper than a touch may be would not be found again.
+        let is_deep = |pair: Pair| setting.surface.project(pair, at).gap < -setting.tolerance;
         self.live.retain(|live| {
-            let opens = opens.next().unwrap_or(false);
+            let opens = opens.next().unwrap_or(false) && !is_deep(live.pair);
             if opens {
                 ended.push(live.record.clone());
             }

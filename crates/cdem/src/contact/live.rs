@@ -2,7 +2,7 @@
 
 use crate::contact::law::Law;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
-use crate::contact::surface::{Operator, Pair, Positions, Surface};
+use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, dot};
 
@@ -85,6 +85,19 @@ impl Record {
     }
 }
 
+/// Where a contact's point is that has been followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Followed {
+    /// On its target feature, or a neighbour.
+    There,
+    /// So too, but farther from that feature than it is across: on the way it was held to
+    /// a plane that the surface may have left.
+    InAHurry,
+    /// Where the surface has ended, by more than the tolerance, so that flush corners do not
+    /// flicker.
+    Beyond,
+}
+
 impl<const D: usize> Live<D> {
     /// Whether it is one between two blocks, whichever is the main one.
     pub(crate) fn between(&self, blocks: [u32; 2]) -> bool {
@@ -112,30 +125,41 @@ impl<const D: usize> Live<D> {
         surface.same_contact(self.pair, pair, at, tolerance) && goes_on()
     }
 
-    /// Moves a sliding contact's foot to where its point is now, and on to a
-    /// neighbouring target feature; `false` where the surface has ended by
-    /// more than `tolerance`, so that flush corners do not flicker.
+    /// Moves a sliding contact's foot to where its point is now, and on to
+    /// neighbouring target features.
     pub(crate) fn follow(
         &mut self,
         surface: &dyn Surface<D>,
         at: Positions<D>,
         tolerance: f64,
-    ) -> bool {
+    ) -> Followed {
         if self.sticks {
-            return true;
+            return Followed::There;
         }
         let mut projection = surface.project(self.pair, at);
-        let slack = 1e-9 * surface.target_size(self.pair.target, at);
-        if projection.outside > slack {
-            if let Some(next) = surface.neighbour(self.pair, &projection.foot, at) {
-                self.turn(surface, next, at);
-                projection = surface.project(next, at);
-            } else if projection.outside > tolerance {
-                return false;
+        let size = surface.target_size(self.pair.target, at);
+        let hurries = projection.outside > size;
+        while projection.outside > FOOT_ROUND_OFF * size {
+            let Some(next) = surface.neighbour(self.pair, &projection.foot, at) else {
+                if projection.outside > tolerance {
+                    return Followed::Beyond;
+                }
+                break;
+            };
+            let before = projection.outside;
+            projection = surface.project(next, at);
+            self.turn(surface, next, at);
+            // Deep in a re-entrant edge it is outside the faces on both sides.
+            if projection.outside >= before {
+                break;
             }
         }
         self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
-        true
+        if hurries {
+            Followed::InAHurry
+        } else {
+            Followed::There
+        }
     }
 
     /// Goes on as another pair: what its frame has counted turns with it.

@@ -2,7 +2,7 @@
 //! points that overlap at the start of a step (the paper's section 2).
 
 use crate::contact::island::{Books, Island, Receive, Setting};
-use crate::contact::live::{Live, Record};
+use crate::contact::live::{Followed, Live, Record};
 use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Positions, Surface};
 use crate::model::inertia::Mobility;
@@ -45,7 +45,7 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         self.live.retain_mut(|live| {
             live.sticks = false; // the foot follows the point; springs remember
-            let closed = live.follow(surface, motion.positions(), tolerance)
+            let closed = live.follow(surface, motion.positions(), tolerance) != Followed::Beyond
                 && live.spring(
                     surface,
                     motion,

@@ -26,6 +26,17 @@ pub(crate) const FLUSH: f64 = 0.02;
 /// Relative round-off of a foot's parameters on its target.
 pub(crate) const FOOT_ROUND_OFF: f64 = 1e-9;
 
+/// How far beyond a feature a point may be that is within `depth` of both faces beside an
+/// edge that turns by this angle, rad; 0 where it is convex. As deep in both as that it is
+/// beyond the edge of each by `depth` times the tangent of half the turn.
+pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
+    if turn < -FLUSH {
+        depth
+    } else {
+        depth * (-turn).max(0.0)
+    }
+}
+
 /// Current positions, m: rest positions plus displacements, and what constant
 /// velocities have added since.
 #[derive(Clone, Copy)]

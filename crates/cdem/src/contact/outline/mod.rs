@@ -8,6 +8,7 @@ use crate::contact::orientation::Orientation;
 use crate::contact::roots::roots;
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
+    beyond_reentrant,
 };
 use crate::mesh::Mesh;
 use crate::sample::ContactKind;
@@ -113,11 +114,8 @@ impl Outline {
         } else {
             (other, edge)
         };
-        if cross2(&self.direction(one, at), &self.direction(two, at)) < -FLUSH {
-            depth / self.target_size(edge, at) + FOOT_ROUND_OFF
-        } else {
-            FOOT_ROUND_OFF
-        }
+        let turn = cross2(&self.direction(one, at), &self.direction(two, at));
+        beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
     }
 
     /// When the foot of a pair passes an end of its edge, at constant velocities.

@@ -112,8 +112,12 @@ impl Shell {
         }
     }
 
+    /// Whether two edges are so sharp that they can meet each other.
     fn are_sharp(&self, edges: [u32; 2], at: Positions<3>) -> bool {
-        edges.iter().all(|&edge| self.skin.is_sharp(edge, at))
+        let [one, other] = edges.map(|edge| self.length(edge, at));
+        let under = edges.into_iter().zip([other, one]);
+        let mut sharp = under.map(|(edge, length)| self.skin.is_sharp_under(edge, length, at));
+        sharp.all(|is_sharp| is_sharp)
     }
 
     fn length(&self, edge: u32, at: Positions<3>) -> f64 {

@@ -10,6 +10,7 @@
 use super::Shell;
 use super::crossing::distance;
 use crate::contact::surface::{FLUSH, Nearness, Positions};
+use crate::vector::{norm, sub};
 
 /// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
 /// add up to their size s. Ways w₁ and w₂ turn an edge by 2w₁/s and the triangle by
@@ -58,8 +59,9 @@ impl Shell {
         if distance(&main, &target) > reach.max(tolerance) + tolerance {
             return Nearness::Apart;
         }
-        let sharpens = edges.map(|edge| self.skin.sharpens_after(edge, at));
-        let sharpens = f64::max(sharpens[0], sharpens[1]);
+        let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
+        let sharpens = |k: usize| self.skin.sharpens_after(edges[k], lengths[k], at);
+        let sharpens = f64::max(sharpens(0), sharpens(1));
         if reach <= sharpens {
             return Nearness::Lacks(sharpens);
         }

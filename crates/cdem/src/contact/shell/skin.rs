@@ -4,8 +4,9 @@
 use rayon::prelude::*;
 
 use crate::around::Around;
+use crate::contact::broad_phase::Aabb;
 use crate::contact::surface::{Formed, Positions, Ridge, Shape};
-use crate::mesh::Mesh;
+use crate::mesh::{Block, Mesh};
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 /// Turn of the boundary at an edge, rad, from which on it is sharp whatever its
@@ -104,6 +105,8 @@ pub(super) struct Skin {
     /// Edges and triangles around corners.
     edges_at: Around,
     triangles_at: Around,
+    /// How far each block is across at the start, m.
+    sizes: Vec<f64>,
     /// Tolerance of contact, m.
     pub(super) tolerance: f64,
 }
@@ -157,7 +160,13 @@ impl Skin {
         let of_vertices = |facet: &Nodes| facet.iter().map(|&node| vertex_of(node)).collect();
         let edges = edges_of(&mut triangles, &corners);
         let count = corners.len();
+        let size = |block: &Block| {
+            let nodes = block.nodes.start as usize..block.nodes.end as usize;
+            let Aabb { min, max } = Aabb::around(mesh.nodes[nodes].iter().copied(), 0.0);
+            norm(&sub(&max, &min))
+        };
         Self {
+            sizes: mesh.blocks.iter().map(size).collect(),
             vertex_count: nodes.len() as u32,
             facets: facets.iter().map(of_vertices).collect(),
             edges_at: Around::new(edges.iter().map(|e| e.ends.as_slice()), count),
@@ -336,25 +345,41 @@ impl Skin {
     /// laid across it would sink in by more than a quarter of the tolerance
     /// before its ends touch.
     pub(super) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
-        self.ridge(edge, at).height > SAGITTA * self.tolerance
+        self.is_sharp_under(edge, 0.0, at)
+    }
+
+    /// The same for one of a length, m, that may reach over many edges which turn alike.
+    pub(super) fn is_sharp_under(&self, edge: u32, length: f64, at: Positions<3>) -> bool {
+        let ridge = self.ridge(edge, at);
+        let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
+        ridge.height * widened > SAGITTA * self.tolerance
+    }
+
+    /// What times its turn is how far a straight edge of a length, m, laid across an edge
+    /// is below it, m: the [arm](Ridge::arm) a, or, over the many edges of a face of curvature
+    /// turn/2a, the sagitta of its length, no more than the block is across.
+    fn arm_under(&self, edge: u32, ridge: &Ridge, length: f64) -> f64 {
+        let length = length.min(self.sizes[self.block(self.edges[edge as usize].ends[0]) as usize]);
+        f64::max(ridge.arm, length * length / (16.0 * ridge.arm))
     }
 
     /// How far the nodes beside an edge must have moved, each its own way, m, before
-    /// it is [sharp](Self::is_sharp), at least; less than 0 where it is.
+    /// it is [sharp](Self::is_sharp_under), at least; less than 0 where it is.
     ///
     /// With m the least height, a way w of all turns each of the two triangles by 2w/m
     /// at most, so raises the ridge by 4aw/m at first order; a fifth more covers what m
     /// and the arm a change by meanwhile.
-    pub(super) fn sharpens_after(&self, edge: u32, at: Positions<3>) -> f64 {
+    pub(super) fn sharpens_after(&self, edge: u32, length: f64, at: Positions<3>) -> f64 {
         let ridge = self.ridge(edge, at);
         if ridge.height.is_infinite() {
             return f64::NEG_INFINITY;
         }
+        let arm = self.arm_under(edge, &ridge, length);
         // The arm is half of the least height or more: this is below a ridge that
         // turns by REENTRANT, through which all that turn farther back must come.
-        let height = ridge.height.max(0.5 * REENTRANT * ridge.least_height);
-        let sharp = f64::min(SAGITTA * self.tolerance, SHARP * ridge.arm);
-        (sharp - height) * ridge.least_height / (5.0 * ridge.arm)
+        let height = (ridge.height * arm / ridge.arm).max(0.5 * REENTRANT * ridge.least_height);
+        let sharp = f64::min(SAGITTA * self.tolerance, SHARP * arm);
+        (sharp - height) * ridge.least_height / (5.0 * arm)
     }
 
     /// Whether an edge is sharp or may be so before nodes beside it have moved by
@@ -416,11 +441,12 @@ impl Skin {
         sum
     }
 
-    /// Whether an edge that is not sharp may be so `duration` seconds later, at
-    /// constant velocities: seen from one of its ends.
+    /// Whether an edge that is not [sharp](Self::is_sharp_under) may be so `duration` seconds
+    /// later, at constant velocities: seen from one of its ends.
     pub(super) fn may_sharpen(
         &self,
         edge: u32,
+        length: f64,
         at: Positions<3>,
         velocity: &[[f64; 3]],
         duration: f64,
@@ -430,7 +456,7 @@ impl Skin {
         let sides = self.edges[edge as usize].sides.into_iter().flatten();
         let corners = sides.flat_map(|side| self.triangles[side as usize].corners);
         let speeds = corners.map(|corner| norm(&sub(&of(corner), &own)));
-        duration * speeds.fold(0.0, f64::max) > self.sharpens_after(edge, at)
+        duration * speeds.fold(0.0, f64::max) > self.sharpens_after(edge, length, at)
     }
 
     /// The triangle on the other side of edge `k` of a triangle.

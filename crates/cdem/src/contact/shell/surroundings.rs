@@ -2,7 +2,7 @@
 //! point that leaves them goes on.
 
 use super::{Facing, Shell};
-use crate::contact::surface::{FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface};
+use crate::contact::surface::{FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, beyond_reentrant};
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
 impl Shell {
@@ -24,9 +24,9 @@ impl Shell {
             let slack = FOOT_ROUND_OFF * facing.heights[k];
             let edge = self.skin.triangles[triangle as usize].edges[k];
             inside >= -slack
+                || inside >= -slack - beyond_reentrant(self.skin.turn(edge, at), depth)
                 || inside >= -slack - depth
-                    && (self.skin.turn(edge, at) < -FLUSH
-                        || self.leads_onto(vertex, (triangle, k), &facing.normal, at))
+                    && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
         })
     }
 
@@ -43,7 +43,9 @@ impl Shell {
         edges.iter().zip(foot).all(|(&edge, &foot)| {
             let beyond = (-foot).max(foot - 1.0) - FOOT_ROUND_OFF;
             let end = self.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
-            beyond <= 0.0 || beyond * self.length(edge, at) <= depth && self.is_reentrant(end, at)
+            beyond <= 0.0
+                || beyond * self.length(edge, at)
+                    <= beyond_reentrant(self.least_turn(end, at), depth)
         })
     }
 
@@ -78,10 +80,11 @@ impl Shell {
         edges[0] != edges[1] && rises(edges[1], &outward[0]) && rises(edges[0], &outward[1])
     }
 
-    /// Whether a re-entrant edge begins at a corner.
-    fn is_reentrant(&self, corner: u32, at: Positions<3>) -> bool {
-        let mut edges = self.skin.edges_at(corner).iter();
-        edges.any(|&edge| self.skin.turn(edge, at) < -FLUSH)
+    /// The least turn of the edges that begin at a corner, rad.
+    fn least_turn(&self, corner: u32, at: Positions<3>) -> f64 {
+        let edges = self.skin.edges_at(corner).iter();
+        let turns = edges.map(|&edge| self.skin.turn(edge, at));
+        turns.fold(f64::MAX, f64::min)
     }
 
     /// Whether an edge of a vertex lies in the plane of a triangle, and leads to
@@ -141,8 +144,8 @@ impl Shell {
         (turn > 0.0 && self.admits(pair, at)).then_some(pair)
     }
 
-    /// A point that leaves one of two edges at an end goes on along the edge that
-    /// leads on best from there, if it turns by less than half a right angle.
+    /// A point that leaves one of two edges at an end goes on along that edge from there
+    /// on which it lies, or nearly, if it turns by less than half a right angle.
     pub(super) fn next_edge(
         &self,
         edges: [u32; 2],
@@ -157,12 +160,17 @@ impl Shell {
             let on = self.skin.away(end, edge, at);
             -dot(&on, &back) / (norm(&on) * norm(&back))
         };
-        let others = self.skin.edges_at(end).iter().copied();
-        let next = others
-            .filter(|&edge| edge != edges[k] && self.skin.is_sharp(edge, at))
-            .map(|edge| (straight(edge), edge))
-            .max_by(|one, other| one.0.total_cmp(&other.0))?;
-        let pair = self.edge_pair(next.1, edges[1 - k]);
-        (next.0 > std::f64::consts::FRAC_1_SQRT_2 && self.admits(pair, at)).then_some(pair)
+        let length = self.length(edges[1 - k], at);
+        let beside = self.skin.edges_at(end).iter().copied();
+        let others = beside.filter(|&edge| {
+            edge != edges[k]
+                && straight(edge) > std::f64::consts::FRAC_1_SQRT_2
+                && self.skin.is_sharp_under(edge, length, at)
+        });
+        // The rim of a thin plate bends, and on its narrow side a diagonal goes on too.
+        let pairs = others.map(|edge| self.edge_pair(edge, edges[1 - k]));
+        let outside = |pair: &Pair| self.project(*pair, at).outside;
+        let admitted = pairs.filter(|&pair| self.admits(pair, at));
+        admitted.min_by(|one, other| outside(one).total_cmp(&outside(other)))
     }
 }

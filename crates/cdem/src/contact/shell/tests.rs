@@ -94,6 +94,119 @@ proptest! {
     }
 }
 
+/// Hexahedra of 1 m in the plane, whose tops lie at some height over each node.
+fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, Vec<[f64; 3]>)> {
+    let columns = (0..across[0]).flat_map(|x| (0..across[1]).map(move |y| [x as f64, y as f64]));
+    let cells = columns.map(|[x, y]| {
+        let ring = [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]];
+        let below = ring.map(|[x, y]| [x, y, top(x, y) - 1.0]);
+        let above = ring.map(|[x, y]| [x, y, top(x, y)]);
+        (ElementKind::Hex8, [below, above].concat())
+    });
+    cells.collect()
+}
+
+/// When a tetrahedron that falls by `way`, at 1 m/s, first touches a bed of one block.
+fn touches_bed(
+    bed: &[(ElementKind, Vec<[f64; 3]>)],
+    tip: [[f64; 3]; 4],
+    (way, tolerance): (f64, f64),
+) -> Option<f64> {
+    let mut mesh = joined(bed);
+    let first = mesh.nodes.len() as u32;
+    mesh.nodes.extend(tip);
+    mesh.elements.push(Element::new(
+        ElementKind::Tet4,
+        &[first, first + 1, first + 2, first + 3],
+    ));
+    let count = mesh.elements.len() as u32;
+    mesh.blocks.push(Block {
+        name: "tip".to_owned(),
+        source: 1,
+        nodes: first..first + 4,
+        elements: count - 1..count,
+    });
+    let shell = Shell::new(&mesh, tolerance);
+    let still = vec![[0.0; 3]; mesh.nodes.len()];
+    let mut velocity = still.clone();
+    velocity[first as usize..].fill([0.0, 0.0, -1.0]);
+    let at = Positions::new(&mesh.nodes, &still);
+    let end = at.after(&velocity, way);
+    let times = all_pairs(&shell).into_iter().filter_map(|pair| {
+        let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
+        let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
+        let then = at.after(&velocity, time);
+        let rightful = shell.rightful(pair, [then, end], tolerance);
+        (is_near && rightful.is_some()).then_some(time)
+    });
+    times.min_by(f64::total_cmp)
+}
+
+/// One block of cells that share the nodes that lie at one place.
+fn joined(cells: &[(ElementKind, Vec<[f64; 3]>)]) -> Mesh<3> {
+    let mut mesh = Mesh::default();
+    for (kind, corners) in cells {
+        let numbers = corners.iter().map(|corner| {
+            let known = mesh.nodes.iter().position(|node| node == corner);
+            known.unwrap_or_else(|| {
+                mesh.nodes.push(*corner);
+                mesh.nodes.len() - 1
+            }) as u32
+        });
+        let numbers: Vec<u32> = numbers.collect();
+        mesh.elements.push(Element::new(*kind, &numbers));
+    }
+    mesh.blocks.push(Block {
+        name: "bed".to_owned(),
+        source: 0,
+        nodes: 0..mesh.nodes.len() as u32,
+        elements: 0..mesh.elements.len() as u32,
+    });
+    mesh
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// A straight edge that falls on many elements whose faces bulge, each next to nothing,
+    /// sinks in by a quarter of the tolerance at most.
+    #[test]
+    fn a_long_edge_touches_a_face_that_bulges_little(
+        turn in (-7.0..-2.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        half in 1..12_usize,
+        turned in -0.2..0.2_f64,
+    ) {
+        let (middle, tolerance) = (half as f64, 1e-4);
+        let bed = bed([2 * half, 3], |x, _| -0.5 * turn * (x - middle).powi(2));
+        let (s, c) = turned.sin_cos();
+        let place = |along: f64, across: f64, z: f64| {
+            [middle + along * c - across * s, 1.5 + along * s + across * c, 0.1 + z]
+        };
+        let reach = middle + 1.0;
+        let blade = [place(-reach, 0.0, 0.0), place(reach, 0.0, 0.0), place(0.0, 3.0, 3.0), place(0.0, -3.0, 3.0)];
+        let time = touches_bed(&bed, blade, (0.2, tolerance));
+        let late = time.map(|time| time - 0.1);
+        prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * tolerance).contains(&late)), "{late:?}");
+    }
+
+    /// What starts as deep as it may in a dent is held, however flat this is.
+    #[test]
+    fn what_is_in_a_dent_touches(
+        turn in (-7.0..0.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        depth in 0.0..1.0_f64,
+        aside in -1e-4..1e-4_f64,
+    ) {
+        let tolerance = 1e-4;
+        let slope = (0.5 * turn).tan();
+        let bed = bed([2, 2], |x, y| slope * ((x - 1.0).abs() + (y - 1.0).abs()));
+        let tip = [1.0 + aside, 1.0, slope * aside.abs() - depth * tolerance];
+        let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
+        let tip = [tip, corner(0.2, -0.15), corner(-0.05, 0.2), corner(-0.15, -0.15)];
+        let time = touches_bed(&bed, tip, (tolerance, tolerance));
+        prop_assert!(time.is_some());
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
@@ -145,6 +258,7 @@ proptest! {
         warp in proptest::array::uniform8(vector(1e-2)),
         flat in 1e-3..1.0_f64,
         tolerance in 1e-4..0.1_f64,
+        length in 0.0..2.0_f64,
         share in 0.0..1.0_f64,
         ways in proptest::array::uniform8(vector(1.0)),
     ) {
@@ -164,11 +278,11 @@ proptest! {
         let still = vec![[0.0; 3]; 8];
         let at = Positions::new(&mesh.nodes, &still);
         for edge in 0..shell.skin.edges.len() as u32 {
-            let way = shell.skin.sharpens_after(edge, at);
+            let way = shell.skin.sharpens_after(edge, length, at);
             if way <= 0.0 {
                 continue;
             }
-            prop_assert!(!shell.skin.is_sharp(edge, at));
+            prop_assert!(!shell.skin.is_sharp_under(edge, length, at));
             let outward = shell.skin.outward(edge, at);
             let ends = shell.skin.edges[edge as usize].ends;
             let worst = |node: u32| {
@@ -180,7 +294,8 @@ proptest! {
                 scale(share * way / norm(along), along)
             };
             for moved in [(0..8).map(worst).collect::<Vec<_>>(), (0..8).map(random).collect()] {
-                prop_assert!(!shell.skin.is_sharp(edge, Positions::new(&mesh.nodes, &moved)));
+                let then = Positions::new(&mesh.nodes, &moved);
+                prop_assert!(!shell.skin.is_sharp_under(edge, length + 2.0 * way, then));
             }
         }
     }

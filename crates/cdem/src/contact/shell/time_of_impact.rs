@@ -37,11 +37,13 @@ impl Shell {
     ) -> Option<f64> {
         // Edges within faces that bulge in this drift are sharp by its end.
         let end = at.after(velocity, duration);
-        let sharpens = |edge: u32| {
-            self.skin.may_sharpen(edge, at, velocity, duration) && self.skin.is_sharp(edge, end)
+        let sharp = |edge: u32, other: u32| {
+            let length = self.length(other, at);
+            self.skin.is_sharp_under(edge, length, at)
+                || self.skin.may_sharpen(edge, length, at, velocity, duration)
+                    && self.skin.is_sharp_under(edge, length, end)
         };
-        let sharp = |&edge: &u32| self.skin.is_sharp(edge, at) || sharpens(edge);
-        if ![main, target].iter().all(sharp) {
+        if !sharp(main, target) || !sharp(target, main) {
             return None;
         }
         let between = |from: u32, to: u32| self.between(from, to, at, velocity);
