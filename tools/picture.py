@@ -8,7 +8,7 @@ energies over time.
 
 RESULTS is the folder of a run. Frames are drawn as they are, at the current
 positions of the points, all with one colour scale; in 3-D, what of the boundary
-faces the eye, from the back on: a wide face in front may not hide what is behind it.
+faces the eye.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import matplotlib
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.colors import ListedColormap, Normalize, to_rgba
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
@@ -45,6 +45,9 @@ PANEL_WIDTH, PAGE_WIDTH, PANEL_HEIGHT, TITLE = 3.2, 12.8, 1.7, 0.4
 VIEW = (-60.0, 30.0)
 # Brightness of a face in full light, and in none.
 BRIGHT, DARK = 1.0, 0.6
+# Of how many pieces the way across a picture in 3-D is: what is farther in front of
+# something than a piece is long hides it.
+PIECES = 40
 VOIGT = ["xx", "yy", "zz", "xy", "yz", "zx"]
 AXES = ["x", "y", "z"]
 
@@ -55,12 +58,13 @@ class Mistake(Exception):
 
 class Frame(NamedTuple):
     """One instant: time in s; corners of polygons on the page in m, the hindmost
-    first, a value and a brightness of each."""
+    first, a value and a brightness of each, and whether its outline shows."""
 
     time: float
     polygons: list
     values: np.ndarray
     brightness: np.ndarray
+    outlined: np.ndarray
 
 
 def series(results):
@@ -126,13 +130,14 @@ def read(time, file, field, view=VIEW):
         raise Mistake(f"the frames hold no {name!r}; they hold {', '.join(sorted(known))}")
     polygons = [points[cell] for cell in corners]
     if grid.GetNumberOfCells() == 0 or grid.GetCell(0).GetCellDimension() == 2:
-        return Frame(time, [polygon[:, :2] for polygon in polygons], values, np.ones(len(polygons)))
+        ones = np.ones(len(polygons))
+        return Frame(time, [polygon[:, :2] for polygon in polygons], values, ones, ones > 0)
     return Frame(time, *see(polygons, values, view))
 
 
 def see(polygons, values, view):
-    """What an eye far away sees of faces in space: those that face it, on the page.
-    Hindmost is the one that reaches farthest back: ground lies behind what is on it."""
+    """What an eye far away sees of faces in space: those that face it, on the page, the
+    hindmost first. Large ones come in pieces, so that each is before all that it hides."""
     azimuth, elevation = np.radians(view)
     (sine, cosine), (rise, level) = [(np.sin(angle), np.cos(angle)) for angle in (azimuth, elevation)]
     right = np.array([-sine, cosine, 0.0])
@@ -143,12 +148,39 @@ def see(polygons, values, view):
 
     normals = np.array([np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0) for polygon in polygons])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    depths = np.array([(polygon @ towards).min() for polygon in polygons])
-    seen = np.flatnonzero(normals @ towards > 1e-9)
-    seen = seen[np.argsort(depths[seen], kind="stable")]
-    brightness = DARK + (BRIGHT - DARK) * np.clip(normals[seen] @ light, 0.0, 1.0)
+    brightness = DARK + (BRIGHT - DARK) * np.clip(normals @ light, 0.0, 1.0)
+    corners = np.concatenate(polygons)
+    size = np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)) / PIECES
+    parts, owners, outlined = [], [], []
+    for i in np.flatnonzero(normals @ towards > 1e-9):
+        inside, outline = pieces(polygons[i], size)
+        parts += inside + outline
+        owners += [i] * (len(inside) + len(outline))
+        outlined += [not outline] * len(inside) + [True] * len(outline)
+    # A line lies on the piece that it bounds.
+    depths = np.array([(part @ towards).mean() + (0.5 * size if len(part) == 2 else 0.0) for part in parts])
+    order = np.argsort(depths, kind="stable")
     page = np.stack([right, up], axis=1)
-    return [polygons[i] @ page for i in seen], values[seen], brightness
+    owners, outlined = np.array(owners)[order], np.array(outlined)[order]
+    return [parts[k] @ page for k in order], values[owners], brightness[owners], outlined
+
+
+def pieces(polygon, size):
+    """A face in quadrilaterals no larger than `size`, and its outline in lines as short;
+    one that is small enough is its own only piece, and without lines."""
+    after = np.roll(polygon, -1, axis=0)
+    count = int(np.ceil(np.linalg.norm(after - polygon, axis=1).max() / size))
+    if count <= 1:
+        return [polygon], []
+    shares = np.linspace(0.0, 1.0, count + 1)
+    ends = np.stack([shares[:-1], shares[1:]], axis=1)[..., np.newaxis]
+    lines = [(1.0 - t) * a + t * b for a, b in zip(polygon, after) for t in ends]
+    a, b, c, d = polygon[[0, 1, 2, -1]]
+    s, t = np.meshgrid(shares, shares, indexing="ij")
+    s, t = s[..., np.newaxis], t[..., np.newaxis]
+    grid = (1.0 - s) * ((1.0 - t) * a + t * d) + s * ((1.0 - t) * b + t * c)
+    rings = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2)
+    return list(rings.reshape(-1, 4, 3)), lines
 
 
 def colours(values, named):
@@ -194,7 +226,8 @@ def draw_snapshots(frames, field, file, command):
     for axes, frame in zip(panels.flat, frames):
         shown = scale.to_rgba(frame.values)
         shown[:, :3] *= frame.brightness[:, np.newaxis]
-        axes.add_collection(PolyCollection(frame.polygons, facecolor=shown, edgecolor="0.25", linewidth=0.5))
+        edges = np.where(frame.outlined[:, np.newaxis], to_rgba("0.25"), shown)
+        axes.add_collection(PolyCollection(frame.polygons, facecolor=shown, edgecolor=edges, linewidth=0.5))
         axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
         axes.set(aspect="equal", xticks=[], yticks=[], title=f"{1e3 * frame.time:.4g} ms")
     unit = UNITS.get(field.partition(":")[0])

@@ -80,6 +80,15 @@ fn a_file_that_is_not_there_is_named() {
     assert_eq!(error.render(true), format!("{error}\n"));
 }
 
+#[test]
+fn a_folder_with_a_scene_is_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.toml"), "").expect("written");
+    let error = read(folder.path()).expect_err("a folder").to_string();
+    let hint = folder.path().join("scene.toml").display().to_string();
+    assert!(error.ends_with(&format!("did you mean {hint}?")), "{error}");
+}
+
 /// A change at a random place: what hands and disks do to files.
 #[derive(Clone, Debug)]
 enum Change {

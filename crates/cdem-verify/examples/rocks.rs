@@ -1,4 +1,4 @@
-//! Writes a mesh of rocks: `cargo run -p cdem-verify --example rocks -- 20 10 5`
+//! Writes a mesh of rocks: `cargo run --release -p cdem-verify --example rocks -- 20 10 5`
 //! makes a thousand, `-- 20 10 5 cut` the same of one to six tetrahedra each.
 
 #![allow(clippy::print_stdout, reason = "the mesh is the output")]

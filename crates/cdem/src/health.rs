@@ -40,9 +40,9 @@ pub enum StepError {
         node: u32,
         speed: f64,
     },
-    /// An element has turned inside out.
+    /// An element has turned inside out, or next to nothing is left of it.
     #[error(
-        "t = {} s: block \"{block}\", element {element} has turned inside out \
+        "t = {} s: block \"{block}\", element {element} has been pressed flat or turned inside out \
          (det F = {}); the loads or the impact are too strong for an elastic block, or \
          the run is unstable: check units and velocities, lower `time.safety`",
         short(*time),
@@ -96,6 +96,10 @@ const RESIDUAL_LIMIT: f64 = 0.1;
 /// Principal stretches for which the total kinematics are meant (design,
 /// section 2).
 const STRETCHES: [f64; 2] = [0.8, 1.1];
+
+/// Principal stretch below which an element is flat: a hard impact may leave it as a sheet
+/// whose volume round-off keeps above 0.
+const FLAT: f64 = 1e-2;
 
 /// A node may leave its block at so many times the speed of waves and of the
 /// fastest block at the start. Nothing that is stable comes near.
@@ -354,7 +358,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Visits (block, number in it, deformation) of all elements that may
-    /// deform, up to one that is inside out.
+    /// deform, up to one that is inside out or flat.
     fn each_deformation(
         &self,
         mut visit: impl FnMut(usize, usize, &Deformation),
@@ -366,7 +370,7 @@ impl<const D: usize> Run<D> {
                 let set = &self.model.sets[set as usize];
                 let found = set.deformation(i as usize, &self.state.displacement);
                 let jacobian = found.min_jacobian;
-                if jacobian.is_finite() && jacobian <= 0.0 {
+                if jacobian.is_finite() && (jacobian <= 0.0 || found.min_stretch < FLAT) {
                     return Err(StepError::Inverted {
                         time: self.time(),
                         block: self.block_name(block),

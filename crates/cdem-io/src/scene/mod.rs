@@ -3,6 +3,7 @@
 mod error;
 mod source;
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use cdem::scene::{Problem, Scene, as_input, from_value};
@@ -26,9 +27,18 @@ pub struct SceneFile {
 /// [`SceneError::Unreadable`] where there is no such file or it is not text;
 /// [`SceneError::Invalid`] for what is wrong in it.
 pub fn read(path: &Path) -> Result<SceneFile, SceneError> {
-    let text = std::fs::read_to_string(path).map_err(|reason| SceneError::Unreadable {
-        path: path.to_owned(),
-        reason,
+    let text = std::fs::read_to_string(path).map_err(|reason| {
+        let inside = path.join("scene.toml");
+        let reason = if inside.is_file() {
+            let hint = format!("it is a folder; did you mean {}?", inside.display());
+            io::Error::new(reason.kind(), hint)
+        } else {
+            reason
+        };
+        SceneError::Unreadable {
+            path: path.to_owned(),
+            reason,
+        }
     })?;
     parse(&text, path)
 }

@@ -8,6 +8,7 @@ mod bars;
 mod bars_in_space;
 mod corners;
 mod crowd;
+mod fine_ground;
 mod halving;
 mod hertz;
 mod impacts;

@@ -141,6 +141,44 @@ fn blocks_that_hook_into_each_other_bounce_in_many_ways() {
     }
 }
 
+/// The scene with plates that lie and fly otherwise.
+fn plates(seed: u64) -> Case {
+    let mut case = load("thin-plates");
+    let mut random = Random(seed);
+    case.scene.time.end = 0.9;
+    let mut vector = |size: f64| [0; 3].map(|_| random.between(-size, size));
+    let along = vector(1.0);
+    let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+    for (name, towards) in [("a", 0.0), ("b", 1.0)] {
+        let (axis, [turned, ..], beside) = (vector(1.0), vector(180.0), vector(0.5));
+        let block = case.block(name);
+        block.rotate.axis = axis;
+        block.rotate.angle = turned;
+        // A plate reaches 1.07 m from its middle.
+        block.translate = along.map(|x| towards * 2.2 * x / length).to_vec();
+        let velocity = [0, 1, 2].map(|c| beside[c] - towards * 3.0 * along[c] / length);
+        block.velocity = velocity.to_vec();
+        block.angular_velocity = vector(2.0).to_vec();
+    }
+    case
+}
+
+#[test]
+fn thin_plates_that_tumble_bounce() {
+    judge("plates, as filed", load("thin-plates").start(), None);
+    for seed in 0..4 {
+        judge(&format!("plates {seed}"), plates(seed).start(), None);
+    }
+}
+
+#[test]
+#[ignore = "slow study: many seeds"]
+fn thin_plates_that_tumble_bounce_in_many_ways() {
+    for seed in 4..200 {
+        judge(&format!("plates {seed}"), plates(seed).start(), None);
+    }
+}
+
 /// Boulders on gravel `across`, for `end` seconds.
 fn boulders(seed: u64, across: [usize; 3], end: f64) {
     let mut case = load("boulders-on-gravel");

@@ -97,7 +97,7 @@ fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
     (tolerance > TOLERANT * default).then(|| {
         let message = format!(
             "blocks up to {} m apart may touch, {:.0} times the default: a 1e-4th of the shortest \
-             edge, {} m; leave it out, unless gaps of that size are to be closed",
+             edge, {} m; leave it out, unless gaps of that size are to be bridged",
             short(tolerance),
             tolerance / default,
             short(default)

@@ -74,9 +74,9 @@ pub enum ModelError {
     },
     /// Points touch that are an edge apart.
     #[error(
-        "{} m is more than half of the smallest boundary edge, {} m: nodes would \
-         touch that are an edge apart; choose at most {} m, or leave it out",
-        short(*tolerance), short(*edge), short(0.5 * edge)
+        "{} m is more than {} m, half of the smallest boundary edge: nodes would \
+         touch that are an edge apart; choose less, or leave it out",
+        short(*tolerance), short(0.5 * edge)
     )]
     Tolerance {
         /// Distance within which points touch, m.

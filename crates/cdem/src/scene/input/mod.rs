@@ -78,7 +78,9 @@ pub(crate) struct Time {
     /// The coarsest step, s; finer levels are taken where elements need them.
     /// Left out: that between a half and the whole of `safety` times the largest
     /// element limit for which the elements need the fewest updates, shortened
-    /// so that `end` is a whole number of steps.
+    /// so that `end` is a whole number of steps. Blocks of consistent mass count as
+    /// all going at the finest step among them, as they do where they touch; where they
+    /// mostly fly, a longer one is cheaper.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) step: Option<Quantity<Duration>>,
     /// Share of the stable step that is used, in (0, 1]; at most one half in
