@@ -157,8 +157,8 @@ def see(polygons, values, view):
         parts += inside + outline
         owners += [i] * (len(inside) + len(outline))
         outlined += [not outline] * len(inside) + [True] * len(outline)
-    # A line lies on the piece that it bounds.
-    depths = np.array([(part @ towards).mean() + (0.5 * size if len(part) == 2 else 0.0) for part in parts])
+    # What lies on the ground is before it; a line, before the piece that it bounds.
+    depths = np.array([(part @ towards).min() + (0.5 * size if len(part) == 2 else 0.0) for part in parts])
     order = np.argsort(depths, kind="stable")
     page = np.stack([right, up], axis=1)
     owners, outlined = np.array(owners)[order], np.array(outlined)[order]

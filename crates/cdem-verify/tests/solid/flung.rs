@@ -166,7 +166,7 @@ fn plates(seed: u64) -> Case {
 #[test]
 fn thin_plates_that_tumble_bounce() {
     judge("plates, as filed", load("thin-plates").start(), None);
-    for seed in 0..4 {
+    for seed in 0..3 {
         judge(&format!("plates {seed}"), plates(seed).start(), None);
     }
 }
@@ -174,7 +174,7 @@ fn thin_plates_that_tumble_bounce() {
 #[test]
 #[ignore = "slow study: many seeds"]
 fn thin_plates_that_tumble_bounce_in_many_ways() {
-    for seed in 4..200 {
+    for seed in 3..200 {
         judge(&format!("plates {seed}"), plates(seed).start(), None);
     }
 }

@@ -26,12 +26,13 @@ pub(crate) const FLUSH: f64 = 0.02;
 /// Relative round-off of a foot's parameters on its target.
 pub(crate) const FOOT_ROUND_OFF: f64 = 1e-9;
 
-/// How far beyond a feature a point may be that is within `depth` of both faces beside an
-/// edge that turns by this angle, rad; 0 where it is convex. As deep in both as that it is
-/// beyond the edge of each by `depth` times the tangent of half the turn.
+/// How far beyond an edge that turns by this angle, rad, a point may be that touches the
+/// face on its other side, no deeper than `depth` in that on its own; 0 where it is convex.
+/// In its plane it is beyond the edge by its depth over the sine of the turn; where both
+/// faces are flush and one contact, as deep in both, by that times half the turn.
 pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
     if turn < -FLUSH {
-        depth
+        depth / (-turn).sin().max(FLUSH)
     } else {
         depth * (-turn).max(0.0)
     }

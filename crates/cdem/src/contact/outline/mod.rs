@@ -114,7 +114,8 @@ impl Outline {
         } else {
             (other, edge)
         };
-        let turn = cross2(&self.direction(one, at), &self.direction(two, at));
+        let ways = [one, two].map(|edge| self.direction(edge, at));
+        let turn = f64::atan2(cross2(&ways[0], &ways[1]), dot(&ways[0], &ways[1]));
         beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
     }
 
@@ -245,9 +246,16 @@ impl Surface<2> for Outline {
 
     fn both_bear(&self, one: Pair, other: Pair, at: Positions<2>) -> bool {
         let faces = |from: u32, to: u32| {
-            let (a, _) = self.edge(from, at);
+            let (a, b) = self.edge(from, at);
             let (c, d) = self.edge(to, at);
-            let way = sub(&scale(0.5, &add(&c, &d)), &a);
+            let middle = scale(0.5, &add(&c, &d));
+            // From the corner that they share, if they do: there they turn.
+            let ways = [a, b].map(|end| sub(&middle, &end));
+            let way = if norm(&ways[0]) < norm(&ways[1]) {
+                ways[0]
+            } else {
+                ways[1]
+            };
             dot(&way, &self.normal(from, at)) > FLUSH * norm(&way)
         };
         one.main == other.main && faces(one.target, other.target) && faces(other.target, one.target)

@@ -58,7 +58,11 @@ impl Shell {
             dot(&way, &self.skin.normal(from, at)) > FLUSH * norm(&way)
         };
         let [one, other] = triangles;
-        faces(one, other) && faces(other, one)
+        let edges = triangles.map(|triangle| self.skin.triangles[triangle as usize].edges);
+        match edges[0].iter().find(|edge| edges[1].contains(edge)) {
+            Some(&shared) if one != other => self.skin.turn(shared, at) < -FLUSH,
+            _ => faces(one, other) && faces(other, one),
+        }
     }
 
     /// The same of two edges that meet in a corner, the rims of such triangles, and of
