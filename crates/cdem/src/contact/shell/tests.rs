@@ -94,6 +94,8 @@ proptest! {
     }
 }
 
+const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+
 /// Hexahedra of 1 m in the plane, whose tops lie at some height over each node.
 fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, Vec<[f64; 3]>)> {
     let columns = (0..across[0]).flat_map(|x| (0..across[1]).map(move |y| [x as f64, y as f64]));
@@ -106,10 +108,12 @@ fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, V
     cells.collect()
 }
 
-/// When a tetrahedron that falls by `way`, at 1 m/s, first touches a bed of one block.
+/// When a tetrahedron that goes a `way` along a unit vector, at 1 m/s, first touches a bed
+/// of one block, of which a contact holds it on a triangle of this normal already, if any.
 fn touches_bed(
     bed: &[(ElementKind, Vec<[f64; 3]>)],
     tip: [[f64; 3]; 4],
+    (along, held): ([f64; 3], Option<[f64; 3]>),
     (way, tolerance): (f64, f64),
 ) -> Option<f64> {
     let mut mesh = joined(bed);
@@ -129,15 +133,17 @@ fn touches_bed(
     let shell = Shell::new(&mesh, tolerance);
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let mut velocity = still.clone();
-    velocity[first as usize..].fill([0.0, 0.0, -1.0]);
+    velocity[first as usize..].fill(along);
     let at = Positions::new(&mesh.nodes, &still);
     let end = at.after(&velocity, way);
     let times = all_pairs(&shell).into_iter().filter_map(|pair| {
         let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
         let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
         let then = at.after(&velocity, time);
-        let rightful = shell.rightful(pair, [then, end], tolerance);
-        (is_near && rightful.is_some()).then_some(time)
+        let rightful = shell.rightful(pair, [then, end], tolerance)?;
+        let normal = shell.normal(rightful, then)?;
+        let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
+        (is_near && !is_held).then_some(time)
     });
     times.min_by(f64::total_cmp)
 }
@@ -184,9 +190,31 @@ proptest! {
         };
         let reach = middle + 1.0;
         let blade = [place(-reach, 0.0, 0.0), place(reach, 0.0, 0.0), place(0.0, 3.0, 3.0), place(0.0, -3.0, 3.0)];
-        let time = touches_bed(&bed, blade, (0.2, tolerance));
+        let time = touches_bed(&bed, blade, (DOWN, None), (0.2, tolerance));
         let late = time.map(|time| time - 0.1);
         prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * tolerance).contains(&late)), "{late:?}");
+    }
+
+    /// What slides down one side of a dent, a little deep in it, touches the other side
+    /// before it is deeper in that.
+    #[test]
+    fn what_slides_into_a_dent_touches_its_other_side(
+        turn in 0.021..1.5_f64,
+        depth in 0.0..0.9_f64,
+        place in 0.1..0.9_f64,
+    ) {
+        let tolerance = 1e-4;
+        let (s, c) = (0.5 * turn).sin_cos();
+        let bed = bed([2, 1], |x, _| s / c * (x - 1.0).abs());
+        let [way, deep] = [0.02, depth * tolerance];
+        // On the left side, that falls to the right.
+        let tip = [1.0 - 0.01 * c - deep * s, place, 0.01 * s - deep * c];
+        let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
+        let tip = [tip, corner(0.05, -0.05), corner(0.0, 0.05), corner(-0.05, -0.05)];
+        let time = touches_bed(&bed, tip, ([c, 0.0, -s], Some([s, 0.0, c])), (way, tolerance));
+        // 0.01 m down to the middle, less or more by what it is deep in the left.
+        let beyond = time.map(|time| (time - 0.01) * turn.sin());
+        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
     }
 
     /// What starts as deep as it may in a dent is held, however flat this is.
@@ -202,7 +230,7 @@ proptest! {
         let tip = [1.0 + aside, 1.0, slope * aside.abs() - depth * tolerance];
         let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
         let tip = [tip, corner(0.2, -0.15), corner(-0.05, 0.2), corner(-0.15, -0.15)];
-        let time = touches_bed(&bed, tip, (tolerance, tolerance));
+        let time = touches_bed(&bed, tip, (DOWN, None), (tolerance, tolerance));
         prop_assert!(time.is_some());
     }
 }
