@@ -103,8 +103,7 @@ impl Outline {
     }
 
     /// How far beyond an end of `edge` a foot still lies on it, over its
-    /// length. In a re-entrant corner a point that touches both edges is beyond
-    /// the end of each by its depth in the other.
+    /// length: more in a [re-entrant](beyond_reentrant) corner.
     fn foot_slack(&self, edge: u32, beyond_end: bool, at: Positions<2>, depth: f64) -> f64 {
         let Some(other) = self.next(edge, beyond_end) else {
             return FOOT_ROUND_OFF;

@@ -6,12 +6,11 @@ use crate::contact::surface::{FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, b
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
 impl Shell {
-    /// Whether the foot of a vertex lies on a triangle, up to `depth` beyond its
-    /// edges where
-    /// - the edge is re-entrant: a point that touches both faces is beyond the edge
-    ///   of each by its depth in the other;
-    /// - a face of the vertex lies flush on the triangle: the rims of two faces
-    ///   that end together wind about each other, all but parallel.
+    /// Whether the foot of a vertex lies on a triangle, or beyond its edges
+    /// - by what a vertex may be that is up to `depth` in the face on the other side of a
+    ///   [re-entrant](beyond_reentrant) one;
+    /// - by up to `depth` where a face of the vertex lies flush on the triangle: the
+    ///   rims of two faces that end together wind about each other, all but parallel.
     pub(super) fn lies_on(
         &self,
         (vertex, triangle): (u32, u32),
@@ -30,9 +29,9 @@ impl Shell {
         })
     }
 
-    /// Whether the feet of two edges that cross lie on them, up to `depth` beyond an end
-    /// at which a re-entrant edge begins: what bears on one of the faces beside that
-    /// is beyond the end of the rim of the other by its depth in the first.
+    /// Whether the feet of two edges that cross lie on them, or beyond an end at which a
+    /// [re-entrant](beyond_reentrant) edge begins by what one may be that is up to `depth`
+    /// in a face beside that.
     pub(super) fn cross_on(
         &self,
         edges: [u32; 2],
