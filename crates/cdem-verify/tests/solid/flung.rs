@@ -1,10 +1,12 @@
 //! Blocks that are hard on the search, flung at each other: faces that warp,
 //! re-entrant edges, sizes far apart.
 
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
+use cdem::sample::ContactFrame;
 use cdem_verify::{Balance, Body, Case, Random, deepest_overlap, load, mesh_of, rocks, run};
 
 /// Runs to the end; checks all that must hold in any run. `fallen` is what gravity
@@ -23,6 +25,7 @@ fn judge(name: &str, mut simulation: Simulation, fallen: Option<f64>) {
         if deeper || simulation.step_index() % every == 0 {
             deepest = simulation.max_penetration();
             overlap = overlap.max(deepest_overlap(&simulation.frame()));
+            assert_eq!(twice(&simulation.contact_frame()), 0, "contacts twice");
         }
     });
     balance.look(&mut simulation);
@@ -52,6 +55,14 @@ fn judge(name: &str, mut simulation: Simulation, fallen: Option<f64>) {
     assert!(balance.growth < 2e-3, "{balance:?}");
     assert!(overlap <= tolerance, "{overlap:e} deep");
     assert!(simulation.max_penetration() <= tolerance);
+}
+
+/// How many contacts are at the point of another, along the same normal.
+fn twice(contacts: &ContactFrame) -> usize {
+    let bits = |x: &[f64; 3]| x.map(f64::to_bits);
+    let places = contacts.points.iter().zip(&contacts.normals);
+    let different: BTreeSet<_> = places.map(|(p, n)| [bits(p), bits(n)]).collect();
+    contacts.points.len() - different.len()
 }
 
 /// The scene with other shapes and motions.
@@ -166,7 +177,9 @@ fn plates(seed: u64) -> Case {
 #[test]
 fn thin_plates_that_tumble_bounce() {
     judge("plates, as filed", load("thin-plates").start(), None);
-    for seed in 0..3 {
+    // In the last an edge comes in on another from behind its end, or slides from one ridge
+    // on to two at once; corners slide through dents.
+    for seed in (0..3).chain([13, 15, 46, 94, 113]) {
         judge(&format!("plates {seed}"), plates(seed).start(), None);
     }
 }

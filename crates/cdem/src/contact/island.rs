@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::contact::Interior;
-use crate::contact::live::{Followed, Live, Record};
+use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::near::Near;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
@@ -204,16 +204,7 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) -> Vec<Record> {
         let mut ended = Vec::new();
-        let at = motion.positions();
-        self.live.retain_mut(|live| {
-            let followed = live.follow(setting.surface, at, setting.tolerance);
-            books.hurried += u64::from(followed == Followed::InAHurry);
-            let goes_on = followed != Followed::Beyond;
-            if !goes_on {
-                ended.push(live.record.clone());
-            }
-            goes_on
-        });
+        self.follow(setting, motion.positions(), &mut ended, books);
         self.close_touching(setting, motion, (time, drift), books);
         if self.live.is_empty() {
             return ended;
@@ -252,6 +243,40 @@ impl<const D: usize> Island<D> {
         ended
     }
 
+    /// Moves sliding contacts on; those `ended` that have left the surface, or slid on to
+    /// what is another's.
+    fn follow(
+        &mut self,
+        setting: &Setting<D>,
+        at: Positions<D>,
+        ended: &mut Vec<Record>,
+        books: &mut Books,
+    ) {
+        let mut moved = Vec::new();
+        self.live.retain_mut(|live| {
+            let before = live.pair;
+            let followed = live.follow(setting.surface, at, setting.tolerance);
+            books.hurried += u64::from(followed == Followed::InAHurry);
+            let goes_on = followed != Followed::Beyond;
+            if !goes_on {
+                ended.push(live.record.clone());
+            } else if live.pair != before {
+                moved.push(live.pair);
+            }
+            goes_on
+        });
+        for pair in moved {
+            let mut first = true;
+            self.live.retain(|live| {
+                let goes_on = live.pair != pair || std::mem::take(&mut first);
+                if !goes_on {
+                    ended.push(live.record.clone());
+                }
+                goes_on
+            });
+        }
+    }
+
     /// Closes the open pairs that touch already and that the kick has set
     /// moving towards each other: no impact, unless they did before.
     fn close_touching(
@@ -264,10 +289,9 @@ impl<const D: usize> Island<D> {
         let touches =
             Touches::new(self, setting, motion, (Wanted::Now, drift)).first(0.0, |_, _| false);
         if let Some((0.0, pairs)) = touches {
+            let moment = Wanted::Now.moment(motion.positions(), motion.velocity, [0.0, drift]);
             for pair in pairs {
-                let at = motion.positions();
-                let end = at.after(motion.velocity, drift);
-                books.touches += self.touch(setting, [at, end], pair, time);
+                books.touches += self.touch(setting, moment, pair, time);
             }
         }
     }
@@ -371,15 +395,23 @@ impl<const D: usize> Island<D> {
             let wait = (instant - elapsed).max(0.0);
             self.go(motion, wait);
             elapsed += wait;
-            for pair in pairs {
-                let at = motion.positions();
-                let end = at.after(motion.velocity, duration - elapsed);
-                books.touches += self.touch(setting, [at, end], pair, time + elapsed);
-            }
+            let remaining = [0.0, duration - elapsed];
+            let moment = Wanted::InDrift.moment(motion.positions(), motion.velocity, remaining);
+            let begun = pairs
+                .into_iter()
+                .map(|pair| self.touch(setting, moment, pair, time + elapsed));
+            let begun: u64 = begun.sum();
+            books.touches += begun;
             let before = self.velocities(motion);
             let drift = (duration, duration - elapsed);
             self.meet(setting, motion, drift, bodies, receive, books);
-            touches.update(self, setting, motion, (&before, elapsed, duration));
+            touches.update(
+                self,
+                setting,
+                motion,
+                (&before, begun > 0),
+                (elapsed, duration),
+            );
         }
         self.go(motion, duration - elapsed);
     }
@@ -427,20 +459,19 @@ impl<const D: usize> Island<D> {
         self.nodes.iter().map(of).collect()
     }
 
-    /// Closes a pair `at` its touch, unless another one already says the same and
-    /// does so until the `end` of the drift. Returns how many contacts have
-    /// begun: one or none.
+    /// Closes a pair at the moment of its touch, unless another one already says the
+    /// same. Returns how many contacts have begun: one or none.
     pub(crate) fn touch(
         &mut self,
         setting: &Setting<D>,
-        [at, end]: [Positions<D>; 2],
+        moment: Moment<D>,
         pair: Pair,
         time: f64,
     ) -> u64 {
-        let surface = setting.surface;
+        let (surface, at) = (setting.surface, moment.touch);
         let blocks = setting.blocks(pair);
         let mut known = self.live.iter().filter(|live| live.between(blocks));
-        if known.any(|live| live.says(surface, pair, [at, end], setting.tolerance)) {
+        if known.any(|live| live.says(setting, pair, moment)) {
             return 0;
         }
         let projection = surface.project(pair, at);

@@ -1,5 +1,6 @@
 //! A contact point while it lasts.
 
+use crate::contact::island::{MISS, Setting};
 use crate::contact::law::Law;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
@@ -85,6 +86,17 @@ impl Record {
     }
 }
 
+/// A touch, and what is known then of the drift it is in.
+#[derive(Clone, Copy)]
+pub(crate) struct Moment<'a, const D: usize> {
+    /// Positions at the touch.
+    pub(crate) touch: Positions<'a, D>,
+    /// Positions at the end of the drift, as nodes move now.
+    pub(crate) end: Positions<'a, D>,
+    /// Whether they move as closed contacts let them, but [fresh](Live::fresh) ones.
+    pub(crate) is_held: bool,
+}
+
 /// Where a contact's point is that has been followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Followed {
@@ -98,6 +110,17 @@ pub(crate) enum Followed {
     Beyond,
 }
 
+impl<'a, const D: usize> Moment<'a, D> {
+    /// One of which nothing is asked but how things are.
+    pub(crate) fn still(at: Positions<'a, D>) -> Self {
+        Self {
+            touch: at,
+            end: at,
+            is_held: false,
+        }
+    }
+}
+
 impl<const D: usize> Live<D> {
     /// Whether it is one between two blocks, whichever is the main one.
     pub(crate) fn between(&self, blocks: [u32; 2]) -> bool {
@@ -105,24 +128,44 @@ impl<const D: usize> Live<D> {
         blocks == [one, other] || blocks == [other, one]
     }
 
-    /// Whether it says what `pair` of the same blocks would, `at` the positions
-    /// of its touch, and still does at the `end` of the drift.
-    pub(crate) fn says(
-        &self,
-        surface: &dyn Surface<D>,
-        pair: Pair,
-        [at, end]: [Positions<D>; 2],
-        tolerance: f64,
-    ) -> bool {
+    /// Whether it says what `pair` of the same blocks would at the moment of its touch,
+    /// and still does at the end of the drift.
+    pub(crate) fn says(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
+        let (surface, tolerance) = (setting.surface, setting.tolerance);
         if self.pair == pair {
             return true;
         }
         let goes_on = || {
-            let projection = surface.project(self.pair, end);
+            let projection = surface.project(self.pair, moment.end);
             let foot = &projection.foot;
-            projection.outside <= tolerance || surface.neighbour(self.pair, foot, end).is_some()
+            projection.outside <= tolerance
+                || surface.neighbour(self.pair, foot, moment.end).is_some()
         };
-        surface.same_contact(self.pair, pair, at, tolerance) && goes_on()
+        surface.same_contact(self.pair, pair, moment.touch, tolerance)
+            && goes_on()
+            && !self.leaves(setting, pair, moment)
+    }
+
+    /// Whether it lets a pair beside it sink in until the end of the drift, though it holds
+    /// on itself: as its point goes into a dent, or an edge from a ridge on to two.
+    pub(crate) fn leaves(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
+        if !moment.is_held || self.fresh {
+            return false;
+        }
+        let (surface, end) = (setting.surface, moment.end);
+        let then = surface.project(pair, end);
+        let right = -MISS * setting.tolerance;
+        if then.outside > 0.0 || then.gap >= right {
+            return false;
+        }
+        let normals = [self.pair, pair].map(|pair| surface.normal(pair, end));
+        let [Some(held), Some(normal)] = normals else {
+            return false;
+        };
+        // What is apart along the normal that is held does not lie in each other.
+        let cosine = dot(&held, &normal);
+        let is_swapped = setting.blocks(pair) != self.record.blocks;
+        then.gap * if is_swapped { -cosine } else { cosine } < right
     }
 
     /// Moves a sliding contact's foot to where its point is now, and on to

@@ -37,7 +37,7 @@ mod touches;
 
 use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
-use live::{Live, Record};
+use live::{Live, Moment, Record};
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
 
@@ -238,7 +238,7 @@ impl<const D: usize> Contacts<D> {
                 && self.terms.surface.admits(pair, at)
             {
                 let count = island.live.len();
-                self.books.touches += island.touch(&setting, [at; 2], pair, 0.0);
+                self.books.touches += island.touch(&setting, Moment::still(at), pair, 0.0);
                 for live in &mut island.live[count..] {
                     live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
                 }

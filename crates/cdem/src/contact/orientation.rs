@@ -28,6 +28,8 @@ pub(super) struct Orientation {
 struct Fall {
     start: f64,
     end: f64,
+    /// Whether it was above before.
+    is_from_above: bool,
 }
 
 impl Orientation {
@@ -83,42 +85,43 @@ impl Orientation {
     }
 
     /// Round-off of the value up to `duration`.
-    pub(super) fn round_off(&self, duration: f64) -> f64 {
+    fn round_off(&self, duration: f64) -> f64 {
         let bound = self.size.map(|[now, rate]| now + duration * rate);
         ROUND_OFF * bound[0] * bound[1] * bound[2]
     }
 
     /// First time at which it, positive as long as a pair is apart, has fallen to 0
-    /// and `touches` holds: never later than that. What is 0 already touches if it
-    /// falls and is no deeper than `is_shallow` allows.
+    /// and `touches` holds: never later than that. What is below 0 already, or falls
+    /// there while it does not touch, does so as soon as it comes in, as round the end
+    /// of its target, as long as it falls and is above -`deep`.
     pub(super) fn first_fall(
         &self,
         duration: f64,
-        is_shallow: impl Fn() -> bool,
+        deep: f64,
         touches: impl Fn(f64) -> bool,
     ) -> Option<f64> {
         let margin = self.round_off(duration);
-        let behind = self.at(0.0) <= margin && self.falls_at(0.0);
-        if behind && is_shallow() && touches(0.0) {
+        let deep = deep.max(margin);
+        let behind = self.at(0.0) <= margin && self.at(0.0) >= -deep && self.falls_at(0.0);
+        if behind && touches(0.0) {
             return Some(0.0);
         }
-        let falls = self.falls(duration, margin).into_iter().flatten();
-        let mut times = falls.filter_map(|Fall { start, end }| {
+        let falls = self.falls(duration, [margin, deep]).into_iter().flatten();
+        let mut times = falls.filter_map(|fall| {
+            let Fall { start, end, .. } = fall;
             if touches(start) {
-                return Some(start);
+                return fall.is_from_above.then_some(start);
             }
-            // One that grazes may come in at the rim of its target while it falls
-            // through round-off, which takes √ε long: it touches when it comes in.
-            let through = self.last_above(-margin, start, end);
+            let through = self.last_above(-deep, start, end);
             touches(through).then(|| last(start, through, |t| !touches(t)))
         });
         times.next()
     }
 
-    /// The stretches of time within `duration` in which it falls from above `margin`,
-    /// or from a turn within it to below; at most two. Both where it is within margins
-    /// all along rests.
-    fn falls(&self, duration: f64, margin: f64) -> [Option<Fall>; 3] {
+    /// The stretches of time within `duration` in which it falls to below `margin`: from
+    /// above that, from a turn within it to below, or from above -`deep`. Both where it
+    /// is within margins all along rests.
+    fn falls(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<Fall>; 3] {
         let [_, c1, c2, c3] = self.coefficients;
         let mut ends = [0.0, duration, duration, duration];
         let mut count = 1;
@@ -138,9 +141,12 @@ impl Orientation {
                 && self.at(start) >= -margin
                 && self.at(before) >= -margin
                 && self.at(end) < -margin;
-            (self.at(start) > margin || turns_within).then(|| Fall {
+            let is_from_above = self.at(start) > margin || turns_within;
+            let is_behind = self.at(start) >= -deep && self.at(end) < self.at(start) - margin;
+            (is_from_above || is_behind).then(|| Fall {
                 start: self.last_above(margin, start, end),
                 end,
+                is_from_above,
             })
         })
     }
@@ -180,7 +186,7 @@ mod tests {
     fn what_rises_by_less_than_round_off_before_it_falls_touches() {
         // 1e-17 t − t²: whether it rises at all, only exact arithmetic tells.
         let falls = area([0.0, 0.0], [1e-17, 1.0], [1.0, 0.0]);
-        let found = falls.first_fall(1.0, || true, |_| true);
+        let found = falls.first_fall(1.0, 1.0, |_| true);
         assert!(found.is_some_and(|time| time < 1e-16), "{found:?}");
     }
 
@@ -192,7 +198,7 @@ mod tests {
             ([1.0, 0.0], [0.0, 0.0]),
             ([1e-17, 1.0], [1e-17, 0.0]), // rises, falls, and stays within
         ] {
-            let found = area([0.0, 0.5], rate, stretch).first_fall(1.0, || true, |_| true);
+            let found = area([0.0, 0.5], rate, stretch).first_fall(1.0, 1.0, |_| true);
             assert_eq!(found, None, "{rate:?} {stretch:?}");
         }
     }
@@ -201,11 +207,36 @@ mod tests {
     fn what_grazes_touches_though_the_foot_comes_in_meanwhile() {
         // (t − ½)² is within round-off for 1e-7 s before it is 0.
         let grazes = area([0.25, 0.0], [-1.0, -1.0], [1.0, 0.0]);
-        let found = grazes.first_fall(1.0, || true, |time| time > 0.5 - 1e-9);
+        let found = grazes.first_fall(1.0, 1.0, |time| time > 0.5 - 1e-9);
         let comes_in = 0.5 - 1e-9;
         assert!(
             found.is_some_and(|time| time <= comes_in && time > comes_in - 1e-15),
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn what_comes_in_from_behind_touches_unless_it_is_too_deep() {
+        for (start, deep, touches) in [
+            (0.1, 0.3, true), // falls to -0.1 before it comes in
+            (-0.1, 0.4, true),
+            (0.1, 0.05, false),
+            (-0.1, 0.25, false),
+        ] {
+            let falls = area([start, 0.0], [-1.0, 0.0], [0.0, 0.0]);
+            let found = falls.first_fall(1.0, deep, |time| time > 0.2);
+            let expected = touches.then_some(0.2);
+            let apart = found.zip(expected).map(|(one, other)| (one - other).abs());
+            assert!(
+                found.is_some() == touches && apart.is_none_or(|d| d < 1e-15),
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_leaves_from_behind_does_not_touch_as_it_comes_in() {
+        let rises = area([-0.5, 0.0], [1.0, 0.0], [0.0, 0.0]);
+        assert_eq!(rises.first_fall(1.0, 1.0, |time| time > 0.2), None);
     }
 }

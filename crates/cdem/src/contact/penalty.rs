@@ -2,7 +2,7 @@
 //! points that overlap at the start of a step (the paper's section 2).
 
 use crate::contact::island::{Books, Island, Receive, Setting};
-use crate::contact::live::{Followed, Live, Record};
+use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Positions, Surface};
 use crate::model::inertia::Mobility;
@@ -35,7 +35,7 @@ impl<const D: usize> Island<D> {
             let projection = surface.project(pair, at);
             let overlaps = projection.gap < 0.0 && projection.outside <= 0.0;
             if overlaps && surface.admits(pair, at) {
-                let begun = self.touch(setting, [at; 2], pair, time);
+                let begun = self.touch(setting, Moment::still(at), pair, time);
                 books.touches += begun;
                 if let Some(live) = self.live.last_mut().filter(|_| begun > 0) {
                     live.offset[0] = 0.0;

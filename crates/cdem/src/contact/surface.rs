@@ -278,6 +278,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn both_bear(&self, one: Pair, other: Pair, at: Positions<D>) -> bool;
     /// Where the main point lies with respect to the target.
     fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
+    /// Unit normal of a contact, out of the target; `None` for parallel edges.
+    fn normal(&self, pair: Pair, at: Positions<D>) -> Option<[f64; D]>;
     /// Whether the target's inward normal lies in the main feature's normal
     /// cone: without it, flush corners press sideways (design, section 4.3).
     fn admits(&self, pair: Pair, at: Positions<D>) -> bool;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::contact::closed::Closed;
 use crate::contact::island::{Island, SHALLOW, Setting};
-use crate::contact::live::Live;
+use crate::contact::live::{Live, Moment};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::SHARE;
 use crate::model::motion::Motion;
@@ -35,6 +35,27 @@ pub(super) enum Wanted {
     Now,
     /// Those in the drift, unless they may wait for the next kick.
     InDrift,
+}
+
+impl Wanted {
+    /// A touch some time from now, in what remains of a drift: of those in the drift,
+    /// closed contacts have been solved for.
+    pub(super) fn moment<'a, const D: usize>(
+        self,
+        at: Positions<'a, D>,
+        velocity: &'a [[f64; D]],
+        [wait, remaining]: [f64; 2],
+    ) -> Moment<'a, D> {
+        Moment {
+            touch: if wait > 0.0 {
+                at.after(velocity, wait)
+            } else {
+                at
+            },
+            end: at.after(velocity, remaining),
+            is_held: self == Self::InDrift,
+        }
+    }
 }
 
 impl Touches {
@@ -89,16 +110,18 @@ impl Touches {
     }
 
     /// After an event at `elapsed` that has changed the velocities `before` of
-    /// the island: pairs of nodes that go on as they did touch as they would.
+    /// the island: pairs of nodes that go on as they did touch as they would. Those
+    /// that were due may have been others' touches, if any contact has begun.
     pub(super) fn update<const D: usize>(
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
-        (before, elapsed, duration): (&[[f64; D]], f64, f64),
+        (before, has_begun): (&[[f64; D]], bool),
+        (elapsed, duration): (f64, f64),
     ) {
         let again = |own: &[u32], old: Touch, pair: Pair| match old {
-            Touch::Closed => false,
+            Touch::Closed => has_begun,
             Touch::Refused => true,
             Touch::Never | Touch::At(..) => {
                 let main = setting.surface.main_nodes(pair.main).iter();
@@ -188,7 +211,10 @@ fn look_at<const D: usize>(
         Wanted::InDrift => 0.0,
     };
     let interval = (span, elapsed, duration);
-    (touch(closed, setting, (motion, at), pair, interval), apart)
+    (
+        touch(closed, setting, (motion, at), pair, (wanted, interval)),
+        apart,
+    )
 }
 
 /// When a pair between the closed contacts of its blocks touches, within `span` seconds
@@ -198,7 +224,7 @@ fn touch<const D: usize>(
     setting: &Setting<D>,
     (motion, at): (&Motion<D>, Positions<D>),
     pair: Pair,
-    (span, elapsed, duration): (f64, f64, f64),
+    (wanted, (span, elapsed, duration)): (Wanted, (f64, f64, f64)),
 ) -> Touch {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
     let remaining = duration - elapsed;
@@ -206,20 +232,16 @@ fn touch<const D: usize>(
     let Some(wait) = wait else {
         return Touch::Never;
     };
-    let mut live = closed.beside(setting, (motion, at), pair, remaining);
-    let then = if wait > 0.0 {
-        at.after(motion.velocity, wait)
-    } else {
-        at
-    };
-    let end = at.after(motion.velocity, remaining);
+    let live = closed.beside(setting, (motion, at), pair, remaining);
+    let moment = wanted.moment(at, motion.velocity, [wait, remaining]);
+    let then = moment.touch;
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
     // What is closed at the same place comes first: it costs less to ask.
     let mut gap = None;
     let bars = |live: &Live<D>| {
-        live.says(surface, pair, [then, end], tolerance) || {
+        live.says(setting, pair, moment) || {
             let apart = sub(&surface.point(live.pair, then), &surface.point(pair, then));
             let held = surface.project(live.pair, later);
             let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
@@ -227,16 +249,28 @@ fn touch<const D: usize>(
                 && held.outside <= tolerance
                 && held.gap >= *gap
                 && !surface.both_bear(live.pair, pair, then)
+                && !live.leaves(setting, pair, moment)
         }
     };
     if live.clone().any(bars) {
         return Touch::Refused;
     }
-    let says = |pair: Pair| move |live: &Live<D>| live.says(surface, pair, [then, end], tolerance);
-    match surface.rightful(pair, [then, later], tolerance) {
-        Some(pair) if !live.any(says(pair)) => Touch::At(elapsed + wait, pair),
-        _ => Touch::Refused,
+    let Some(best) = surface.rightful(pair, [then, later], tolerance) else {
+        return Touch::Refused;
+    };
+    let mut same = live
+        .filter(|live| live.says(setting, best, moment))
+        .peekable();
+    if same.peek().is_none() {
+        return Touch::At(elapsed + wait, best);
     }
+    if best != pair
+        && surface.admits(pair, then)
+        && same.all(|live| live.leaves(setting, pair, moment))
+    {
+        return Touch::At(elapsed + wait, pair);
+    }
+    Touch::Refused
 }
 
 /// Most by which the nodes of the two features move against each other, m/s:

@@ -54,7 +54,7 @@ impl Outline {
 
     /// Whether two pairs press the same way, whichever is the main block.
     fn is_aligned(&self, one: Pair, other: Pair, at: Positions<2>) -> bool {
-        let [one, other] = [one, other].map(|pair| self.normal(pair.target, at));
+        let [one, other] = [one, other].map(|pair| self.outward(pair.target, at));
         cross2(&one, &other).abs() <= FLUSH
     }
 }

@@ -5,7 +5,6 @@ mod corners;
 use std::ops::Range;
 
 use crate::contact::orientation::Orientation;
-use crate::contact::roots::roots;
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
     beyond_reentrant,
@@ -86,7 +85,7 @@ impl Outline {
         scale(1.0 / norm(&along), &along)
     }
 
-    fn normal(&self, edge: u32, at: Positions<2>) -> [f64; 2] {
+    fn outward(&self, edge: u32, at: Positions<2>) -> [f64; 2] {
         let [x, y] = self.direction(edge, at);
         [y, -x]
     }
@@ -116,25 +115,6 @@ impl Outline {
         let ways = [one, two].map(|edge| self.direction(edge, at));
         let turn = f64::atan2(cross2(&ways[0], &ways[1]), dot(&ways[0], &ways[1]));
         beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
-    }
-
-    /// When the foot of a pair passes an end of its edge, at constant velocities.
-    fn entries(&self, pair: Pair, at: Positions<2>, velocity: &[[f64; 2]]) -> [Option<f64>; 4] {
-        let p = self.main_node(pair);
-        let ends = self.edges[pair.target as usize];
-        let [a, b] = ends.map(|end| at.at(end));
-        let [va, vb] = ends.map(|end| velocity[end as usize]);
-        let (along, stretch) = (sub(&b, &a), sub(&vb, &va));
-        let passes = ends.map(|end| {
-            let from = sub(&at.at(p), &at.at(end));
-            let relative = sub(&velocity[p as usize], &velocity[end as usize]);
-            roots([
-                dot(&from, &along),
-                dot(&relative, &along) + dot(&from, &stretch),
-                dot(&relative, &stretch),
-            ])
-        });
-        [passes[0][0], passes[0][1], passes[1][0], passes[1][1]]
     }
 
     /// At a convex corner of the target, a point that glides along one edge
@@ -217,7 +197,7 @@ impl Outline {
         let (low, high) = (s.max(0.0), t.min(norm(&sub(&b, &a))));
         // Flush also means near where they overlap.
         let middle = scale(0.5, &add(&p, &q));
-        let gap = dot(&sub(&middle, &a), &self.normal(other, at));
+        let gap = dot(&sub(&middle, &a), &self.outward(other, at));
         if high <= low || gap.abs() > tolerance + FLUSH * norm(&sub(&q, &p)) {
             return 0.0;
         }
@@ -255,7 +235,7 @@ impl Surface<2> for Outline {
             } else {
                 ways[1]
             };
-            dot(&way, &self.normal(from, at)) > FLUSH * norm(&way)
+            dot(&way, &self.outward(from, at)) > FLUSH * norm(&way)
         };
         one.main == other.main && faces(one.target, other.target) && faces(other.target, one.target)
     }
@@ -274,12 +254,16 @@ impl Surface<2> for Outline {
         }
     }
 
+    fn normal(&self, pair: Pair, at: Positions<2>) -> Option<[f64; 2]> {
+        Some(self.outward(pair.target, at))
+    }
+
     fn admits(&self, pair: Pair, at: Positions<2>) -> bool {
         let Some([before, after]) = self.vertices[pair.main as usize].edges else {
             return true;
         };
-        let inward = scale(-1.0, &self.normal(pair.target, at));
-        let (first, last) = (self.normal(before, at), self.normal(after, at));
+        let inward = scale(-1.0, &self.outward(pair.target, at));
+        let (first, last) = (self.outward(before, at), self.outward(after, at));
         let turn = cross2(&first, &last);
         if dot(&inward, &add(&first, &last)) <= 0.0 || turn < -FLUSH {
             return false; // faces away, or a re-entrant vertex
@@ -307,26 +291,14 @@ impl Surface<2> for Outline {
         };
         // Length times gap.
         let area = Orientation::of_area([between(a, self.main_node(pair)), between(a, b)]);
-        let margin = area.round_off(duration);
-        let deepest = -depth * norm(&between(a, b)[0]);
+        let deep = depth * norm(&between(a, b)[0]);
         let is_on_edge = |t: f64| {
             let then = at.after(velocity, t);
             let foot = self.project(pair, then).foot[0];
             let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
             (-slack..=1.0 + slack).contains(&foot)
         };
-        // Only where the gap falls: a point that is on its way out, and may come
-        // back, does not touch as it leaves.
-        let falls = area.first_fall(duration, || area.at(0.0) >= deepest, is_on_edge);
-        // A corner that comes in round an end is behind the line as it comes.
-        let enters = self.entries(pair, at, velocity).into_iter().flatten();
-        let enters = enters.filter(|&t| {
-            (0.0..=duration).contains(&t)
-                && (deepest..=margin).contains(&area.at(t))
-                && area.falls_at(t)
-                && is_on_edge(t)
-        });
-        let time = falls.into_iter().chain(enters).min_by(f64::total_cmp)?;
+        let time = area.first_fall(duration, deep, is_on_edge)?;
         let foot = self.project(pair, at.after(velocity, time)).foot[0];
         let end = at.after(velocity, duration);
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
@@ -343,12 +315,12 @@ impl Surface<2> for Outline {
             target,
         };
         // At a corner of less than a right angle's turn the surface goes on.
-        let turn = dot(&self.normal(pair.target, at), &self.normal(target, at));
+        let turn = dot(&self.outward(pair.target, at), &self.outward(target, at));
         (turn > 0.0 && self.admits(moved, at)).then_some(moved)
     }
 
     fn same_contact(&self, one: Pair, other: Pair, at: Positions<2>, tolerance: f64) -> bool {
-        let (n, m) = (self.normal(one.target, at), self.normal(other.target, at));
+        let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
         let flush = cross2(&n, &m).abs() <= FLUSH;
         if one.main == other.main {
             // One vertex at the joint of two edges of a smooth boundary.

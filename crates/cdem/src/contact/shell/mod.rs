@@ -125,16 +125,6 @@ impl Shell {
         norm(&sub(&b, &a))
     }
 
-    /// Unit normal of a contact, out of the target; `None` for parallel edges.
-    fn normal(&self, pair: Pair, at: Positions<3>) -> Option<[f64; 3]> {
-        match self.meeting(pair) {
-            Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
-            Meeting::Crossing { main, target } => self
-                .crossing(main, target, at)
-                .map(|crossing| crossing.normal),
-        }
-    }
-
     /// Blocks of a pair: main and target.
     fn blocks(&self, pair: Pair) -> [u32; 2] {
         let of_edge = |edge: u32| self.skin.block(self.skin.edges[edge as usize].ends[0]);
@@ -301,6 +291,15 @@ impl Surface<3> for Shell {
                     outside: f64::INFINITY,
                 },
             },
+        }
+    }
+
+    fn normal(&self, pair: Pair, at: Positions<3>) -> Option<[f64; 3]> {
+        match self.meeting(pair) {
+            Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
+            Meeting::Crossing { main, target } => self
+                .crossing(main, target, at)
+                .map(|crossing| crossing.normal),
         }
     }
 

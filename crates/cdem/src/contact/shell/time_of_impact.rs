@@ -4,7 +4,7 @@
 use super::Shell;
 use crate::contact::orientation::Orientation;
 use crate::contact::surface::Positions;
-use crate::vector::sub;
+use crate::vector::{cross, norm, sub};
 
 impl Shell {
     /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
@@ -19,8 +19,9 @@ impl Shell {
         let between = |from: u32, to: u32| self.between(from, to, at, velocity);
         let [a, b, c] = self.skin.triangles[triangle as usize].corners;
         let volume = Orientation::of_volume([between(a, vertex), between(a, b), between(a, c)]);
-        let shallow = || self.facing(vertex, triangle, at).gap >= -depth;
-        volume.first_fall(duration, shallow, |time| {
+        let sides = [b, c].map(|corner| between(a, corner)[0]);
+        let deep = depth * norm(&cross(&sides[0], &sides[1]));
+        volume.first_fall(duration, deep, |time| {
             let then = at.after(velocity, time);
             let facing = self.facing(vertex, triangle, then);
             self.lies_on((vertex, triangle), &facing, then, depth)
@@ -59,12 +60,9 @@ impl Shell {
                 })
             }
         };
-        let shallow = || {
-            let now = self.crossing(main, target, at);
-            now.is_some_and(|crossing| crossing.gap >= -depth)
-        };
+        let deep = depth * norm(&cross(&edges[0][0], &edges[1][0]));
         let first =
-            |volume: Orientation, forward| volume.first_fall(duration, shallow, touches(forward));
+            |volume: Orientation, forward| volume.first_fall(duration, deep, touches(forward));
         let [one, other] = [first(volume, true), first(volume.reversed(), false)];
         one.into_iter().chain(other).min_by(f64::total_cmp)
     }
