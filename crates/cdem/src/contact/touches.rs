@@ -25,6 +25,8 @@ enum Touch {
     At(f64, Pair),
     /// It would, but its surroundings do not let it as they move now.
     Refused,
+    /// It did at the last event, or another pair in its place.
+    Due,
     Closed,
 }
 
@@ -102,7 +104,7 @@ impl Touches {
                 && (time <= first + window || close(first, pair))
             {
                 due.push((time, pair));
-                *touch = Touch::Closed;
+                *touch = Touch::Due;
             }
         }
         due.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -121,7 +123,8 @@ impl Touches {
         (elapsed, duration): (f64, f64),
     ) {
         let again = |own: &[u32], old: Touch, pair: Pair| match old {
-            Touch::Closed => has_begun,
+            Touch::Closed => false,
+            Touch::Due => has_begun,
             Touch::Refused => true,
             Touch::Never | Touch::At(..) => {
                 let main = setting.surface.main_nodes(pair.main).iter();
@@ -238,14 +241,17 @@ fn touch<const D: usize>(
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
+    let is_here = |live: &Live<D>| {
+        let apart = sub(&surface.point(live.pair, then), &surface.point(pair, then));
+        norm(&apart) <= tolerance
+    };
     // What is closed at the same place comes first: it costs less to ask.
     let mut gap = None;
     let bars = |live: &Live<D>| {
         live.says(setting, pair, moment) || {
-            let apart = sub(&surface.point(live.pair, then), &surface.point(pair, then));
             let held = surface.project(live.pair, later);
             let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
-            norm(&apart) <= tolerance
+            is_here(live)
                 && held.outside <= tolerance
                 && held.gap >= *gap
                 && !surface.both_bear(live.pair, pair, then)
@@ -255,22 +261,20 @@ fn touch<const D: usize>(
     if live.clone().any(bars) {
         return Touch::Refused;
     }
-    let Some(best) = surface.rightful(pair, [then, later], tolerance) else {
-        return Touch::Refused;
-    };
-    let mut same = live
-        .filter(|live| live.says(setting, best, moment))
-        .peekable();
-    if same.peek().is_none() {
-        return Touch::At(elapsed + wait, best);
+    let rightful = surface.rightful(pair, [then, later], tolerance);
+    let says = |live: &Live<D>| rightful.is_some_and(|best| live.says(setting, best, moment));
+    match rightful {
+        Some(best) if !live.clone().any(says) => return Touch::At(elapsed + wait, best),
+        _ => (),
     }
-    if best != pair
-        && surface.admits(pair, then)
-        && same.all(|live| live.leaves(setting, pair, moment))
-    {
-        return Touch::At(elapsed + wait, pair);
+    // It belongs to what is closed, or goes past it, unless that leaves it to sink in.
+    let mut held = live.filter(|live| says(live) || is_here(live)).peekable();
+    let is_left = held.peek().is_some() && held.all(|live| live.leaves(setting, pair, moment));
+    if is_left && surface.admits(pair, then) {
+        Touch::At(elapsed + wait, pair)
+    } else {
+        Touch::Refused
     }
-    Touch::Refused
 }
 
 /// Most by which the nodes of the two features move against each other, m/s:
