@@ -158,16 +158,16 @@ fn plates(seed: u64) -> Case {
     let mut random = Random(seed);
     case.scene.time.end = 0.9;
     let mut vector = |size: f64| [0; 3].map(|_| random.between(-size, size));
-    let along = vector(1.0);
-    let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let unit = |x: [f64; 3]| x.map(|c| c / x.iter().map(|c| c * c).sum::<f64>().sqrt());
+    let along = unit(vector(1.0));
     for (name, towards) in [("a", 0.0), ("b", 1.0)] {
         let (axis, [turned, ..], beside) = (vector(1.0), vector(180.0), vector(0.5));
         let block = case.block(name);
-        block.rotate.axis = axis;
+        block.rotate.axis = unit(axis);
         block.rotate.angle = turned;
         // A plate reaches 1.07 m from its middle.
-        block.translate = along.map(|x| towards * 2.2 * x / length).to_vec();
-        let velocity = [0, 1, 2].map(|c| beside[c] - towards * 3.0 * along[c] / length);
+        block.translate = along.map(|x| towards * 2.2 * x).to_vec();
+        let velocity = [0, 1, 2].map(|c| beside[c] - towards * 3.0 * along[c]);
         block.velocity = velocity.to_vec();
         block.angular_velocity = vector(2.0).to_vec();
     }

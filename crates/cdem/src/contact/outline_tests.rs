@@ -133,6 +133,62 @@ proptest! {
     }
 }
 
+proptest! {
+    /// What slides down one side of a dent, a little deep in it, touches the other side
+    /// before it is deeper in that.
+    #[test]
+    fn what_slides_into_a_dent_touches_its_other_side(
+        turn in 0.021..1.5_f64,
+        depth in 0.0..0.9_f64,
+    ) {
+        let tolerance = 1e-4;
+        let (s, c) = (0.5 * turn).sin_cos();
+        let [way, deep] = [0.02, depth * tolerance];
+        let tip = [-0.01 * c - deep * s, 0.01 * s - deep * c];
+        let (top, side) = (s / c, -1.0);
+        let nodes = vec![
+            tip,
+            add(&tip, &[0.03, 0.5]),
+            add(&tip, &[-0.03, 0.5]),
+            [-1.0, side], [0.0, side], [1.0, side],
+            [-1.0, top], [0.0, 0.0], [1.0, top],
+        ];
+        let block = |name: &str, source, nodes, elements| Block {
+            name: name.to_owned(),
+            source,
+            nodes,
+            elements,
+        };
+        let mesh = Mesh {
+            elements: vec![
+                Element::new(ElementKind::Tri3, &[0, 1, 2]),
+                Element::new(ElementKind::Quad4, &[3, 4, 7, 6]),
+                Element::new(ElementKind::Quad4, &[4, 5, 8, 7]),
+            ],
+            blocks: vec![block("tip", 0, 0..3, 0..1), block("bed", 1, 3..9, 1..3)],
+            nodes,
+            ..Mesh::default()
+        };
+        let outline = Outline::new(&mesh, 1.0);
+        let down = (0..9).map(|node| if node < 3 { [c, -s] } else { [0.0; 2] });
+        let (still, velocity) = (vec![[0.0; 2]; 9], down.collect::<Vec<_>>());
+        let at = Positions::new(&mesh.nodes, &still);
+        let end = at.after(&velocity, way);
+        let [_, targets] = &outline.families()[0];
+        let times = targets.clone().filter_map(|target| {
+            let pair = Pair { main: 0, target };
+            let time = outline.time_of_impact(pair, at, &velocity, way, tolerance)?;
+            let rightful = outline.rightful(pair, [at.after(&velocity, time), end], tolerance)?;
+            let [x, _] = outline.normal(rightful, at)?;
+            (x < 0.0).then_some(time) // the right side
+        });
+        let time = times.min_by(f64::total_cmp);
+        // 0.01 m down to the middle, less or more by what it is deep in the left.
+        let beyond = time.map(|time| (time - 0.01) * turn.sin());
+        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
+    }
+}
+
 #[test]
 fn a_vertex_on_the_edge_touches_when_it_moves_in_and_only_then() {
     let edge = [[1.0, -1.0], [1.0, 1.0]];
