@@ -179,7 +179,7 @@ fn thin_plates_that_tumble_bounce() {
     judge("plates, as filed", load("thin-plates").start(), None);
     // In the last an edge comes in on another from behind its end, or slides from one ridge
     // on to two at once; corners slide through dents.
-    for seed in (0..3).chain([13, 15, 46, 94, 113]) {
+    for seed in (0..3).chain([46, 94, 103, 125, 212]) {
         judge(&format!("plates {seed}"), plates(seed).start(), None);
     }
 }
