@@ -61,3 +61,22 @@ fn a_joint_slips_at_its_cohesion_and_has_none_after() {
     assert!((when / 0.4 - 1.0).abs() < 0.02, "{when}");
     assert!(after < 1.0, "{after}");
 }
+
+/// Of blocks that overlap at the start by half of the tolerance, pressed together: that is
+/// the user's, and no contact is beside its joint.
+#[test]
+fn a_joint_that_overlaps_at_the_start_lasts() {
+    let mut case = load("joint");
+    case.scene.time.end = 0.05;
+    let tolerance = case.start().scene().contact.tolerance.expect("filled in");
+    case.block("upper").translate[1] = -0.5 * tolerance;
+    let ramp = vec![(0.0, vec![0.0; 2]), (0.05, vec![0.0, -1e6])];
+    case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
+    let mut simulation = case.start();
+    let joined = simulation.contacts_begun();
+    run(&mut simulation, |_| ());
+    assert!(joined > 0);
+    assert_eq!(simulation.contacts_begun(), joined);
+    assert_eq!(simulation.live_contacts().len() as u64, joined);
+    assert_eq!(simulation.corrections().count, 0);
+}

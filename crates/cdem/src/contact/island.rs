@@ -1,6 +1,8 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use crate::contact::Interior;
@@ -243,8 +245,8 @@ impl<const D: usize> Island<D> {
         ended
     }
 
-    /// Moves sliding contacts on; those `ended` that have left the surface, or slid on to
-    /// what is another's.
+    /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
+    /// on to where another is.
     fn follow(
         &mut self,
         setting: &Setting<D>,
@@ -252,29 +254,39 @@ impl<const D: usize> Island<D> {
         ended: &mut Vec<Record>,
         books: &mut Books,
     ) {
-        let mut moved = Vec::new();
+        let mut pairs: Vec<Pair> = self.live.iter().map(|live| live.pair).collect();
+        pairs.sort_unstable();
+        let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
+        let mut moved = Vec::with_capacity(pairs.len());
         self.live.retain_mut(|live| {
             let before = live.pair;
-            let followed = live.follow(setting.surface, at, setting.tolerance);
+            let followed = live.follow(setting.surface, at, setting.tolerance, taken);
             books.hurried += u64::from(followed == Followed::InAHurry);
             let goes_on = followed != Followed::Beyond;
-            if !goes_on {
+            if goes_on {
+                moved.push(live.pair != before);
+            } else {
                 ended.push(live.record.clone());
-            } else if live.pair != before {
-                moved.push(live.pair);
             }
             goes_on
         });
-        for pair in moved {
-            let mut first = true;
-            self.live.retain(|live| {
-                let goes_on = live.pair != pair || std::mem::take(&mut first);
-                if !goes_on {
-                    ended.push(live.record.clone());
-                }
-                goes_on
-            });
+        if moved.contains(&true) {
+            self.merge(&moved, ended);
         }
+    }
+
+    /// Ends the contacts that have `moved` on to where another is.
+    fn merge(&mut self, moved: &[bool], ended: &mut Vec<Record>) {
+        let stayed = self.live.iter().zip(moved).filter(|(_, moved)| !**moved);
+        let mut known: BTreeSet<Pair> = stayed.map(|(live, _)| live.pair).collect();
+        let mut moved = moved.iter();
+        self.live.retain(|live| {
+            let goes_on = moved.next() == Some(&false) || known.insert(live.pair);
+            if !goes_on {
+                ended.push(live.record.clone());
+            }
+            goes_on
+        });
     }
 
     /// Closes the open pairs that touch already and that the kick has set
@@ -397,10 +409,10 @@ impl<const D: usize> Island<D> {
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
             let moment = Wanted::InDrift.moment(motion.positions(), motion.velocity, remaining);
-            let begun = pairs
-                .into_iter()
-                .map(|pair| self.touch(setting, moment, pair, time + elapsed));
-            let begun: u64 = begun.sum();
+            let mut begun = 0;
+            for pair in pairs {
+                begun += self.touch(setting, moment, pair, time + elapsed);
+            }
             books.touches += begun;
             let before = self.velocities(motion);
             let drift = (duration, duration - elapsed);

@@ -146,16 +146,16 @@ impl<const D: usize> Live<D> {
             && !self.leaves(setting, pair, moment)
     }
 
-    /// Whether it lets a pair beside it sink in until the end of the drift, though it holds
-    /// on itself: as its point goes into a dent, or an edge from a ridge on to two.
+    /// Whether it lets a pair beside it sink in until the end of the drift, deeper than
+    /// itself: as where its point goes into a dent, or an edge from one ridge on to two.
     pub(crate) fn leaves(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
         if !moment.is_held || self.fresh {
             return false;
         }
         let (surface, end) = (setting.surface, moment.end);
-        let then = surface.project(pair, end);
-        let right = -MISS * setting.tolerance;
-        if then.outside > 0.0 || then.gap >= right {
+        let beside = surface.project(pair, end);
+        let deep = -MISS * setting.tolerance;
+        if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }
         let normals = [self.pair, pair].map(|pair| surface.normal(pair, end));
@@ -163,18 +163,19 @@ impl<const D: usize> Live<D> {
             return false;
         };
         // What is apart along the normal that is held does not lie in each other.
-        let cosine = dot(&held, &normal);
         let is_swapped = setting.blocks(pair) != self.record.blocks;
-        then.gap * if is_swapped { -cosine } else { cosine } < right
+        let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
+        along - surface.project(self.pair, end).gap.min(0.0) < deep
     }
 
     /// Moves a sliding contact's foot to where its point is now, and on to
-    /// neighbouring target features.
+    /// neighbouring target features, but those of which others have `taken` hold.
     pub(crate) fn follow(
         &mut self,
         surface: &dyn Surface<D>,
         at: Positions<D>,
         tolerance: f64,
+        taken: impl Fn(Pair) -> bool,
     ) -> Followed {
         if self.sticks {
             return Followed::There;
@@ -183,7 +184,10 @@ impl<const D: usize> Live<D> {
         let size = surface.target_size(self.pair.target, at);
         let hurries = projection.outside > size;
         while projection.outside > FOOT_ROUND_OFF * size {
-            let Some(next) = surface.neighbour(self.pair, &projection.foot, at) else {
+            let next = surface.neighbour(self.pair, &projection.foot, at);
+            // In a dent both sides bear.
+            let is_free = |next: &Pair| !(taken(*next) && surface.both_bear(self.pair, *next, at));
+            let Some(next) = next.filter(is_free) else {
                 if projection.outside > tolerance {
                     return Followed::Beyond;
                 }

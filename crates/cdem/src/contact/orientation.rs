@@ -7,6 +7,11 @@ use crate::vector::{add, cross, cross2, dot, norm};
 /// Bisections that take an interval down to round-off.
 const BISECTIONS: u32 = 64;
 
+/// Instants, of those in which a pair falls behind its target's line or plane no deeper than
+/// it may, at which it is looked at: what comes in and is out again between two of them
+/// goes past a corner, or over a whole target in an eighth of that time.
+const LOOKS: u32 = 8;
+
 /// Round-off of the volume, over the bound of its terms. A term is a product of up to
 /// three differences, summed and multiplied by times: 16 roundings of half an ε at
 /// most. The terms' moduli add up to 1.2 of the bound (Hadamard's for permanents), so
@@ -28,8 +33,6 @@ pub(super) struct Orientation {
 struct Fall {
     start: f64,
     end: f64,
-    /// Whether it was above before.
-    is_from_above: bool,
 }
 
 impl Orientation {
@@ -85,15 +88,15 @@ impl Orientation {
     }
 
     /// Round-off of the value up to `duration`.
-    fn round_off(&self, duration: f64) -> f64 {
+    pub(super) fn round_off(&self, duration: f64) -> f64 {
         let bound = self.size.map(|[now, rate]| now + duration * rate);
         ROUND_OFF * bound[0] * bound[1] * bound[2]
     }
 
     /// First time at which it, positive as long as a pair is apart, has fallen to 0
-    /// and `touches` holds: never later than that. What is below 0 already, or falls
-    /// there while it does not touch, does so as soon as it comes in, as round the end
-    /// of its target, as long as it falls and is above -`deep`.
+    /// and `touches` holds: never later than that. Below 0, as what comes in round the
+    /// end of its target, a pair touches as soon as that holds while it falls, as long as
+    /// it is above -`deep`.
     pub(super) fn first_fall(
         &self,
         duration: f64,
@@ -102,25 +105,21 @@ impl Orientation {
     ) -> Option<f64> {
         let margin = self.round_off(duration);
         let deep = deep.max(margin);
-        let behind = self.at(0.0) <= margin && self.at(0.0) >= -deep && self.falls_at(0.0);
-        if behind && touches(0.0) {
+        let is_behind = self.at(0.0) <= margin && self.at(0.0) >= -deep;
+        if is_behind && self.falls_at(0.0) && touches(0.0) {
             return Some(0.0);
         }
         let falls = self.falls(duration, [margin, deep]).into_iter().flatten();
-        let mut times = falls.filter_map(|fall| {
-            let Fall { start, end, .. } = fall;
-            if touches(start) {
-                return fall.is_from_above.then_some(start);
-            }
-            let through = self.last_above(-deep, start, end);
-            touches(through).then(|| last(start, through, |t| !touches(t)))
+        let mut times = falls.filter_map(|Fall { start, end }| {
+            let shallow = self.last_above(-deep, start, end);
+            first(start, shallow, &touches)
         });
         times.next()
     }
 
-    /// The stretches of time within `duration` in which it falls to below `margin`: from
-    /// above that, from a turn within it to below, or from above -`deep`. Both where it
-    /// is within margins all along rests.
+    /// The stretches of time within `duration` in which it falls to `margin` or, by more
+    /// than that, from below it, but not from below -`deep`; at most three. What stays
+    /// within the margins rests.
     fn falls(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<Fall>; 3] {
         let [_, c1, c2, c3] = self.coefficients;
         let mut ends = [0.0, duration, duration, duration];
@@ -133,20 +132,12 @@ impl Orientation {
         }
         std::array::from_fn(|k| {
             let (start, end) = (ends[k], ends[k + 1]);
-            if k >= count || self.at(end) > margin {
-                return None;
-            }
-            let before = ends[k.saturating_sub(1)];
-            let turns_within = k > 0
-                && self.at(start) >= -margin
-                && self.at(before) >= -margin
-                && self.at(end) < -margin;
-            let is_from_above = self.at(start) > margin || turns_within;
-            let is_behind = self.at(start) >= -deep && self.at(end) < self.at(start) - margin;
-            (is_from_above || is_behind).then(|| Fall {
+            let [high, low] = [start, end].map(|time| self.at(time));
+            let from_above = high > margin && low <= margin;
+            let from_behind = high <= margin && high >= -deep && low < high.min(0.0) - margin;
+            (k < count && (from_above || from_behind)).then(|| Fall {
                 start: self.last_above(margin, start, end),
                 end,
-                is_from_above,
             })
         })
     }
@@ -155,6 +146,17 @@ impl Orientation {
     fn last_above(&self, level: f64, low: f64, high: f64) -> f64 {
         last(low, high, |t| self.at(t) > level)
     }
+}
+
+/// The first instant of an interval at which something `holds`, of those before
+/// [`LOOKS`] instants in it.
+fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
+    if holds(start) {
+        return Some(start);
+    }
+    let instant = |k: u32| start + (end - start) * f64::from(k) / f64::from(LOOKS);
+    let k = (1..=LOOKS).find(|&k| holds(instant(k)))?;
+    Some(last(instant(k - 1), instant(k), |t| !holds(t)))
 }
 
 /// The last instant of an interval until which something `holds`.
@@ -232,6 +234,32 @@ mod tests {
                 "{found:?}"
             );
         }
+    }
+
+    #[test]
+    fn what_comes_in_from_behind_for_a_while_touches() {
+        let falls = area([0.2, 0.0], [-1.0, 0.0], [0.0, 0.0]);
+        let found = falls.first_fall(1.2, 1.0, |time| (0.3..0.6).contains(&time));
+        assert!(
+            found.is_some_and(|time| (time - 0.3).abs() < 1e-15),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_turns_behind_touches_when_it_falls_again() {
+        // -0.1 + 0.2 t - t²
+        let falls = area([-0.1, 0.0], [0.1, 0.0], [0.0, 0.0]);
+        assert_eq!(falls.first_fall(1.0, 0.3, |_| true), None);
+        let turns = Orientation {
+            coefficients: [-0.1, 0.2, -1.0, 0.0],
+            ..falls
+        };
+        let found = turns.first_fall(1.0, 0.3, |_| true);
+        assert!(
+            found.is_some_and(|time| (time - 0.1).abs() < 1e-15),
+            "{found:?}"
+        );
     }
 
     #[test]

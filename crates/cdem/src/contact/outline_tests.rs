@@ -178,7 +178,7 @@ proptest! {
         let times = targets.clone().filter_map(|target| {
             let pair = Pair { main: 0, target };
             let time = outline.time_of_impact(pair, at, &velocity, way, tolerance)?;
-            let rightful = outline.rightful(pair, [at.after(&velocity, time), end], tolerance)?;
+            let rightful = outline.rightful(pair, [at.after(&velocity, time), end], tolerance, &|_| true)?;
             let [x, _] = outline.normal(rightful, at)?;
             (x < 0.0).then_some(time) // the right side
         });

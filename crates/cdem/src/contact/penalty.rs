@@ -45,7 +45,8 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         self.live.retain_mut(|live| {
             live.sticks = false; // the foot follows the point; springs remember
-            let closed = live.follow(surface, motion.positions(), tolerance) != Followed::Beyond
+            let followed = live.follow(surface, motion.positions(), tolerance, |_| false);
+            let closed = followed != Followed::Beyond
                 && live.spring(
                     surface,
                     motion,

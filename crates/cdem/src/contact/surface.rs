@@ -285,8 +285,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn admits(&self, pair: Pair, at: Positions<D>) -> bool;
     /// Size of the target feature, m.
     fn target_size(&self, target: u32, at: Positions<D>) -> f64;
-    /// Earliest touch within `duration` at constant velocities; 0 for a point
-    /// no deeper than `depth` inside that moves further in.
+    /// Earliest touch within `duration` at constant velocities: of what is in front, or
+    /// comes in, moving farther in, no deeper than `depth` inside.
     fn time_of_impact(
         &self,
         pair: Pair,
@@ -297,16 +297,15 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     ) -> Option<f64>;
     /// The pair that a touch of `pair` belongs to, if any, `at` the positions of
     /// the touch: of all that touch within `tolerance` of its point and that the
-    /// surroundings allow, the one that lies in each other least `then`; none where a
-    /// corner goes past another.
+    /// surroundings and `may` allow, the one that lies in each other least `then`; none
+    /// where a corner goes past another.
     fn rightful(
         &self,
         pair: Pair,
-        [at, _then]: [Positions<D>; 2],
-        _tolerance: f64,
-    ) -> Option<Pair> {
-        self.admits(pair, at).then_some(pair)
-    }
+        at_and_then: [Positions<D>; 2],
+        tolerance: f64,
+        may: &dyn Fn(Pair) -> bool,
+    ) -> Option<Pair>;
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
     /// Whether two pairs say the same: one physical contact is counted once.

@@ -25,7 +25,8 @@ enum Touch {
     At(f64, Pair),
     /// It would, but its surroundings do not let it as they move now.
     Refused,
-    /// It did at the last event, or another pair in its place.
+    /// It did at an event, or another pair in its place, and is not closed for all that
+    /// is known.
     Due,
     Closed,
 }
@@ -113,7 +114,7 @@ impl Touches {
 
     /// After an event at `elapsed` that has changed the velocities `before` of
     /// the island: pairs of nodes that go on as they did touch as they would. Those
-    /// that were due may have been others' touches, if any contact has begun.
+    /// that were due may not be what has closed, if any contact has begun.
     pub(super) fn update<const D: usize>(
         &mut self,
         island: &mut Island<D>,
@@ -235,46 +236,54 @@ fn touch<const D: usize>(
     let Some(wait) = wait else {
         return Touch::Never;
     };
-    let live = closed.beside(setting, (motion, at), pair, remaining);
+    let beside = closed.beside(setting, (motion, at), pair, remaining);
     let moment = wanted.moment(at, motion.velocity, [wait, remaining]);
-    let then = moment.touch;
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
-    let is_here = |live: &Live<D>| {
-        let apart = sub(&surface.point(live.pair, then), &surface.point(pair, then));
-        norm(&apart) <= tolerance
-    };
+    match owner(setting, beside, pair, (moment, later)) {
+        Some(owner) => Touch::At(elapsed + wait, owner),
+        None => Touch::Refused,
+    }
+}
+
+/// The pair that a touch of `pair` belongs to, of those that closed contacts `beside` it
+/// do not stand for, if any.
+fn owner<'a, const D: usize>(
+    setting: &Setting<D>,
+    beside: impl Iterator<Item = &'a Live<D>> + Clone,
+    pair: Pair,
+    (moment, later): (Moment<D>, Positions<D>),
+) -> Option<Pair> {
+    let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.touch);
+    let point = surface.point(pair, then);
+    let is_here = |live: &Live<D>| norm(&sub(&surface.point(live.pair, then), &point)) <= tolerance;
     // What is closed at the same place comes first: it costs less to ask.
     let mut gap = None;
     let bars = |live: &Live<D>| {
-        live.says(setting, pair, moment) || {
-            let held = surface.project(live.pair, later);
-            let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
-            is_here(live)
-                && held.outside <= tolerance
-                && held.gap >= *gap
-                && !surface.both_bear(live.pair, pair, then)
-                && !live.leaves(setting, pair, moment)
-        }
+        live.says(setting, pair, moment)
+            || is_here(live) && {
+                let held = surface.project(live.pair, later);
+                let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
+                held.outside <= tolerance
+                    && held.gap >= *gap
+                    && !surface.both_bear(live.pair, pair, then)
+                    && !live.leaves(setting, pair, moment)
+            }
     };
-    if live.clone().any(bars) {
-        return Touch::Refused;
+    if beside.clone().any(bars) {
+        return None;
     }
-    let rightful = surface.rightful(pair, [then, later], tolerance);
+    let rightful = surface.rightful(pair, [then, later], tolerance, &|_| true);
     let says = |live: &Live<D>| rightful.is_some_and(|best| live.says(setting, best, moment));
-    match rightful {
-        Some(best) if !live.clone().any(says) => return Touch::At(elapsed + wait, best),
-        _ => (),
+    if rightful.is_some() && !beside.clone().any(says) {
+        return rightful;
     }
-    // It belongs to what is closed, or goes past it, unless that leaves it to sink in.
-    let mut held = live.filter(|live| says(live) || is_here(live)).peekable();
-    let is_left = held.peek().is_some() && held.all(|live| live.leaves(setting, pair, moment));
-    if is_left && surface.admits(pair, then) {
-        Touch::At(elapsed + wait, pair)
-    } else {
-        Touch::Refused
-    }
+    // It belongs to what is closed, or goes past that, unless it is left to sink in.
+    let held: Vec<&Live<D>> = beside.filter(|live| is_here(live) || says(live)).collect();
+    let is_left = |pair| held.iter().all(|live| live.leaves(setting, pair, moment));
+    let others = || surface.rightful(pair, [then, later], tolerance, &is_left);
+    if held.is_empty() { None } else { others() }
 }
 
 /// Most by which the nodes of the two features move against each other, m/s:

@@ -57,7 +57,7 @@ impl<const D: usize> First<D> {
             let velocity = &meeting.velocity;
             let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
             let then = at.after(velocity, time);
-            let rightful = surface.rightful(*pair, [then, end], TOLERANCE)?;
+            let rightful = surface.rightful(*pair, [then, end], TOLERANCE, &|_| true)?;
             Some(Touch {
                 pair: *pair,
                 time,

@@ -15,10 +15,12 @@ impl Outline {
         pair: Pair,
         [at, then]: [Positions<2>; 2],
         tolerance: f64,
+        may: &dyn Fn(Pair) -> bool,
     ) -> Option<Pair> {
         let gap = |pair: Pair| self.project(pair, then).gap;
-        let mut best = self.admits(pair, at).then_some(pair);
-        for rival in self.rivals(pair, at, tolerance) {
+        let mut best = (self.admits(pair, at) && may(pair)).then_some(pair);
+        let rivals = self.rivals(pair, at, tolerance).into_iter();
+        for rival in rivals.filter(|&rival| may(rival)) {
             let is_less_deep = |best| gap(rival) > gap(best) && !self.is_aligned(rival, best, at);
             if best.is_none_or(is_less_deep) {
                 best = Some(rival);

@@ -304,8 +304,14 @@ impl Surface<2> for Outline {
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 
-    fn rightful(&self, pair: Pair, at: [Positions<2>; 2], tolerance: f64) -> Option<Pair> {
-        self.rightful_at_corner(pair, at, tolerance)
+    fn rightful(
+        &self,
+        pair: Pair,
+        at_and_then: [Positions<2>; 2],
+        tolerance: f64,
+        may: &dyn Fn(Pair) -> bool,
+    ) -> Option<Pair> {
+        self.rightful_at_corner(pair, at_and_then, tolerance, may)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Option<Pair> {

@@ -22,6 +22,8 @@ pub(super) struct Crossing {
     pub(super) foot: [f64; 2],
     /// Sine of the angle between the edges.
     pub(super) sine: f64,
+    /// That times their lengths, m²: the gap times this is the volume of the four ends.
+    pub(super) area: f64,
     /// How far the normal and what points out of the target go the same way.
     pub(super) outward: f64,
     /// Whether the normal is main direction × target direction, or opposite.
@@ -59,6 +61,7 @@ impl Crossing {
                 -dot(&cross(&from, &along), &area) / square,
             ],
             sine,
+            area: size,
             outward: dot(&normal, outward),
             forward,
         })

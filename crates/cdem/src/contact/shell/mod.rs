@@ -349,7 +349,13 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn rightful(&self, pair: Pair, [at, then]: [Positions<3>; 2], tolerance: f64) -> Option<Pair> {
+    fn rightful(
+        &self,
+        pair: Pair,
+        [at, then]: [Positions<3>; 2],
+        tolerance: f64,
+        may: &dyn Fn(Pair) -> bool,
+    ) -> Option<Pair> {
         let touches = |pair: &Pair| {
             let projection = self.project(*pair, at);
             projection.gap.abs() <= tolerance
@@ -363,6 +369,7 @@ impl Surface<3> for Shell {
         if self.admits(pair, at) {
             rivals.insert(0, pair);
         }
+        rivals.retain(|&rival| may(rival));
         let mut best: Option<(f64, Pair)> = None;
         for &rival in &rivals {
             let gap = self.project(rival, then).gap;

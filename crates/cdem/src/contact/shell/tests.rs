@@ -140,7 +140,7 @@ fn touches_bed(
         let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
         let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
         let then = at.after(&velocity, time);
-        let rightful = shell.rightful(pair, [then, end], tolerance)?;
+        let rightful = shell.rightful(pair, [then, end], tolerance, &|_| true)?;
         let normal = shell.normal(rightful, then)?;
         let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
         (is_near && !is_held).then_some(time)

@@ -4,11 +4,11 @@
 use super::Shell;
 use crate::contact::orientation::Orientation;
 use crate::contact::surface::Positions;
-use crate::vector::{cross, norm, sub};
+use crate::vector::{add_scaled, cross, norm, sub};
 
 impl Shell {
     /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
-    /// `depth` now.
+    /// `depth` then.
     pub(super) fn time_of_facing(
         &self,
         (vertex, triangle): (u32, u32),
@@ -51,16 +51,27 @@ impl Shell {
         let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
         let edges = [one, other].map(|ends| between(ends[0], ends[1]));
         let volume = Orientation::of_volume([between(other[0], one[0]), edges[0], edges[1]]);
+        // Edges that turn have another volume to the same gap at the end.
+        let area = |time: f64| {
+            let [one, other] = edges.map(|[now, rate]| {
+                let mut then = now;
+                add_scaled(&mut then, time, &rate);
+                then
+            });
+            norm(&cross(&one, &other))
+        };
+        let deep = depth * f64::max(area(0.0), area(duration));
+        let margin = volume.round_off(duration);
         let touches = |forward: bool| {
             move |time: f64| {
                 let then = at.after(velocity, time);
                 self.crossing(main, target, then).is_some_and(|crossing| {
                     crossing.forward == forward
+                        && crossing.gap * crossing.area >= -margin.max(depth * crossing.area)
                         && self.cross_on([main, target], &crossing.foot, then, depth)
                 })
             }
         };
-        let deep = depth * norm(&cross(&edges[0][0], &edges[1][0]));
         let first =
             |volume: Orientation, forward| volume.first_fall(duration, deep, touches(forward));
         let [one, other] = [first(volume, true), first(volume.reversed(), false)];
