@@ -63,20 +63,24 @@ fn a_joint_slips_at_its_cohesion_and_has_none_after() {
 }
 
 /// Of blocks that overlap at the start by half of the tolerance, pressed together: that is
-/// the user's, and no contact is beside its joint.
+/// the user's, and no contact begins beside its joint.
 #[test]
 fn a_joint_that_overlaps_at_the_start_lasts() {
-    let mut case = load("joint");
-    case.scene.time.end = 0.05;
-    let tolerance = case.start().scene().contact.tolerance.expect("filled in");
-    case.block("upper").translate[1] = -0.5 * tolerance;
-    let ramp = vec![(0.0, vec![0.0; 2]), (0.05, vec![0.0, -1e6])];
-    case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
-    let mut simulation = case.start();
-    let joined = simulation.contacts_begun();
-    run(&mut simulation, |_| ());
-    assert!(joined > 0);
-    assert_eq!(simulation.contacts_begun(), joined);
-    assert_eq!(simulation.live_contacts().len() as u64, joined);
-    assert_eq!(simulation.corrections().count, 0);
+    for (name, up) in [("joint", 1), ("joint-3d", 2)] {
+        let mut case = load(name);
+        case.scene.time.end = 0.05;
+        let tolerance = case.start().scene().contact.tolerance.expect("filled in");
+        case.block("upper").translate[up] = -0.5 * tolerance;
+        let mut pressed = vec![0.0; up + 1];
+        pressed[up] = -1e6;
+        let ramp = vec![(0.0, vec![0.0; up + 1]), (0.05, pressed)];
+        case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
+        let mut simulation = case.start();
+        let joined = simulation.contacts_begun();
+        run(&mut simulation, |_| ());
+        assert!(joined > 0, "{name}");
+        assert_eq!(simulation.contacts_begun(), joined, "{name}");
+        assert_eq!(simulation.live_contacts().len() as u64, joined, "{name}");
+        assert_eq!(simulation.corrections().count, 0, "{name}");
+    }
 }

@@ -115,22 +115,3 @@ fn cubes_that_meet_after_parting_neither_pull_nor_cohere() {
     // Exactly: no point has a limit but zero.
     assert_eq!([pulled.max(0.0), shear], [0.0; 2]);
 }
-
-/// Of blocks that overlap at the start by half of the tolerance, pressed together: that is
-/// the user's, and no contact is beside its joint.
-#[test]
-fn a_joint_that_overlaps_at_the_start_lasts() {
-    let mut case = load("joint-3d");
-    case.scene.time.end = 0.05;
-    let tolerance = case.start().scene().contact.tolerance.expect("filled in");
-    case.block("upper").translate[2] = -0.5 * tolerance;
-    let ramp = vec![(0.0, vec![0.0; 3]), (0.05, vec![0.0, 0.0, -1e6])];
-    case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
-    let mut simulation = case.start();
-    let joined = simulation.contacts_begun();
-    run(&mut simulation, |_| ());
-    assert!(joined > 0);
-    assert_eq!(simulation.contacts_begun(), joined);
-    assert_eq!(simulation.live_contacts().len() as u64, joined);
-    assert_eq!(simulation.corrections().count, 0);
-}
