@@ -16,6 +16,7 @@ mod joints;
 mod many;
 mod paper;
 mod patch;
+mod pavement;
 mod rolling;
 mod slope;
 mod stack;

@@ -218,6 +218,20 @@ impl<const D: usize> Operator<D> {
     }
 }
 
+/// Of pairs that touch at one place, keeps those that lie in each other least now, or no
+/// deeper by more than `slack`, m: what a block that lands beside a joint is in the side of
+/// the next one by, within the tolerance, it did not get into now.
+pub(crate) fn keep_shallowest<const D: usize>(
+    surface: &impl Surface<D>,
+    pairs: &mut Vec<Pair>,
+    at: Positions<D>,
+    slack: f64,
+) {
+    let gap = |pair: &Pair| surface.project(*pair, at).gap;
+    let least = pairs.iter().map(gap).fold(f64::NEG_INFINITY, f64::max);
+    pairs.retain(|pair| gap(pair) >= least - slack);
+}
+
 /// The surfaces of all blocks: features, and the geometry of their pairs.
 pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Nodes of a main feature.
@@ -297,8 +311,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     ) -> Option<f64>;
     /// The pair that a touch of `pair` belongs to, if any, `at` the positions of
     /// the touch: of all that touch within `tolerance` of its point and that the
-    /// surroundings and `may` allow, the one that lies in each other least `then`; none
-    /// where a corner goes past another.
+    /// surroundings and `may` allow and that are [shallowest](keep_shallowest), the one that
+    /// lies in each other least `then`; none where a corner goes past another.
     fn rightful(
         &self,
         pair: Pair,

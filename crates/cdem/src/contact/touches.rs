@@ -239,8 +239,12 @@ fn touch<const D: usize>(
     let beside = closed.beside(setting, (motion, at), pair, remaining);
     let moment = wanted.moment(at, motion.velocity, [wait, remaining]);
     // A whole drift on: by its end, a touch in the last instant of this one would
-    // leave the choice between faces to round-off.
-    let later = at.after(motion.velocity, wait + duration);
+    // leave the choice between faces to round-off. Before closed contacts are solved for,
+    // how nodes move says nothing about it.
+    let later = match wanted {
+        Wanted::Now => at,
+        Wanted::InDrift => at.after(motion.velocity, wait + duration),
+    };
     match owner(setting, beside, pair, (moment, later)) {
         Some(owner) => Touch::At(elapsed + wait, owner),
         None => Touch::Refused,

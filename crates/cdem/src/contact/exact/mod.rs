@@ -21,6 +21,9 @@ pub(super) const DEPTH: f64 = 1e-9;
 /// at the start, and as much after a second.
 pub(super) const FOOT: f64 = DEPTH + 300.0 * FOOT_ROUND_OFF;
 
+/// Round-off of the time at which a measure turns, s: √ε where it hardly does.
+const TURN: f64 = 1e-7;
+
 /// A pair of features that move at constant velocities.
 pub(super) struct Features {
     /// Positive as long as they are apart.
@@ -68,34 +71,40 @@ impl Features {
     }
 
     /// Whether a pair is about to touch where it is found to: still on its own side, or
-    /// no deeper than round-off or some measure where its foot comes in; no farther
-    /// from touching than the margin of round-off, with its foot on it.
+    /// no deeper than round-off or some measure where its foot comes in or it turns to
+    /// fall again; no farther from touching than the margin of round-off, with its foot
+    /// on it.
     ///
     /// One margin is taken off before; a third of one is the round-off of what it was
     /// taken from, and as much of this.
     pub(super) fn touch_at(&self, found: f64, deepest: f64, outside: impl Fn(f64) -> f64) -> bool {
         let margin = ROUND_OFF * self.bound;
         let exactly = self.measure.sign_at(&Dyadic::from(found));
-        let enters =
-            outside(found).abs() <= FOOT && self.measure.about(found) >= -deepest.max(2.0 * margin);
-        let is_near = (exactly >= 0 || enters) && self.measure.about(found) <= 2.0 * margin;
+        let is_shallow = self.measure.about(found) >= -deepest.max(2.0 * margin);
+        let about = [found - TURN, found + TURN];
+        let begins =
+            outside(found).abs() <= FOOT || has_root_within(&self.measure.derivative(), about);
+        let is_near =
+            (exactly >= 0 || is_shallow && begins) && self.measure.about(found) <= 2.0 * margin;
         // The foot may come in while the measure falls from one margin to the other:
         // where it grazes that takes up to 1 + √2 times as long as at the first rate.
         let rate = self.measure.derivative().about(found).abs();
-        let last = 5.0 * margin / rate;
+        let last = (5.0 * margin + deepest) / rate;
         let times = (0..=5).map(|k| found + f64::from(k) * margin / rate);
         let is_on = rate <= 0.0 || times.map(outside).any(|outside| outside <= FOOT);
-        is_near && is_on || self.vanishes((found - last).max(0.0), found + last)
+        // A feature that shrinks to nothing has no foot, and is turned about after that.
+        let about = [(found - last).max(0.0), found + last];
+        is_near && is_on || has_root_within(&self.size, about)
     }
+}
 
-    /// Whether a feature shrinks to nothing in an interval: it has no foot there.
-    fn vanishes(&self, from: f64, until: f64) -> bool {
-        let [from, until] = [from, until].map(Dyadic::from);
-        let roots = Root::all(&self.size);
-        roots.iter().any(|root| {
-            root.compare(&from) != Ordering::Less && root.compare(&until) != Ordering::Greater
-        })
-    }
+/// Whether a polynomial is 0 in an interval.
+fn has_root_within(polynomial: &Polynomial, interval: [f64; 2]) -> bool {
+    let [from, until] = interval.map(Dyadic::from);
+    let roots = Root::all(polynomial);
+    roots.iter().any(|root| {
+        root.compare(&from) != Ordering::Less && root.compare(&until) != Ordering::Greater
+    })
 }
 
 impl Touch {

@@ -39,7 +39,7 @@ impl Polynomial {
     }
 
     /// Value at a time, rounded.
-    pub(super) fn about(&self, time: f64) -> f64 {
+    pub(in crate::contact) fn about(&self, time: f64) -> f64 {
         let powers = (0..self.0.len()).rev();
         powers.fold(0.0, |sum, power| sum * time + self.coefficient(power))
     }

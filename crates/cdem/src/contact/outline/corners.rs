@@ -3,7 +3,7 @@
 
 use super::Outline;
 use crate::contact::island::SHALLOW;
-use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
+use crate::contact::surface::{FLUSH, Pair, Positions, Surface, keep_shallowest};
 use crate::vector::cross2;
 
 impl Outline {
@@ -18,16 +18,27 @@ impl Outline {
         may: &dyn Fn(Pair) -> bool,
     ) -> Option<Pair> {
         let gap = |pair: Pair| self.project(pair, then).gap;
-        let mut best = (self.admits(pair, at) && may(pair)).then_some(pair);
-        let rivals = self.rivals(pair, at, tolerance).into_iter();
-        for rival in rivals.filter(|&rival| may(rival)) {
-            let is_less_deep = |best| gap(rival) > gap(best) && !self.is_aligned(rival, best, at);
+        let mut candidates = self.rivals(pair, at, tolerance);
+        if self.admits(pair, at) {
+            candidates.insert(0, pair);
+        }
+        candidates.retain(|&candidate| may(candidate));
+        let mut shallow = candidates.clone();
+        keep_shallowest(self, &mut shallow, at, SHALLOW * tolerance);
+        let mut best = None;
+        for candidate in shallow {
+            let is_less_deep =
+                |best| gap(candidate) > gap(best) && !self.is_aligned(candidate, best, at);
             if best.is_none_or(is_less_deep) {
-                best = Some(rival);
+                best = Some(candidate);
             }
         }
         // A corner that meets a corner sinks into all of its edges, or goes past.
-        best.filter(|&best| best == pair || gap(best) <= -SHALLOW * tolerance)
+        let best = best?;
+        let one_way = candidates
+            .iter()
+            .all(|&candidate| self.is_aligned(best, candidate, at));
+        (one_way || gap(best) <= -SHALLOW * tolerance).then_some(best)
     }
 
     /// The other pairs of two corners that touch within the tolerance: each corner with

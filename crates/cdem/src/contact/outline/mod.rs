@@ -223,6 +223,12 @@ impl Surface<2> for Outline {
         norm(&[gap, outside.max(0.0)])
     }
 
+    fn presses(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> bool {
+        let foot = self.project(pair, at).foot[0];
+        let from_end = foot.min(1.0 - foot) * self.target_size(pair.target, at);
+        from_end > tolerance || self.lies_flush(pair, at, tolerance)
+    }
+
     fn both_bear(&self, one: Pair, other: Pair, at: Positions<2>) -> bool {
         let faces = |from: u32, to: u32| {
             let (a, b) = self.edge(from, at);

@@ -117,7 +117,10 @@ impl Trial<'_> {
             let then = self.at.after(self.velocity, time);
             self.shell.project(self.pair, then).outside
         };
-        let is_touch = self.features(forward).touch_at(found, 0.0, outside);
+        let features = self.features(forward);
+        let areas = [0.0, found, 1.0].map(|time| features.size.about(time).sqrt());
+        let deepest = DEPTH * areas.into_iter().fold(0.0, f64::max);
+        let is_touch = features.touch_at(found, deepest, outside);
         assert!(
             is_touch,
             "no touch at {found}: {:?} {:?}",

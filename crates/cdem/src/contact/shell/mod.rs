@@ -29,7 +29,7 @@ use skin::Skin;
 use crate::contact::broad_phase::Aabb;
 use crate::contact::island::SHALLOW;
 use crate::contact::surface::{
-    FLUSH, Formed, Nearness, Operator, Pair, Positions, Projection, Surface,
+    FLUSH, Formed, Nearness, Operator, Pair, Positions, Projection, Surface, keep_shallowest,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
@@ -370,8 +370,10 @@ impl Surface<3> for Shell {
             rivals.insert(0, pair);
         }
         rivals.retain(|&rival| may(rival));
+        let mut shallow = rivals.clone();
+        keep_shallowest(self, &mut shallow, at, SHALLOW * tolerance);
         let mut best: Option<(f64, Pair)> = None;
-        for &rival in &rivals {
+        for rival in shallow {
             let gap = self.project(rival, then).gap;
             if best.is_none_or(|(deepest, _)| gap > deepest) {
                 best = Some((gap, rival));

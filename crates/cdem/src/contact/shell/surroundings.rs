@@ -9,8 +9,9 @@ impl Shell {
     /// Whether the foot of a vertex lies on a triangle, or beyond its edges
     /// - by what a vertex may be that is up to `depth` in the face on the other side of a
     ///   [re-entrant](beyond_reentrant) one;
-    /// - by up to `depth` where a face of the vertex lies flush on the triangle: the
-    ///   rims of two faces that end together wind about each other, all but parallel.
+    /// - by up to `depth`, less what it is behind the triangle, where a face of the vertex
+    ///   lies flush on that: the rims of two faces that end together wind about each other,
+    ///   all but parallel.
     pub(super) fn lies_on(
         &self,
         (vertex, triangle): (u32, u32),
@@ -18,13 +19,14 @@ impl Shell {
         at: Positions<3>,
         depth: f64,
     ) -> bool {
+        let flush = depth + facing.gap.min(0.0);
         (0..3).all(|k| {
             let inside = facing.inside(k);
             let slack = FOOT_ROUND_OFF * facing.heights[k];
             let edge = self.skin.triangles[triangle as usize].edges[k];
             inside >= -slack
                 || inside >= -slack - beyond_reentrant(self.skin.turn(edge, at), depth)
-                || inside >= -slack - depth
+                || inside >= -slack - flush
                     && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
         })
     }
