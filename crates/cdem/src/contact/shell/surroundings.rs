@@ -3,15 +3,16 @@
 
 use super::{Facing, Shell};
 use crate::contact::surface::{FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, beyond_reentrant};
+use crate::mesh::distance_to;
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
 impl Shell {
     /// Whether the foot of a vertex lies on a triangle, or beyond its edges
     /// - by what a vertex may be that is up to `depth` in the face on the other side of a
     ///   [re-entrant](beyond_reentrant) one;
-    /// - by up to `depth`, less what it is behind the triangle, where a face of the vertex
-    ///   lies flush on that: the rims of two faces that end together wind about each other,
-    ///   all but parallel.
+    /// - where the vertex is within `depth` of the triangle and a face of it lies flush on
+    ///   that: the rims of two faces that end together wind about each other, all but
+    ///   parallel.
     pub(super) fn lies_on(
         &self,
         (vertex, triangle): (u32, u32),
@@ -19,15 +20,17 @@ impl Shell {
         at: Positions<3>,
         depth: f64,
     ) -> bool {
-        let flush = depth + facing.gap.min(0.0);
+        let is_near = || {
+            let points = self.skin.triangle(triangle, at);
+            distance_to(&points, self.skin.point(vertex, at)) <= depth
+        };
         (0..3).all(|k| {
             let inside = facing.inside(k);
             let slack = FOOT_ROUND_OFF * facing.heights[k];
             let edge = self.skin.triangles[triangle as usize].edges[k];
             inside >= -slack
                 || inside >= -slack - beyond_reentrant(self.skin.turn(edge, at), depth)
-                || inside >= -slack - flush
-                    && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
+                || is_near() && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
         })
     }
 
