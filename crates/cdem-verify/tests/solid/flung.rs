@@ -9,9 +9,15 @@ use cdem::mesh::ElementKind;
 use cdem::sample::ContactFrame;
 use cdem_verify::{Balance, Body, Case, Random, deepest_overlap, load, mesh_of, rocks, run};
 
-/// Runs to the end; checks all that must hold in any run. `fallen` is what gravity
-/// gives to momentum over that at the start, where anything acts from outside.
-fn judge(name: &str, mut simulation: Simulation, fallen: Option<f64>) {
+/// Runs to the end; checks all that must hold in any run in which blocks meet.
+fn judge(name: &str, simulation: Simulation, fallen: Option<f64>) {
+    assert!(judge_any(name, simulation, fallen) > 0, "{name} never meet");
+}
+
+/// The same of blocks that may fly past each other; how many contacts have begun. `fallen`
+/// is what gravity gives to momentum over that at the start, where anything acts from
+/// outside.
+fn judge_any(name: &str, mut simulation: Simulation, fallen: Option<f64>) -> u64 {
     let began = Instant::now();
     let tolerance = simulation.scene().contact.tolerance.expect("filled in");
     let mut balance = Balance::new(&mut simulation);
@@ -43,7 +49,6 @@ fn judge(name: &str, mut simulation: Simulation, fallen: Option<f64>) {
         simulation.step_index(),
         began.elapsed(),
     );
-    assert!(simulation.contacts_begun() > 0);
     assert!(momentum < 1e-12, "{momentum:e}");
     assert!(
         fallen.is_some() || balance.angular_momentum < 1e-12,
@@ -55,6 +60,7 @@ fn judge(name: &str, mut simulation: Simulation, fallen: Option<f64>) {
     assert!(balance.growth < 2e-3, "{balance:?}");
     assert!(overlap <= tolerance, "{overlap:e} deep");
     assert!(simulation.max_penetration() <= tolerance);
+    simulation.contacts_begun()
 }
 
 /// How many contacts are at the point of another, along the same normal.
@@ -187,9 +193,9 @@ fn thin_plates_that_tumble_bounce() {
 #[test]
 #[ignore = "slow study: many seeds"]
 fn thin_plates_that_tumble_bounce_in_many_ways() {
-    for seed in 3..200 {
-        judge(&format!("plates {seed}"), plates(seed).start(), None);
-    }
+    let meet = |seed: &u64| judge_any(&format!("plates {seed}"), plates(*seed).start(), None) > 0;
+    let met = (3..300).filter(meet).count();
+    assert!(met > 250, "{met} of 297 meet");
 }
 
 /// Boulders on gravel `across`, for `end` seconds.
