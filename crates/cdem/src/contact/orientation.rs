@@ -148,8 +148,8 @@ impl Orientation {
     }
 }
 
-/// The first instant of an interval at which something `holds`, of those before
-/// [`LOOKS`] instants in it.
+/// When something begins to hold in an interval, by [`LOOKS`] instants: before the first
+/// at which it `holds`.
 fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     if holds(start) {
         return Some(start);

@@ -286,8 +286,10 @@ fn owner<'a, const D: usize>(
     // It belongs to what is closed, or goes past that, unless it is left to sink in.
     let held: Vec<&Live<D>> = beside.filter(|live| is_here(live) || says(live)).collect();
     let is_left = |pair| held.iter().all(|live| live.leaves(setting, pair, moment));
-    let others = || surface.rightful(pair, [then, later], tolerance, &is_left);
-    if held.is_empty() { None } else { others() }
+    if held.is_empty() {
+        return None;
+    }
+    surface.rightful(pair, [then, later], tolerance, &is_left)
 }
 
 /// Most by which the nodes of the two features move against each other, m/s:

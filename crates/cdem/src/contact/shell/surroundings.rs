@@ -30,7 +30,9 @@ impl Shell {
             let edge = self.skin.triangles[triangle as usize].edges[k];
             inside >= -slack
                 || inside >= -slack - beyond_reentrant(self.skin.turn(edge, at), depth)
-                || is_near() && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
+                || inside >= -slack - depth
+                    && is_near()
+                    && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
         })
     }
 
