@@ -50,3 +50,18 @@ fn what_lands_beside_a_joint_is_not_pushed_aside() {
         }
     }
 }
+
+/// What a block lies in stones by at the start is the user's, on those too that it only
+/// comes to press on later.
+#[test]
+fn what_overlaps_at_the_start_is_not_parted_later() {
+    let mut case = load("pavement");
+    case.scene.time.end = 0.09; // to 0.05 m before the next joint
+    let tolerance = case.start().scene().contact.tolerance.expect("filled in");
+    case.block("block").translate = vec![0.5, -0.8 * tolerance];
+    let mut simulation = case.start();
+    let begun = simulation.contacts_begun();
+    run(&mut simulation, |_| ());
+    assert!(simulation.contacts_begun() > begun, "on the next stone");
+    assert_eq!(simulation.corrections().count, 0);
+}

@@ -9,6 +9,7 @@ use std::ops::Range;
 use crate::contact::broad_phase::Aabb;
 use crate::contact::island::Setting;
 use crate::contact::live::Live;
+use crate::contact::overlaps::ordered;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::model::motion::Motion;
 use crate::vector::norm;
@@ -149,8 +150,4 @@ fn fastest<'a, const D: usize>(
         .into_iter()
         .map(|&node| norm(&motion.velocity[node as usize]));
     speeds.fold(0.0, f64::max)
-}
-
-fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }

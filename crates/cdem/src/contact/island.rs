@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::contact::Interior;
 use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::near::Near;
+use crate::contact::overlaps::Overlaps;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::{SHARE, System};
@@ -64,6 +65,8 @@ pub(crate) struct Setting<'a, const D: usize> {
     pub(crate) damping: &'a [f64],
     /// d_tol, m.
     pub(crate) tolerance: f64,
+    /// Of blocks at t = 0.
+    pub(crate) overlaps: &'a Overlaps,
 }
 
 impl<'a, const D: usize> Setting<'a, D> {
@@ -509,7 +512,7 @@ impl<const D: usize> Island<D> {
             law: setting.laws.between(blocks[0], blocks[1]),
             foot,
             offset,
-            given: if time > 0.0 { 0.0 } else { offset[0].min(0.0) },
+            given: setting.overlaps.given(blocks, offset[0]),
             sticks: true,
             joint: false,
             fresh: true,

@@ -23,8 +23,10 @@ mod outline;
 mod outline_exact_tests;
 #[cfg(test)]
 mod outline_tests;
+mod overlaps;
 mod penalty;
 mod point;
+mod rightful;
 mod roots;
 mod search;
 mod shell;
@@ -38,6 +40,7 @@ mod touches;
 use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
 use live::{Live, Moment, Record};
+use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
 
@@ -131,6 +134,8 @@ struct Terms<const D: usize> {
     damping: Vec<f64>,
     /// d_tol, m.
     tolerance: f64,
+    /// Of blocks at t = 0.
+    overlaps: Overlaps,
 }
 
 impl<const D: usize> Terms<D> {
@@ -159,6 +164,7 @@ impl<const D: usize> Terms<D> {
             inertia,
             damping: &self.damping,
             tolerance: self.tolerance,
+            overlaps: &self.overlaps,
         }
     }
 }
@@ -200,6 +206,7 @@ impl<const D: usize> Contacts<D> {
                     .map(|block| damping_of(scene, block.source))
                     .collect(),
                 tolerance,
+                overlaps: Overlaps::default(),
             },
             model: scene.contact.model,
             fixed: mesh
@@ -227,16 +234,19 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn close_initial(&mut self, at: Positions<D>, inertia: &Inertia<D>) {
         let within = self.terms.tolerance;
         let blocks = self.terms.blocks(&self.fixed);
-        let pairs = blocks.pairs_within(at, within, &self.terms.may_meet(&self.fixed));
+        let mut pairs = blocks.pairs_within(at, within, &self.terms.may_meet(&self.fixed));
+        let surface = &*self.terms.surface;
+        pairs.retain(|&pair| {
+            let projection = surface.project(pair, at);
+            projection.gap.abs() <= within
+                && projection.outside <= within
+                && surface.admits(pair, at)
+        });
+        self.terms.overlaps = Overlaps::of(&self.terms.setting(inertia), &pairs, at);
         let mut island = Island::default();
         let setting = self.terms.setting(inertia);
         for pair in pairs {
-            let projection = self.terms.surface.project(pair, at);
-            if projection.gap.abs() <= within
-                && projection.outside <= within
-                && self.terms.surface.presses(pair, at, within)
-                && self.terms.surface.admits(pair, at)
-            {
+            if setting.surface.presses(pair, at, within) {
                 let count = island.live.len();
                 self.books.touches += island.touch(&setting, Moment::still(at), pair, 0.0);
                 for live in &mut island.live[count..] {

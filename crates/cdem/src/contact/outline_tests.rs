@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::outline::Outline;
+use super::rightful::rightful;
 use super::surface::{Pair, Positions, Surface};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 use crate::vector::{add, scale};
@@ -178,7 +179,8 @@ proptest! {
         let times = targets.clone().filter_map(|target| {
             let pair = Pair { main: 0, target };
             let time = outline.time_of_impact(pair, at, &velocity, way, tolerance)?;
-            let rightful = outline.rightful(pair, [at.after(&velocity, time), end], tolerance, &|_| true)?;
+            let moments = [at.after(&velocity, time), end];
+            let rightful = rightful(&outline, pair, moments, tolerance, &|_| true)?;
             let [x, _] = outline.normal(rightful, at)?;
             (x < 0.0).then_some(time) // the right side
         });

@@ -218,20 +218,6 @@ impl<const D: usize> Operator<D> {
     }
 }
 
-/// Of pairs that touch at one place, keeps those that lie in each other least now, or no
-/// deeper by more than `slack`, m: what a block that lands beside a joint is in the side of
-/// the next one by, within the tolerance, it did not get into now.
-pub(crate) fn keep_shallowest<const D: usize>(
-    surface: &impl Surface<D>,
-    pairs: &mut Vec<Pair>,
-    at: Positions<D>,
-    slack: f64,
-) {
-    let gap = |pair: &Pair| surface.project(*pair, at).gap;
-    let least = pairs.iter().map(gap).fold(f64::NEG_INFINITY, f64::max);
-    pairs.retain(|pair| gap(pair) >= least - slack);
-}
-
 /// The surfaces of all blocks: features, and the geometry of their pairs.
 pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Nodes of a main feature.
@@ -309,17 +295,9 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
-    /// The pair that a touch of `pair` belongs to, if any, `at` the positions of
-    /// the touch: of all that touch within `tolerance` of its point and that the
-    /// surroundings and `may` allow and that are [shallowest](keep_shallowest), the one that
-    /// lies in each other least `then`; none where a corner goes past another.
-    fn rightful(
-        &self,
-        pair: Pair,
-        at_and_then: [Positions<D>; 2],
-        tolerance: f64,
-        may: &dyn Fn(Pair) -> bool,
-    ) -> Option<Pair>;
+    /// The pairs of all features around the point of a pair, within `tolerance`, which may
+    /// touch there as well.
+    fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Vec<Pair>;
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
     /// Whether two pairs say the same: one physical contact is counted once.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::contact::closed::Closed;
 use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::{Live, Moment};
+use crate::contact::rightful::rightful;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::SHARE;
 use crate::model::motion::Motion;
@@ -278,10 +279,10 @@ fn owner<'a, const D: usize>(
     if beside.clone().any(bars) {
         return None;
     }
-    let rightful = surface.rightful(pair, [then, later], tolerance, &|_| true);
-    let says = |live: &Live<D>| rightful.is_some_and(|best| live.says(setting, best, moment));
-    if rightful.is_some() && !beside.clone().any(says) {
-        return rightful;
+    let best = rightful(surface, pair, [then, later], tolerance, &|_| true);
+    let says = |live: &Live<D>| best.is_some_and(|best| live.says(setting, best, moment));
+    if best.is_some() && !beside.clone().any(says) {
+        return best;
     }
     // It belongs to what is closed, or goes past that, unless it is left to sink in.
     let held: Vec<&Live<D>> = beside.filter(|live| is_here(live) || says(live)).collect();
@@ -289,7 +290,7 @@ fn owner<'a, const D: usize>(
     if held.is_empty() {
         return None;
     }
-    surface.rightful(pair, [then, later], tolerance, &is_left)
+    rightful(surface, pair, [then, later], tolerance, &is_left)
 }
 
 /// Most by which the nodes of the two features move against each other, m/s:

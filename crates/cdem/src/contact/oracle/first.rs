@@ -3,6 +3,7 @@
 use super::TOLERANCE;
 use super::meeting::Meeting;
 use super::space::Space;
+use crate::contact::rightful::rightful;
 use crate::contact::search::Patches;
 use crate::contact::surface::{Nearness, Pair, Positions, Projection, Surface};
 use crate::vector::{add_scaled, norm, scale};
@@ -57,7 +58,7 @@ impl<const D: usize> First<D> {
             let velocity = &meeting.velocity;
             let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
             let then = at.after(velocity, time);
-            let rightful = surface.rightful(*pair, [then, end], TOLERANCE, &|_| true)?;
+            let rightful = rightful(&*surface, *pair, [then, end], TOLERANCE, &|_| true)?;
             Some(Touch {
                 pair: *pair,
                 time,

@@ -27,9 +27,8 @@ use place::Place;
 use skin::Skin;
 
 use crate::contact::broad_phase::Aabb;
-use crate::contact::island::SHALLOW;
 use crate::contact::surface::{
-    FLUSH, Formed, Nearness, Operator, Pair, Positions, Projection, Surface, keep_shallowest,
+    FLUSH, Formed, Nearness, Operator, Pair, Positions, Projection, Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
@@ -135,15 +134,6 @@ impl Shell {
             }
             Meeting::Crossing { main, target } => [of_edge(main), of_edge(target)],
         }
-    }
-
-    /// Whether two pairs press the same way, up to a small angle.
-    fn is_aligned(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
-        let normals = [one, other].map(|pair| self.normal(pair, at));
-        let [Some(one), Some(other)] = normals else {
-            return false;
-        };
-        norm(&cross(&one, &other)) <= FLUSH
     }
 }
 
@@ -349,40 +339,8 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn rightful(
-        &self,
-        pair: Pair,
-        [at, then]: [Positions<3>; 2],
-        tolerance: f64,
-        may: &dyn Fn(Pair) -> bool,
-    ) -> Option<Pair> {
-        let touches = |pair: &Pair| {
-            let projection = self.project(*pair, at);
-            projection.gap.abs() <= tolerance
-                && projection.outside <= tolerance
-                && self.admits(*pair, at)
-        };
-        let others = Place::pairs(self, pair, at, tolerance).into_iter();
-        let mut rivals: Vec<Pair> = others
-            .filter(|other| *other != pair && touches(other) && !self.both_bear(pair, *other, at))
-            .collect();
-        if self.admits(pair, at) {
-            rivals.insert(0, pair);
-        }
-        rivals.retain(|&rival| may(rival));
-        let mut shallow = rivals.clone();
-        keep_shallowest(self, &mut shallow, at, SHALLOW * tolerance);
-        let mut best: Option<(f64, Pair)> = None;
-        for rival in shallow {
-            let gap = self.project(rival, then).gap;
-            if best.is_none_or(|(deepest, _)| gap > deepest) {
-                best = Some((gap, rival));
-            }
-        }
-        let (gap, best) = best?;
-        // A corner that meets a corner sinks into all of its faces, or goes past.
-        let one_way = rivals.iter().all(|&rival| self.is_aligned(best, rival, at));
-        (one_way || gap <= -SHALLOW * tolerance).then_some(best)
+    fn beside(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> Vec<Pair> {
+        Place::pairs(self, pair, at, tolerance)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<3>) -> Option<Pair> {

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::{Meeting, Shell};
 use crate::contact::orientation::ROUND_OFF;
+use crate::contact::rightful::rightful;
 use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -140,7 +141,7 @@ fn touches_bed(
         let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
         let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
         let then = at.after(&velocity, time);
-        let rightful = shell.rightful(pair, [then, end], tolerance, &|_| true)?;
+        let rightful = rightful(&shell, pair, [then, end], tolerance, &|_| true)?;
         let normal = shell.normal(rightful, then)?;
         let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
         (is_near && !is_held).then_some(time)

@@ -1,7 +1,5 @@
 //! Surfaces in 2-D: boundary vertices against boundary edges.
 
-mod corners;
-
 use std::ops::Range;
 
 use crate::contact::orientation::Orientation;
@@ -310,14 +308,20 @@ impl Surface<2> for Outline {
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 
-    fn rightful(
-        &self,
-        pair: Pair,
-        at_and_then: [Positions<2>; 2],
-        tolerance: f64,
-        may: &dyn Fn(Pair) -> bool,
-    ) -> Option<Pair> {
-        self.rightful_at_corner(pair, at_and_then, tolerance, may)
+    fn beside(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> Vec<Pair> {
+        let foot = self.project(pair, at).foot[0];
+        let length = self.target_size(pair.target, at);
+        if foot.min(1.0 - foot) * length > tolerance {
+            return Vec::new();
+        }
+        // Each corner with both edges at the other.
+        let end = self.ends[pair.target as usize][usize::from(foot > 0.5)];
+        let mut pairs = Vec::new();
+        for (main, corner) in [(pair.main, end), (end, pair.main)] {
+            let edges = self.vertices[corner as usize].edges.into_iter().flatten();
+            pairs.extend(edges.map(|target| Pair { main, target }));
+        }
+        pairs
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Option<Pair> {
