@@ -28,8 +28,13 @@ pub(super) fn rightful<const D: usize>(
     let gap = |pair: Pair| surface.project(pair, then).gap;
     let less_deep = |best, rival| if gap(rival) > gap(best) { rival } else { best };
     let best = shallow.reduce(less_deep)?;
+    if rivals[0] != pair && now(best) > slack {
+        return None; // it has a touch of its own to come
+    }
     // A corner that meets a corner sinks into all of its faces, or goes past.
-    let one_way = rivals.iter().all(|&rival| are_aligned(surface, [best, rival], at));
+    let one_way = rivals
+        .iter()
+        .all(|&rival| are_aligned(surface, [best, rival], at));
     (one_way || gap(best) <= -slack).then_some(best)
 }
 
@@ -40,20 +45,17 @@ fn rivals<const D: usize>(
     at: Positions<D>,
     tolerance: f64,
 ) -> Vec<Pair> {
-    let admits = surface.admits(pair, at);
-    // A pair that may not touch hands on what has touched; what is still in front of its
-    // target has a touch of its own to come.
-    let front = if admits { 1.0 } else { SHALLOW };
     let touches = |rival: &Pair| {
         let projection = surface.project(*rival, at);
-        (-1.0..=front).contains(&(projection.gap / tolerance))
+        projection.gap.abs() <= tolerance
             && projection.outside <= tolerance
             && surface.admits(*rival, at)
             && !surface.both_bear(pair, *rival, at)
     };
     let beside = surface.beside(pair, at, tolerance).into_iter();
     let others = beside.filter(|rival| *rival != pair && touches(rival));
-    admits.then_some(pair).into_iter().chain(others).collect()
+    let own = surface.admits(pair, at).then_some(pair);
+    own.into_iter().chain(others).collect()
 }
 
 /// Whether two pairs press the same way up to a small angle, whichever is the main block.
