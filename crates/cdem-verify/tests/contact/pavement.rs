@@ -51,8 +51,8 @@ fn what_lands_beside_a_joint_is_not_pushed_aside() {
     }
 }
 
-/// What a block lies in stones by at the start is the user's, on those too that it only
-/// comes to press on later.
+/// What a block lies in stones by at the start is the user's, on one too that it only comes
+/// to press on later.
 #[test]
 fn what_overlaps_at_the_start_is_not_parted_later() {
     let mut case = load("pavement");

@@ -30,8 +30,8 @@ const EVENTS: usize = 16;
 pub(super) const MISS: f64 = 0.1;
 pub(super) const AGAIN: usize = 2;
 
-/// Gap, over the tolerance, at which a pair that is about to touch joins an event
-/// that comes before: a 1e-8th of the smallest boundary edge by default.
+/// Gap, over the tolerance, at which a pair before its target that is about to touch joins
+/// an event that comes before: a 1e-8th of the smallest boundary edge by default.
 const EARLY: f64 = 1e-4;
 
 /// Overlap, over the tolerance, that is none: a 1e-6th of the smallest boundary edge
@@ -372,7 +372,9 @@ impl<const D: usize> Island<D> {
             let projection = setting.surface.project(live.pair, then);
             let miss = projection.gap - live.offset[0];
             let sinks = miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance;
-            if constraint.impulse[0] > 0.0 || sinks {
+            // Edges that have turned parallel have no gap.
+            let presses = constraint.impulse[0] > 0.0 && projection.outside.is_finite();
+            if presses || sinks {
                 *missed += miss;
                 too_far |= miss.abs() > MISS * setting.tolerance;
             }
@@ -402,7 +404,9 @@ impl<const D: usize> Island<D> {
             let close = |instant: f64, pair: Pair| {
                 let at = motion.positions();
                 let then = at.after(motion.velocity, (instant - elapsed).max(0.0));
-                setting.surface.project(pair, then).gap <= EARLY * setting.tolerance
+                let projection = setting.surface.project(pair, then);
+                projection.gap <= EARLY * setting.tolerance
+                    && projection.outside <= setting.tolerance
             };
             let Some((instant, pairs)) = touches.first(window, close) else {
                 break;

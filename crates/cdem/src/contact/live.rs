@@ -2,6 +2,7 @@
 
 use crate::contact::island::{MISS, Setting};
 use crate::contact::law::Law;
+use crate::contact::orientation::LOOKS;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
 use crate::sample::ContactKind;
@@ -151,20 +152,32 @@ impl<const D: usize> Live<D> {
         if !moment.is_held || self.fresh {
             return false;
         }
-        let (surface, end) = (setting.surface, moment.end);
-        let beside = surface.project(pair, end);
+        if setting.surface.project(pair, moment.end).outside <= 0.0 {
+            return self.is_above(setting, pair, moment.end);
+        }
+        // What has gone on by then may have been deep on its way.
+        (1..LOOKS).any(|look| {
+            let share = f64::from(look) / f64::from(LOOKS);
+            self.is_above(setting, pair, moment.touch.towards(moment.end, share))
+        })
+    }
+
+    /// Whether a pair beside it is deeper than itself.
+    fn is_above(&self, setting: &Setting<D>, pair: Pair, at: Positions<D>) -> bool {
+        let surface = setting.surface;
+        let beside = surface.project(pair, at);
         let deep = -MISS * setting.tolerance;
         if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }
-        let normals = [self.pair, pair].map(|pair| surface.normal(pair, end));
+        let normals = [self.pair, pair].map(|pair| surface.normal(pair, at));
         let [Some(held), Some(normal)] = normals else {
             return false;
         };
         // What is apart along the normal that is held does not lie in each other.
         let is_swapped = setting.blocks(pair) != self.record.blocks;
         let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
-        along - surface.project(self.pair, end).gap.min(0.0) < deep
+        along - surface.project(self.pair, at).gap.min(0.0) < deep
     }
 
     /// Moves a sliding contact's foot to where its point is now, and on to

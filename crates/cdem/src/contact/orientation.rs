@@ -10,7 +10,7 @@ const BISECTIONS: u32 = 64;
 /// Instants, of those in which a pair falls behind its target's line or plane no deeper than
 /// it may, at which it is looked at: what comes in and is out again between two of them
 /// goes past a corner, or over a whole target in an eighth of that time.
-const LOOKS: u32 = 8;
+pub(super) const LOOKS: u32 = 8;
 
 /// Round-off of the volume, over the bound of its terms. A term is a product of up to
 /// three differences, summed and multiplied by times: 16 roundings of half an ε at

@@ -339,7 +339,8 @@ impl Surface<2> for Outline {
         let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
         let flush = cross2(&n, &m).abs() <= FLUSH;
         if one.main == other.main {
-            // One vertex at the joint of two edges of a smooth boundary.
+            // One vertex at the joint of two edges of a smooth boundary; farther on it has
+            // bent away from the first.
             let adjacent = self.ends[one.target as usize]
                 .iter()
                 .any(|end| self.ends[other.target as usize].contains(end));

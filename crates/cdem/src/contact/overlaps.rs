@@ -1,5 +1,5 @@
 //! What blocks lie in each other by at t = 0, within the tolerance: how the user has put
-//! them, and no penetration, whenever they touch there.
+//! them. As much is no penetration when they touch later, wherever that is.
 
 use std::collections::BTreeMap;
 

@@ -8,7 +8,8 @@ use crate::vector::{add_scaled, dot, norm};
 /// The pair that a touch of `pair` belongs to, if any, `at` the positions of the touch:
 /// of all that touch within `tolerance` of its point, that the surroundings and `may`
 /// allow and that lie in each other least, the one that does so `then`. Two of different
-/// normals would hold corners together sideways. None where a corner goes past another.
+/// normals would hold corners together sideways. None where a corner goes past another, or
+/// `pair` may not touch and that one, in front, has a touch of its own to come.
 pub(super) fn rightful<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
@@ -28,8 +29,8 @@ pub(super) fn rightful<const D: usize>(
     let gap = |pair: Pair| surface.project(pair, then).gap;
     let less_deep = |best, rival| if gap(rival) > gap(best) { rival } else { best };
     let best = shallow.reduce(less_deep)?;
-    if rivals[0] != pair && now(best) > slack {
-        return None; // it has a touch of its own to come
+    if !rivals.contains(&pair) && now(best) > slack {
+        return None;
     }
     // A corner that meets a corner sinks into all of its faces, or goes past.
     let one_way = rivals

@@ -135,6 +135,18 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
+    /// A share of the way from here to where the nodes are `later` in the same drift.
+    pub(crate) fn towards(self, later: Self, share: f64) -> Self {
+        let time = |of: Self| of.drift.map_or(0.0, |(_, time)| time);
+        let [from, to] = [self, later].map(time);
+        let drift = later.drift.or(self.drift);
+        Self {
+            drift: drift.map(|(velocity, _)| (velocity, from + share * (to - from))),
+            formed: None,
+            ..later
+        }
+    }
+
     /// Position of a node.
     #[inline]
     pub(crate) fn at(&self, node: u32) -> [f64; D] {
@@ -296,7 +308,7 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         depth: f64,
     ) -> Option<f64>;
     /// The pairs of all features around the point of a pair, within `tolerance`, which may
-    /// touch there as well.
+    /// touch there as well; of a point in the middle of a feature none but the pair itself.
     fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Vec<Pair>;
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
