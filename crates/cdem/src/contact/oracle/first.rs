@@ -53,12 +53,12 @@ impl<const D: usize> First<D> {
         near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == Nearness::Near);
         let formed = surface.form(at, all.len());
         let at = at.with(formed.as_ref());
-        let end = at.after(&meeting.velocity, 1.0);
         let touch = |pair: &Pair| {
             let velocity = &meeting.velocity;
             let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
-            let then = at.after(velocity, time);
-            let rightful = rightful(&*surface, *pair, [then, end], TOLERANCE, &|_| true)?;
+            // A whole drift on, as for the touches of a step.
+            let moments = [time, time + 1.0].map(|time| at.after(velocity, time));
+            let rightful = rightful(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
             Some(Touch {
                 pair: *pair,
                 time,
