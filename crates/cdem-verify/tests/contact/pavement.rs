@@ -38,6 +38,7 @@ fn what_lands_beside_a_joint_is_not_pushed_aside() {
             for name in ["stone-0", "stone-1", "stone-2", "stone-3", "block"] {
                 case.divide(name, &[1, 2, 1], kind);
             }
+            case.scene.contact.tolerance = Some(5e-5);
             case.block("block").translate[0] = beside;
             let ([x, y, z], contacts) = ends(&case);
             assert!(contacts > 0 && z > 0.0, "it bounces");
