@@ -30,8 +30,8 @@ const EVENTS: usize = 16;
 pub(super) const MISS: f64 = 0.1;
 pub(super) const AGAIN: usize = 2;
 
-/// Gap, over the tolerance, at which a pair before its target that is about to touch joins
-/// an event that comes before: a 1e-8th of the smallest boundary edge by default.
+/// Gap, over the tolerance, at which a pair that is about to touch, and no farther aside of
+/// its target than the tolerance, joins an event that comes before: a 1e-8th of the smallest boundary edge by default.
 const EARLY: f64 = 1e-4;
 
 /// Overlap, over the tolerance, that is none: a 1e-6th of the smallest boundary edge

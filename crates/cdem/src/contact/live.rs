@@ -36,7 +36,8 @@ pub(crate) struct Live<const D: usize> {
     /// Offset from the anchored point that is kept, in the frame, m: what it was
     /// when the contact began, as a gap within the tolerance at t = 0.
     pub(crate) offset: [f64; D],
-    /// Gap that is no penetration, m: below 0 where blocks [overlap](crate::contact::overlaps::Overlaps) at t = 0.
+    /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
+    /// ([`Overlaps`](crate::contact::overlaps::Overlaps)).
     pub(crate) given: f64,
     /// Bound to a material point of the target.
     pub(crate) sticks: bool,

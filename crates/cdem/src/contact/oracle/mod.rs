@@ -111,8 +111,8 @@ struct View<const D: usize> {
     shift: [f64; D],
 }
 
-/// The random meetings of a seed, and views of every fourth; none of those drawn whose
-/// blocks lie in each other.
+/// The random meetings of a seed, and views of every fourth; `None` in place of those
+/// whose blocks lie in each other.
 fn meetings<const D: usize, S: Space<D>>(
     seed: u64,
     draw: Draw,
