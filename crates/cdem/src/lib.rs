@@ -13,6 +13,9 @@ mod material;
 pub mod mesh;
 mod model;
 mod number;
+// Not in a run yet.
+#[cfg(test)]
+mod refinement;
 mod report;
 mod rest;
 pub mod sample;

@@ -67,7 +67,7 @@ pub(crate) fn box_mesh<const D: usize>(
 
 /// A turned box of cells of size 1 whose nodes are moved, by up to `amount`
 /// a component; the same each time.
-pub(super) fn distorted<const D: usize>(
+pub(crate) fn distorted<const D: usize>(
     divisions: [usize; D],
     element: ElementKind,
     amount: f64,
