@@ -9,6 +9,11 @@
 mod base;
 mod cell;
 mod forest;
+mod mass;
+mod momenta;
+mod overlay;
+#[cfg(test)]
+mod overlay_tests;
 mod star;
 #[cfg(test)]
 mod tests;

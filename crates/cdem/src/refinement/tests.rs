@@ -10,8 +10,8 @@ use crate::vector::{add_scaled, cross, dot, norm, pad, sub};
 use fastrand::Rng;
 
 /// A mesh with what a forest asks of it.
-struct Ground<const D: usize> {
-    mesh: Mesh<D>,
+pub(super) struct Ground<const D: usize> {
+    pub(super) mesh: Mesh<D>,
     around: Around,
 }
 
@@ -40,7 +40,7 @@ impl<const D: usize> Ground<D> {
     }
 
     /// One simplex with corners at random, not too flat.
-    fn simplex(rng: &mut Rng) -> Self {
+    pub(super) fn simplex(rng: &mut Rng) -> Self {
         loop {
             let point = |_| std::array::from_fn(|_| rng.f64());
             let nodes: Vec<[f64; D]> = (0..=D).map(point).collect();
@@ -62,7 +62,7 @@ impl<const D: usize> Ground<D> {
         }
     }
 
-    fn base(&self) -> Base<'_, D> {
+    pub(super) fn base(&self) -> Base<'_, D> {
         Base::new(&self.mesh, &self.around)
     }
 
@@ -71,7 +71,7 @@ impl<const D: usize> Ground<D> {
     }
 
     /// Refined to some points at random, to sizes in proportion to the distance.
-    fn refined<C: Cell>(&self, rng: &mut Rng) -> Forest<D, C> {
+    pub(super) fn refined<C: Cell>(&self, rng: &mut Rng) -> Forest<D, C> {
         let count = rng.usize(1..=3);
         let point = |_| {
             let near = self.mesh.nodes[rng.usize(..self.mesh.nodes.len())];
@@ -162,7 +162,7 @@ fn areas<const D: usize>(
 }
 
 /// Longest edge.
-fn size<const D: usize>(corners: &[[f64; D]]) -> f64 {
+pub(super) fn size<const D: usize>(corners: &[[f64; D]]) -> f64 {
     squares(corners).into_iter().fold(0.0, f64::max).sqrt()
 }
 
@@ -175,7 +175,7 @@ fn squares<const D: usize>(corners: &[[f64; D]]) -> Vec<f64> {
 }
 
 /// Volume, positive for corners in the right order.
-fn volume<const D: usize>(corners: &[[f64; D]]) -> f64 {
+pub(super) fn volume<const D: usize>(corners: &[[f64; D]]) -> f64 {
     let matrix = nalgebra::DMatrix::from_fn(D, D, |i, j| corners[j + 1][i] - corners[0][i]);
     matrix.determinant() / [2.0, 6.0][D - 2]
 }

@@ -1,0 +1,198 @@
+//! What a change of mesh leaves as it was.
+
+use super::mass::Moments;
+use super::momenta::Body;
+use super::overlay::Overlay;
+use super::tests::{Ground, size, volume};
+use super::{Cell, Forest, Tetrahedron, Triangle};
+use crate::vector::{add, add_scaled, dot, norm, sub};
+use fastrand::Rng;
+use nalgebra::{DMatrix, DVector};
+
+/// A simplex of density 1 with its consistent mass, and an overlay over it.
+struct Case<const D: usize> {
+    ground: Ground<D>,
+    overlay: Overlay<D>,
+    /// Masses of the overlay, fitted.
+    masses: Vec<f64>,
+    /// The largest factor of the fit.
+    largest: f64,
+}
+
+/// Least share of its lumped mass that a node is left.
+const LEAST: f64 = 0.3;
+
+impl<const D: usize> Case<D> {
+    /// Halved twice throughout, and more about a point.
+    fn new<C: Cell>(rng: &mut Rng) -> Self {
+        let ground = Ground::<D>::simplex(rng);
+        let nodes = &ground.mesh.nodes;
+        let weights = random::<D>(1, rng)[0].map(f64::abs);
+        let mut near = nodes[0];
+        for (corner, weight) in nodes[1..].iter().zip(weights) {
+            add_scaled(&mut near, weight * rng.f64(), &sub(corner, &nodes[0]));
+        }
+        let finest = 0.5_f64.powi(rng.i32(2..=4));
+        let forest: Forest<D, C> = Forest::new(ground.base(), &[0], |corners| {
+            let apart = corners.iter().map(|corner| norm(&sub(corner, &near)));
+            let apart = apart.fold(f64::INFINITY, f64::min) / size(nodes);
+            let size = (volume(corners) / volume(nodes)).powf(1.0 / D as f64);
+            size > 1.05 * (0.5 * apart).max(finest).min(0.25)
+        });
+        let overlay = Overlay::new(&ground.mesh, ground.base(), 0, &forest);
+        let overlay = overlay.expect("a simplex as large as that is refined");
+        assert_eq!(overlay.replaced, [0]);
+        let lumped = overlay.lumped(1.0);
+        let mut moments = Moments::new(&overlay.points, &lumped);
+        for (a, b, mass) in consistent(nodes, &overlay) {
+            moments.add(mass, &nodes[a], &nodes[b]);
+        }
+        let factors = moments.fit(&overlay.points, &lumped, LEAST);
+        let factors = factors.expect("nodes enough");
+        Self {
+            masses: factors.iter().zip(&lumped).map(|(f, m)| f * m).collect(),
+            largest: factors.iter().copied().fold(0.0, f64::max),
+            overlay,
+            ground,
+        }
+    }
+
+    /// The simplex as it was.
+    fn whole(&self) -> DMatrix<f64> {
+        let count = self.ground.mesh.nodes.len();
+        let mut matrix = DMatrix::zeros(count, count);
+        for (a, b, mass) in consistent(&self.ground.mesh.nodes, &self.overlay) {
+            matrix[(a, b)] = mass;
+        }
+        matrix
+    }
+}
+
+/// Momentum of a node, with a matrix of masses.
+fn momentum<const D: usize>(masses: &DMatrix<f64>) -> impl Fn(usize, &[[f64; D]]) -> [f64; D] + '_ {
+    |node, velocity| {
+        let mut sum = [0.0; D];
+        for (b, velocity) in velocity.iter().enumerate() {
+            add_scaled(&mut sum, masses[(node, b)], velocity);
+        }
+        sum
+    }
+}
+
+/// Entries of the consistent mass matrix of a simplex.
+fn consistent<const D: usize>(
+    nodes: &[[f64; D]],
+    overlay: &Overlay<D>,
+) -> Vec<(usize, usize, f64)> {
+    let volume: f64 = overlay.volumes().sum();
+    let share = volume / ((D + 1) * (D + 2)) as f64;
+    let all = 0..nodes.len();
+    all.clone()
+        .flat_map(|a| all.clone().map(move |b| (a, b)))
+        .map(|(a, b)| (a, b, if a == b { 2.0 * share } else { share }))
+        .collect()
+}
+
+fn random<const D: usize>(count: usize, rng: &mut Rng) -> Vec<[f64; D]> {
+    let one = |_| std::array::from_fn(|_| 2.0 * rng.f64() - 1.0);
+    (0..count).map(one).collect()
+}
+
+fn kinetic_energy<const D: usize>(masses: &DMatrix<f64>, velocity: &[[f64; D]]) -> f64 {
+    let momentum = momentum(masses);
+    let nodes = velocity.iter().enumerate();
+    nodes
+        .map(|(a, v)| 0.5 * dot(v, &momentum(a, velocity)))
+        .sum()
+}
+
+fn moved<const D: usize>(points: &[[f64; D]], by: &[[f64; D]]) -> Vec<[f64; D]> {
+    points.iter().zip(by).map(|(x, u)| add(x, u)).collect()
+}
+
+/// Refinement of a simplex keeps the momenta and the energy of any linear field; what
+/// is there after it goes back to the simplex with both momenta, and without more energy.
+fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
+    for seed in 0..100 {
+        let mut rng = Rng::with_seed(seed);
+        let case = Case::<D>::new::<C>(&mut rng);
+        assert!(case.largest < largest, "{seed}: {}", case.largest);
+        let nodes = &case.ground.mesh.nodes;
+        let whole = case.whole();
+        let refined = DMatrix::from_diagonal(&DVector::from_column_slice(&case.masses));
+        let mut displacement = random::<D>(nodes.len(), &mut rng);
+        let mut velocity = random::<D>(nodes.len(), &mut rng);
+        let at = moved(nodes, &displacement);
+        let body = Body {
+            points: &at,
+            momentum: momentum(&whole),
+        };
+        let before = body.momenta(&velocity, &nodes[0]);
+        let energy = kinetic_energy(&whole, &velocity);
+        let (mass, centre) = body.centre();
+        case.overlay.spread(&mut displacement);
+        case.overlay.spread(&mut velocity);
+        let fine_at = moved(&case.overlay.points, &displacement);
+        let fine = Body {
+            points: &fine_at,
+            momentum: momentum(&refined),
+        };
+        let after = fine.momenta(&velocity, &nodes[0]);
+        assert!(
+            norm(&sub(&after.linear, &before.linear)) < 1e-13 * mass,
+            "{seed}"
+        );
+        assert!(
+            norm(&sub(&after.angular, &before.angular)) < 1e-13 * mass,
+            "{seed}"
+        );
+        assert!(norm(&sub(&fine.centre().1, &centre)) < 1e-13, "{seed}");
+        let now = kinetic_energy(&refined, &velocity);
+        assert!(
+            (now - energy).abs() < 1e-13 * mass,
+            "{seed}: {energy} {now}"
+        );
+
+        let velocity = random::<D>(case.masses.len(), &mut rng);
+        let wanted = fine.momenta(&velocity, &centre);
+        let energy = kinetic_energy(&refined, &velocity);
+        let mut back: Vec<_> = velocity
+            .iter()
+            .zip(&case.masses)
+            .map(|(v, m)| v.map(|v| m * v))
+            .collect();
+        case.overlay.gather(&mut back);
+        let solver = whole.clone().cholesky().expect("positive masses");
+        let columns = DMatrix::from_fn(back.len(), D, |node, c| back[node][c]);
+        let columns = solver.solve(&columns);
+        for (node, velocity) in back.iter_mut().enumerate() {
+            *velocity = std::array::from_fn(|c| columns[(node, c)]);
+        }
+        assert!(
+            kinetic_energy(&whole, &back) < energy * (1.0 + 1e-13),
+            "{seed}"
+        );
+        let linear = body.momenta(&back, &centre).linear;
+        assert!(norm(&sub(&linear, &wanted.linear)) < 1e-13 * mass, "{seed}");
+        body.give_back(&mut back, &wanted);
+        let now = body.momenta(&back, &centre);
+        assert!(
+            norm(&sub(&now.linear, &wanted.linear)) < 1e-13 * mass,
+            "{seed}"
+        );
+        assert!(
+            norm(&sub(&now.angular, &wanted.angular)) < 1e-13 * mass,
+            "{seed}"
+        );
+    }
+}
+
+#[test]
+fn a_triangle_is_refined_and_comes_back() {
+    simplex_and_back::<2, Triangle>(1.5);
+}
+
+#[test]
+fn a_tetrahedron_is_refined_and_comes_back() {
+    simplex_and_back::<3, Tetrahedron>(4.0);
+}
