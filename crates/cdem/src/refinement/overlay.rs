@@ -4,7 +4,8 @@ use super::base::Base;
 use super::cell::Cell;
 use super::forest::Forest;
 use crate::mesh::{Element, ElementKind, Mesh};
-use crate::vector::{add, scale};
+use crate::vector::{add, add_scaled, dot, scale, sub};
+use nalgebra::DMatrix;
 
 /// The mesh of a block over its base mesh: the elements that replace others, and the
 /// new nodes. Nodes are numbered within the block, new ones on from those of the base.
@@ -95,17 +96,96 @@ impl<const D: usize> Overlay<D> {
         }
     }
 
-    /// Volume of each element, m^D, its weight included.
-    pub(crate) fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
+    /// Where the nodes of the base mesh go when the new ones vanish, those but that are
+    /// `kept` where they are: what is lost is as small as can be in its gradient, in the
+    /// mean square over the volume. So a simplex keeps the mean of its deformation, and
+    /// loses no more than what its parts deform beyond that: positions taken with masses
+    /// for weights could make energy. If none is kept, the first stays where it is.
+    pub(crate) fn smooth(&self, fine: &[[f64; D]], kept: &[bool]) -> Vec<[f64; D]> {
+        let mut free: Vec<usize> = (0..self.base_count).filter(|&node| !kept[node]).collect();
+        if free.len() == self.base_count {
+            free.remove(0);
+        }
+        let mut moved = fine[..self.base_count].to_vec();
+        self.spread(&mut moved);
+        let lost: Vec<_> = fine.iter().zip(&moved).map(|(x, y)| sub(x, y)).collect();
+        moved.truncate(self.base_count);
+        let right = self.roughness(lost);
+        let column = |node: usize| {
+            let mut unit = vec![[0.0; D]; self.base_count];
+            unit[node][0] = 1.0;
+            self.spread(&mut unit);
+            self.roughness(unit)
+        };
+        let columns: Vec<_> = free.iter().map(|&node| column(node)).collect();
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| columns[j][free[i]][0]);
+        let right = DMatrix::from_fn(free.len(), D, |i, c| right[free[i]][c]);
+        if let Some(factor) = matrix.cholesky() {
+            let shift = factor.solve(&right);
+            for (row, node) in free.into_iter().enumerate() {
+                let shift: [f64; D] = std::array::from_fn(|c| shift[(row, c)]);
+                moved[node] = add(&moved[node], &shift);
+            }
+        }
+        moved
+    }
+
+    /// How half of the square of a field's gradient, over the volume, changes with what
+    /// the nodes of the base mesh have.
+    fn roughness(&self, field: Vec<[f64; D]>) -> Vec<[f64; D]> {
+        let mut change = vec![[0.0; D]; field.len()];
+        for (piece, (gradients, volume)) in self.elements.iter().zip(self.gradients()) {
+            let nodes = || piece.element.nodes().iter().zip(&gradients);
+            for (&a, gradient) in nodes() {
+                for (&b, other) in nodes() {
+                    let coupling = volume * dot(gradient, other);
+                    add_scaled(&mut change[a as usize], coupling, &field[b as usize]);
+                }
+            }
+        }
+        self.gather(&mut change);
+        change
+    }
+
+    /// Gradients of the shape functions of each element, 1/m, and its volume, m^D, the
+    /// weight included.
+    fn gradients(&self) -> impl Iterator<Item = (Vec<[f64; D]>, f64)> + '_ {
         self.elements.iter().map(|sub| {
-            let [origin, corners @ ..] = sub.element.nodes() else {
-                return 0.0;
-            };
-            let at = |node: &u32| self.points[*node as usize];
-            let side = |i: usize, k: usize| at(&corners[k])[i] - at(origin)[i];
-            let sides = nalgebra::DMatrix::from_fn(D, D, side);
-            sub.weight * sides.determinant() / (1..=D).product::<usize>() as f64
+            let nodes = sub.element.nodes();
+            let at = |node: u32| self.points[node as usize];
+            let side = |i: usize, k: usize| at(nodes[k + 1])[i] - at(nodes[0])[i];
+            let sides = DMatrix::from_fn(D, D, side);
+            let volume = sub.weight * sides.determinant() / (1..=D).product::<usize>() as f64;
+            let inverse = sides.try_inverse().unwrap_or_else(|| DMatrix::zeros(D, D));
+            let row = |k: usize| -> [f64; D] { std::array::from_fn(|i| inverse[(k, i)]) };
+            let others: Vec<_> = (0..D).map(row).collect();
+            let sum = others
+                .iter()
+                .fold([0.0; D], |sum, gradient| add(&sum, gradient));
+            let first = scale(-1.0, &sum);
+            (std::iter::once(first).chain(others).collect(), volume)
         })
+    }
+
+    /// Mean gradient of a field of vectors over the volume, a row a component.
+    #[cfg(test)]
+    pub(super) fn mean_gradient(&self, field: &[[f64; D]]) -> Vec<[f64; D]> {
+        let whole: f64 = self.volumes().sum();
+        let mut mean = vec![[0.0; D]; D];
+        for (piece, (gradients, volume)) in self.elements.iter().zip(self.gradients()) {
+            for (&node, gradient) in piece.element.nodes().iter().zip(&gradients) {
+                for c in 0..D {
+                    let value = field[node as usize][c];
+                    mean[c] = add(&mean[c], &scale(value * volume / whole, gradient));
+                }
+            }
+        }
+        mean
+    }
+
+    /// Volume of each element, m^D, the weight included.
+    pub(crate) fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
+        self.gradients().map(|(_, volume)| volume)
     }
 
     /// Row sums of the mass matrix of the new elements, kg, for a `density`, kg/m^D.

@@ -153,6 +153,19 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
             "{seed}: {energy} {now}"
         );
 
+        // A simplex keeps the mean of its deformation, whatever its parts do.
+        let displacement = random::<D>(case.masses.len(), &mut rng);
+        let smooth = case
+            .overlay
+            .smooth(&displacement, &vec![false; nodes.len()]);
+        let mut smooth_everywhere = smooth.clone();
+        case.overlay.spread(&mut smooth_everywhere);
+        let means =
+            [&displacement, &smooth_everywhere].map(|field| case.overlay.mean_gradient(field));
+        for (one, other) in means[0].iter().zip(&means[1]) {
+            assert!(norm(&sub(one, other)) < 1e-11 * norm(one), "{seed}");
+        }
+
         let velocity = random::<D>(case.masses.len(), &mut rng);
         let wanted = fine.momenta(&velocity, &centre);
         let energy = kinetic_energy(&refined, &velocity);
