@@ -37,6 +37,8 @@ impl Parents {
 pub(crate) struct Leaf<'a, C> {
     /// Its nodes.
     pub(crate) cell: &'a C,
+    /// The element that it has come of.
+    pub(crate) root: u32,
     /// Share of its volume that it stands for: 1, or ½ where two simplices lie in each
     /// other (see [`star`]).
     pub(crate) weight: f64,
@@ -59,6 +61,8 @@ pub(crate) struct Forest<const D: usize, C> {
 #[derive(Clone, Copy, Debug)]
 struct Tree<C> {
     cell: C,
+    /// The element that it has grown from.
+    root: u32,
     origin: Origin,
     generation: u8,
     /// The first of its halves, if it is bisected; 0: it is not.
@@ -119,6 +123,7 @@ impl<const D: usize, C: Cell> Forest<D, C> {
         let leaves = self.trees.iter().filter(|tree| tree.halves == 0);
         leaves.filter(|tree| !tree.is_untouched()).map(|tree| Leaf {
             cell: &tree.cell,
+            root: tree.root,
             weight: match tree.origin {
                 Origin::Element | Origin::Piece => 1.0,
                 Origin::Half { .. } => 0.5,
@@ -211,7 +216,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
         let first = self.forest.trees.len() as u32;
         self.forest.roots.push((element, first));
         if star::is_simplex(kind) {
-            self.plant_tree(nodes, Origin::Element);
+            self.plant_tree(element, nodes, Origin::Element);
             return;
         }
         let centre = self.middle(Parents::new(nodes));
@@ -221,20 +226,20 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
             match across.filter(|beside| !self.planted.contains(beside)) {
                 Some(before) if facet.len() == 4 => {
                     for piece in star::halves_over(&facet, centre) {
-                        self.plant_tree(&piece, Origin::Half { before });
+                        self.plant_tree(element, &piece, Origin::Half { before });
                     }
                 }
                 _ => {
                     let middle = |facet: &[u32]| self.middle(Parents::new(facet));
                     for piece in star::pieces_over(&facet, centre, middle) {
-                        self.plant_tree(&piece, Origin::Piece);
+                        self.plant_tree(element, &piece, Origin::Piece);
                     }
                 }
             }
         }
     }
 
-    fn plant_tree(&mut self, nodes: &[u32], origin: Origin) {
+    fn plant_tree(&mut self, root: u32, nodes: &[u32], origin: Origin) {
         let length = |edge: [u32; 2]| -> EdgeLength {
             let [a, b] = edge.map(|node| self.forest.point(self.base, node));
             // Lengths that differ by round-off count as equal.
@@ -243,6 +248,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
         self.pending.push(self.forest.trees.len() as u32);
         self.forest.trees.push(Tree {
             cell: C::new(nodes, length),
+            root,
             origin,
             generation: 0,
             halves: 0,
@@ -262,27 +268,22 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
     }
 
     fn bisect(&mut self, tree: u32) {
-        let Tree {
-            cell,
-            origin,
-            generation,
-            ..
-        } = self.forest.trees[tree as usize];
-        if let Origin::Half { before } = origin {
+        let parent = self.forest.trees[tree as usize];
+        if let Origin::Half { before } = parent.origin {
             self.asked.insert(before);
             return;
         }
-        let edge = cell.refinement_edge();
+        let edge = parent.cell.refinement_edge();
         let middle = self.middle(Parents::new(&edge));
         self.bring_in(edge);
         let halves = self.forest.trees.len() as u32;
         self.forest.trees[tree as usize].halves = halves;
-        for (cell, number) in cell.halves(middle).into_iter().zip(halves..) {
+        for (cell, number) in parent.cell.halves(middle).into_iter().zip(halves..) {
             self.forest.trees.push(Tree {
                 cell,
-                origin,
-                generation: generation + 1,
+                generation: parent.generation + 1,
                 halves: 0,
+                ..parent
             });
             self.pending.push(number);
         }

@@ -14,6 +14,7 @@ mod momenta;
 mod overlay;
 #[cfg(test)]
 mod overlay_tests;
+mod refined;
 mod star;
 #[cfg(test)]
 mod tests;

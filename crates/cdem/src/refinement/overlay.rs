@@ -27,6 +27,8 @@ pub(crate) struct Overlay<const D: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SubElement {
     pub(crate) element: Element,
+    /// The element of the mesh that it has come of.
+    pub(crate) root: u32,
     /// Share of its volume that it stands for.
     pub(crate) weight: f64,
 }
@@ -54,6 +56,7 @@ impl<const D: usize> Overlay<D> {
             let nodes: Vec<u32> = leaf.cell.nodes().iter().map(|&n| local(n)).collect();
             SubElement {
                 element: Element::new(kind, &nodes),
+                root: leaf.root,
                 weight: leaf.weight,
             }
         });
@@ -71,6 +74,17 @@ impl<const D: usize> Overlay<D> {
             replaced,
             elements: elements.collect(),
         })
+    }
+
+    /// Which nodes lie on a facet, by its nodes in the base mesh.
+    pub(super) fn on_facet(&self, facet: &[u32]) -> Vec<bool> {
+        let mut lies: Vec<bool> = (0..self.base_count as u32)
+            .map(|n| facet.contains(&n))
+            .collect();
+        for parents in &self.parents {
+            lies.push(parents.iter().all(|&node| lies[node as usize]));
+        }
+        lies
     }
 
     /// Gives the new nodes the mean of those between which they lie: what varies

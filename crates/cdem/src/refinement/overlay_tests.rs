@@ -3,9 +3,12 @@
 use super::mass::Moments;
 use super::momenta::Body;
 use super::overlay::Overlay;
+use super::refined::Refined;
 use super::tests::{Ground, size, volume};
 use super::{Cell, Forest, Tetrahedron, Triangle};
-use crate::vector::{add, add_scaled, dot, norm, sub};
+use crate::element::tests::kinds;
+use crate::mesh::{Facet, Mesh};
+use crate::vector::{add, add_scaled, cross, dot, norm, pad, sub};
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
@@ -208,4 +211,72 @@ fn a_triangle_is_refined_and_comes_back() {
 #[test]
 fn a_tetrahedron_is_refined_and_comes_back() {
     simplex_and_back::<3, Tetrahedron>(4.0);
+}
+
+/// All of a mesh, refined here and there, has the boundary and the groups that it had.
+fn groups_stay<const D: usize, C: Cell>() {
+    for kind in kinds::<D>() {
+        for seed in 0..10 {
+            let mut rng = Rng::with_seed(seed);
+            let ground = Ground::<D>::random(kind, &mut rng);
+            let forest = ground.refined::<C>(&mut rng);
+            let overlay = Overlay::new(&ground.mesh, ground.base(), 0, &forest);
+            let refined = Refined::new(&ground.mesh, std::slice::from_ref(&overlay));
+            let [before, after] = [&ground.mesh, &refined.mesh];
+            assert_eq!(
+                after.nodes.len(),
+                before.nodes.len() + forest.parents().len()
+            );
+            for (old, new) in before.groups.iter().zip(&after.groups) {
+                let areas = [(before, old), (after, new)].map(|(mesh, group)| {
+                    let facets = group.facets.iter();
+                    facets.fold([0.0; 3], |sum, &facet| add(&sum, &area(mesh, facet)))
+                });
+                assert!(
+                    norm(&sub(&areas[0], &areas[1])) < 1e-13,
+                    "{kind:?} {seed} {areas:?}"
+                );
+                let mut nodes: Vec<u32> = new
+                    .facets
+                    .iter()
+                    .flat_map(|&f| after.facet_nodes(f))
+                    .collect();
+                nodes.sort_unstable();
+                nodes.dedup();
+                assert_eq!(nodes, new.nodes, "{kind:?} {seed}");
+            }
+            let whole = Refined::new(&ground.mesh, &[None]);
+            assert_eq!(whole.mesh, ground.mesh);
+        }
+    }
+}
+
+/// Area vector of a facet, of a quadrilateral's four triangles about its middle.
+fn area<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> [f64; 3] {
+    let corners: Vec<_> = mesh
+        .facet_nodes(facet)
+        .map(|n| pad(&mesh.nodes[n as usize]))
+        .collect();
+    if let &[a, b] = corners.as_slice() {
+        return cross(&sub(&b, &a), &[0.0, 0.0, 1.0]);
+    }
+    let mut area = [0.0; 3];
+    for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        add_scaled(
+            &mut area,
+            0.5,
+            &cross(&sub(a, &corners[0]), &sub(b, &corners[0])),
+        );
+    }
+    area
+}
+
+#[test]
+fn groups_of_plane_meshes_stay() {
+    groups_stay::<2, Triangle>();
+}
+
+#[test]
+fn groups_of_solid_meshes_stay() {
+    groups_stay::<3, Tetrahedron>();
 }

@@ -23,7 +23,7 @@ impl<const D: usize> Ground<D> {
     }
 
     /// A box of distorted cells, its nodes numbered at random.
-    fn random(kind: ElementKind, rng: &mut Rng) -> Self {
+    pub(super) fn random(kind: ElementKind, rng: &mut Rng) -> Self {
         let divisions = std::array::from_fn(|_| rng.usize(1..=3));
         let mut mesh = distorted::<D>(divisions, kind, 0.15 * rng.f64());
         let mut order: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
@@ -35,6 +35,10 @@ impl<const D: usize> Ground<D> {
         for element in &mut mesh.elements {
             let nodes: Vec<u32> = element.nodes().iter().map(|&n| order[n as usize]).collect();
             *element = Element::new(kind, &nodes);
+        }
+        for group in &mut mesh.groups {
+            group.nodes.iter_mut().for_each(|n| *n = order[*n as usize]);
+            group.nodes.sort_unstable();
         }
         Self::new(mesh)
     }
