@@ -11,6 +11,7 @@ mod cell;
 mod forest;
 mod mass;
 mod momenta;
+mod nesting;
 mod overlay;
 #[cfg(test)]
 mod overlay_tests;

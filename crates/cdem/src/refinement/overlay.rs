@@ -4,7 +4,7 @@ use super::base::Base;
 use super::cell::Cell;
 use super::forest::Forest;
 use crate::mesh::{Element, ElementKind, Mesh};
-use crate::vector::{add, add_scaled, dot, scale, sub};
+use crate::vector::{add, scale};
 use nalgebra::DMatrix;
 
 /// The mesh of a block over its base mesh: the elements that replace others, and the
@@ -16,7 +16,7 @@ pub(crate) struct Overlay<const D: usize> {
     /// Rest positions of all nodes, m.
     pub(crate) points: Vec<[f64; D]>,
     /// The nodes between which each new node lies, all of the same weight.
-    parents: Vec<Vec<u32>>,
+    pub(super) parents: Vec<Vec<u32>>,
     /// Elements of the mesh that are replaced, ascending.
     pub(crate) replaced: Vec<u32>,
     /// What replaces them.
@@ -87,83 +87,9 @@ impl<const D: usize> Overlay<D> {
         lies
     }
 
-    /// Gives the new nodes the mean of those between which they lie: what varies
-    /// linearly in an element is interpolated exactly.
-    pub(crate) fn spread(&self, values: &mut Vec<[f64; D]>) {
-        debug_assert_eq!(values.len(), self.base_count);
-        for parents in &self.parents {
-            let of = parents.iter().map(|&node| &values[node as usize]);
-            let sum = of.fold([0.0; D], |sum, value| add(&sum, value));
-            values.push(scale(1.0 / parents.len() as f64, &sum));
-        }
-    }
-
-    /// The transpose of that: what the new nodes have goes to those between which they
-    /// lie, in equal parts.
-    pub(crate) fn gather(&self, values: &mut Vec<[f64; D]>) {
-        for parents in self.parents.iter().rev() {
-            let Some(value) = values.pop() else { return };
-            for &node in parents {
-                let to = &mut values[node as usize];
-                *to = add(to, &scale(1.0 / parents.len() as f64, &value));
-            }
-        }
-    }
-
-    /// Where the nodes of the base mesh go when the new ones vanish, those but that are
-    /// `kept` where they are: what is lost is as small as can be in its gradient, in the
-    /// mean square over the volume. So a simplex keeps the mean of its deformation, and
-    /// loses no more than what its parts deform beyond that: positions taken with masses
-    /// for weights could make energy. If none is kept, the first stays where it is.
-    pub(crate) fn smooth(&self, fine: &[[f64; D]], kept: &[bool]) -> Vec<[f64; D]> {
-        let mut free: Vec<usize> = (0..self.base_count).filter(|&node| !kept[node]).collect();
-        if free.len() == self.base_count {
-            free.remove(0);
-        }
-        let mut moved = fine[..self.base_count].to_vec();
-        self.spread(&mut moved);
-        let lost: Vec<_> = fine.iter().zip(&moved).map(|(x, y)| sub(x, y)).collect();
-        moved.truncate(self.base_count);
-        let right = self.roughness(lost);
-        let column = |node: usize| {
-            let mut unit = vec![[0.0; D]; self.base_count];
-            unit[node][0] = 1.0;
-            self.spread(&mut unit);
-            self.roughness(unit)
-        };
-        let columns: Vec<_> = free.iter().map(|&node| column(node)).collect();
-        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| columns[j][free[i]][0]);
-        let right = DMatrix::from_fn(free.len(), D, |i, c| right[free[i]][c]);
-        if let Some(factor) = matrix.cholesky() {
-            let shift = factor.solve(&right);
-            for (row, node) in free.into_iter().enumerate() {
-                let shift: [f64; D] = std::array::from_fn(|c| shift[(row, c)]);
-                moved[node] = add(&moved[node], &shift);
-            }
-        }
-        moved
-    }
-
-    /// How half of the square of a field's gradient, over the volume, changes with what
-    /// the nodes of the base mesh have.
-    fn roughness(&self, field: Vec<[f64; D]>) -> Vec<[f64; D]> {
-        let mut change = vec![[0.0; D]; field.len()];
-        for (piece, (gradients, volume)) in self.elements.iter().zip(self.gradients()) {
-            let nodes = || piece.element.nodes().iter().zip(&gradients);
-            for (&a, gradient) in nodes() {
-                for (&b, other) in nodes() {
-                    let coupling = volume * dot(gradient, other);
-                    add_scaled(&mut change[a as usize], coupling, &field[b as usize]);
-                }
-            }
-        }
-        self.gather(&mut change);
-        change
-    }
-
     /// Gradients of the shape functions of each element, 1/m, and its volume, m^D, the
     /// weight included.
-    fn gradients(&self) -> impl Iterator<Item = (Vec<[f64; D]>, f64)> + '_ {
+    pub(super) fn gradients(&self) -> impl Iterator<Item = (Vec<[f64; D]>, f64)> + '_ {
         self.elements.iter().map(|sub| {
             let nodes = sub.element.nodes();
             let at = |node: u32| self.points[node as usize];

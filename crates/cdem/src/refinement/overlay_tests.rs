@@ -2,6 +2,7 @@
 
 use super::mass::Moments;
 use super::momenta::Body;
+use super::nesting::Nesting;
 use super::overlay::Overlay;
 use super::refined::Refined;
 use super::tests::{Ground, size, volume};
@@ -123,8 +124,9 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
         let nodes = &case.ground.mesh.nodes;
         let whole = case.whole();
         let refined = DMatrix::from_diagonal(&DVector::from_column_slice(&case.masses));
-        let mut displacement = random::<D>(nodes.len(), &mut rng);
-        let mut velocity = random::<D>(nodes.len(), &mut rng);
+        let nesting = Nesting::new(&case.overlay, None).expect("over its base");
+        let displacement = random::<D>(nodes.len(), &mut rng);
+        let velocity = random::<D>(nodes.len(), &mut rng);
         let at = moved(nodes, &displacement);
         let body = Body {
             points: &at,
@@ -133,8 +135,7 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
         let before = body.momenta(&velocity, &nodes[0]);
         let energy = kinetic_energy(&whole, &velocity);
         let (mass, centre) = body.centre();
-        case.overlay.spread(&mut displacement);
-        case.overlay.spread(&mut velocity);
+        let [displacement, velocity] = [displacement, velocity].map(|f| nesting.spread(&f));
         let fine_at = moved(&case.overlay.points, &displacement);
         let fine = Body {
             points: &fine_at,
@@ -158,11 +159,8 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
 
         // A simplex keeps the mean of its deformation, whatever its parts do.
         let displacement = random::<D>(case.masses.len(), &mut rng);
-        let smooth = case
-            .overlay
-            .smooth(&displacement, &vec![false; nodes.len()]);
-        let mut smooth_everywhere = smooth.clone();
-        case.overlay.spread(&mut smooth_everywhere);
+        let smooth = nesting.smooth(&displacement, &vec![false; nodes.len()]);
+        let smooth_everywhere = nesting.spread(&smooth);
         let means =
             [&displacement, &smooth_everywhere].map(|field| case.overlay.mean_gradient(field));
         for (one, other) in means[0].iter().zip(&means[1]) {
@@ -172,12 +170,8 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
         let velocity = random::<D>(case.masses.len(), &mut rng);
         let wanted = fine.momenta(&velocity, &centre);
         let energy = kinetic_energy(&refined, &velocity);
-        let mut back: Vec<_> = velocity
-            .iter()
-            .zip(&case.masses)
-            .map(|(v, m)| v.map(|v| m * v))
-            .collect();
-        case.overlay.gather(&mut back);
+        let momenta = velocity.iter().zip(&case.masses);
+        let mut back = nesting.gather(momenta.map(|(v, m)| v.map(|v| m * v)).collect());
         let solver = whole.clone().cholesky().expect("positive masses");
         let columns = DMatrix::from_fn(back.len(), D, |node, c| back[node][c]);
         let columns = solver.solve(&columns);
@@ -279,4 +273,52 @@ fn groups_of_plane_meshes_stay() {
 #[test]
 fn groups_of_solid_meshes_stay() {
     groups_stay::<3, Tetrahedron>();
+}
+
+/// What the nodes of a coarse mesh have comes back from a finer one, and what goes each
+/// way is the transpose of the other.
+fn goes_and_comes_back<const D: usize, C: Cell>() {
+    for kind in kinds::<D>() {
+        for seed in 0..10 {
+            let mut rng = Rng::with_seed(seed);
+            let ground = Ground::<D>::random(kind, &mut rng);
+            let corner = ground.mesh.nodes[0];
+            let refined = |finest: f64| {
+                let wanted = |corners: &[[f64; D]]| {
+                    let apart = corners.iter().map(|other| norm(&sub(other, &corner)));
+                    let apart = apart.fold(f64::INFINITY, f64::min);
+                    size(corners) > (0.7 * apart).max(finest)
+                };
+                let forest: Forest<D, C> = Forest::new(ground.base(), &ground.all(), wanted);
+                Overlay::new(&ground.mesh, ground.base(), 0, &forest).expect("refined")
+            };
+            let [coarse, fine] = [0.8, 0.4].map(refined);
+            assert!(Nesting::new(&coarse, Some(&fine)).is_none());
+            let nesting = Nesting::new(&fine, Some(&coarse)).expect("made of it");
+            let values = random::<D>(coarse.points.len(), &mut rng);
+            let spread = nesting.spread(&values);
+            let back = nesting.smooth(&spread, &vec![false; values.len()]);
+            for (value, back) in values.iter().zip(&back) {
+                assert!(norm(&sub(value, back)) < 1e-10, "{kind:?} {seed}");
+            }
+            let other = random::<D>(fine.points.len(), &mut rng);
+            let there = product(&spread, &other);
+            let here = product(&values, &nesting.gather(other));
+            assert!((there - here).abs() < 1e-11, "{kind:?} {seed}");
+        }
+    }
+}
+
+fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+}
+
+#[test]
+fn what_is_refined_in_the_plane_comes_back() {
+    goes_and_comes_back::<2, Triangle>();
+}
+
+#[test]
+fn what_is_refined_in_space_comes_back() {
+    goes_and_comes_back::<3, Tetrahedron>();
 }

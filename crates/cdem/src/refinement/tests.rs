@@ -70,7 +70,7 @@ impl<const D: usize> Ground<D> {
         Base::new(&self.mesh, &self.around)
     }
 
-    fn all(&self) -> Vec<u32> {
+    pub(super) fn all(&self) -> Vec<u32> {
         (0..self.mesh.elements.len() as u32).collect()
     }
 
