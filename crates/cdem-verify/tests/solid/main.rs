@@ -10,6 +10,7 @@ mod meeting;
 mod notch;
 mod rest;
 mod restitution;
+mod ridges;
 mod rocks;
 mod shapes;
 mod shoves;

@@ -160,7 +160,7 @@ fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
 }
 
 /// The last instant of an interval until which something `holds`.
-fn last(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+pub(super) fn last(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {

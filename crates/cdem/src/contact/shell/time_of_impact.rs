@@ -2,7 +2,7 @@
 //! lie in one plane, and in each other.
 
 use super::Shell;
-use crate::contact::orientation::Orientation;
+use crate::contact::orientation::{Orientation, last};
 use crate::contact::surface::Positions;
 use crate::vector::{add_scaled, cross, norm, sub};
 
@@ -36,15 +36,7 @@ impl Shell {
         velocity: &[[f64; 3]],
         (duration, depth): (f64, f64),
     ) -> Option<f64> {
-        // Edges within faces that bulge in this drift are sharp by its end.
-        let end = at.after(velocity, duration);
-        let sharp = |edge: u32, other: u32| {
-            let length = self.length(other, at);
-            self.skin.is_sharp_under(edge, length, at)
-                || self.skin.may_sharpen(edge, length, at, velocity, duration)
-                    && self.skin.is_sharp_under(edge, length, end)
-        };
-        if !sharp(main, target) || !sharp(target, main) {
+        if !self.are_sharp_within([main, target], at, velocity, duration) {
             return None;
         }
         let between = |from: u32, to: u32| self.between(from, to, at, velocity);
@@ -60,7 +52,11 @@ impl Shell {
             });
             norm(&cross(&one, &other))
         };
-        let deep = depth * f64::max(area(0.0), area(duration));
+        let crossing = |time: f64| self.crossing(main, target, at.after(velocity, time));
+        // Edges that turn out of one line touch as soon as they are no longer parallel,
+        // unless they stay so near that the next kick will do.
+        let sinks = crossing(0.0).is_none()
+            && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
         let margin = volume.round_off(duration);
         let touches = |forward: bool| {
             move |time: f64| {
@@ -72,10 +68,44 @@ impl Shell {
                 })
             }
         };
-        let first =
-            |volume: Orientation, forward| volume.first_fall(duration, deep, touches(forward));
-        let [one, other] = [first(volume, true), first(volume.reversed(), false)];
-        one.into_iter().chain(other).min_by(f64::total_cmp)
+        let within = |duration: f64, volume: Orientation, forward| {
+            let deep = depth * f64::max(area(0.0), area(duration));
+            volume.first_fall(duration, deep, touches(forward))
+        };
+        let first = |volume: Orientation, forward| {
+            let whole = within(duration, volume, forward);
+            // The area grows while they sink in: a look at the time until they are deep.
+            let shallow = |t: f64| volume.at(t) >= -margin - depth * area(t);
+            let soon = sinks.then(|| within(last(0.0, duration, shallow), volume, forward));
+            whole.into_iter().chain(soon.flatten())
+        };
+        let times = first(volume, true).chain(first(volume.reversed(), false));
+        let time = times.min_by(f64::total_cmp)?;
+        let is_parallel = || crossing(time).is_none();
+        Some(if sinks && is_parallel() {
+            time.next_up()
+        } else {
+            time
+        })
+    }
+
+    /// Whether two edges can meet each other in a drift: edges within faces that bulge
+    /// meanwhile are sharp by its end.
+    fn are_sharp_within(
+        &self,
+        [one, other]: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+    ) -> bool {
+        let end = at.after(velocity, duration);
+        let is_sharp = |edge: u32, under: u32| {
+            let length = self.length(under, at);
+            self.skin.is_sharp_under(edge, length, at)
+                || self.skin.may_sharpen(edge, length, at, velocity, duration)
+                    && self.skin.is_sharp_under(edge, length, end)
+        };
+        is_sharp(one, other) && is_sharp(other, one)
     }
 
     /// Velocity of a corner, m/s.
