@@ -16,6 +16,7 @@ mod shapes;
 mod shoves;
 mod slope;
 mod threads;
+mod ties;
 mod tilt;
 mod types;
 mod wedge;

@@ -202,13 +202,18 @@ impl<const D: usize> Live<D> {
             let is_free = |next: &Pair| !(taken(*next) && surface.both_bear(self.pair, *next, at));
             let Some(next) = next.filter(is_free) else {
                 if projection.outside > tolerance {
-                    return Followed::Beyond;
+                    let next = surface.successor(self.pair, at, tolerance);
+                    let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
+                        return Followed::Beyond;
+                    };
+                    projection = surface.project(next, at);
+                    self.turn(surface, (next, is_swapped), at);
                 }
                 break;
             };
             let before = projection.outside;
             projection = surface.project(next, at);
-            self.turn(surface, next, at);
+            self.turn(surface, (next, false), at);
             // Deep in a re-entrant edge it is outside the faces on both sides.
             if projection.outside >= before {
                 break;
@@ -222,8 +227,14 @@ impl<const D: usize> Live<D> {
         }
     }
 
-    /// Goes on as another pair: what its frame has counted turns with it.
-    fn turn(&mut self, surface: &dyn Surface<D>, next: Pair, at: Positions<D>) {
+    /// Goes on as another pair, the main block of which may be its target: what its frame
+    /// has counted turns with it.
+    fn turn(
+        &mut self,
+        surface: &dyn Surface<D>,
+        (next, is_swapped): (Pair, bool),
+        at: Positions<D>,
+    ) {
         let frame = |pair| {
             let foot = surface.project(pair, at).foot;
             surface.operator(pair, &foot, at).frame
@@ -232,7 +243,8 @@ impl<const D: usize> Live<D> {
         for counted in [&mut self.impulse, &mut self.shear_spring] {
             let mut whole = [0.0; D];
             for r in 1..D {
-                add_scaled(&mut whole, counted[r], &old[r]);
+                let sign = if is_swapped { -1.0 } else { 1.0 };
+                add_scaled(&mut whole, sign * counted[r], &old[r]);
             }
             for r in 1..D {
                 counted[r] = dot(&whole, &new[r]);

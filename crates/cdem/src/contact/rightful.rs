@@ -3,7 +3,7 @@
 
 use crate::contact::island::SHALLOW;
 use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
-use crate::vector::{add_scaled, dot, norm};
+use crate::vector::{add_scaled, dot, norm, sub};
 
 /// The pair that a touch of `pair` belongs to, if any, `at` the positions of the touch:
 /// of all that touch within `tolerance` of its point, that the surroundings and `may`
@@ -36,7 +36,19 @@ pub(super) fn rightful<const D: usize>(
     let one_way = rivals
         .iter()
         .all(|&rival| are_aligned(surface, [best, rival], at));
-    (one_way || gap(best) <= -slack).then_some(best)
+    if one_way || gap(best) <= -slack {
+        return Some(best);
+    }
+    // Where edges cross that are all but parallel moves fast: away from a corner that goes
+    // past, what is near no longer is.
+    let point = surface.point(pair, then);
+    let stays = |rival: &Pair| norm(&sub(&surface.point(*rival, then), &point)) <= tolerance;
+    let mut near = rivals.iter().filter(|rival| stays(rival));
+    let sinks = surface.project(pair, then).outside <= 0.0
+        && rivals.contains(&pair)
+        && !stays(&best)
+        && near.all(|&rival| gap(rival) <= -slack);
+    sinks.then_some(pair)
 }
 
 /// The pairs that touch within the tolerance of the point of `pair`, itself first.

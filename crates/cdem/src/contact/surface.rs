@@ -312,6 +312,12 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Vec<Pair>;
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
+    /// The pair that goes on bearing where the point of one has left its features by more
+    /// than the tolerance, and whether its main block is the other's target: of an edge that
+    /// slides lengthwise off one it lies on flush, its end.
+    fn successor(&self, _pair: Pair, _at: Positions<D>, _tolerance: f64) -> Option<(Pair, bool)> {
+        None
+    }
     /// Whether two pairs say the same: one physical contact is counted once.
     fn same_contact(&self, one: Pair, other: Pair, at: Positions<D>, tolerance: f64) -> bool;
     /// The point of contact on the main feature, m.

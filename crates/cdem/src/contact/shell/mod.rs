@@ -350,6 +350,13 @@ impl Surface<3> for Shell {
         }
     }
 
+    fn successor(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> Option<(Pair, bool)> {
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => None,
+            Meeting::Crossing { main, target } => self.end_on_face([main, target], at, tolerance),
+        }
+    }
+
     fn same_contact(&self, one: Pair, other: Pair, at: Positions<3>, tolerance: f64) -> bool {
         let (blocks, mut others) = (self.blocks(one), self.blocks(other));
         let swapped = blocks != others;

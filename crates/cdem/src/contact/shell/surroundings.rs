@@ -183,4 +183,34 @@ impl Shell {
         let admitted = pairs.filter(|&pair| self.admits(pair, at));
         admitted.min_by(|one, other| outside(one).total_cmp(&outside(other)))
     }
+
+    /// Where two edges have left each other at an end of either: that end before the face
+    /// beside the other edge on which it has borne, and whether it is one of the target.
+    pub(super) fn end_on_face(
+        &self,
+        edges: [u32; 2],
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> Option<(Pair, bool)> {
+        let crossing = self.crossing(edges[0], edges[1], at)?;
+        let beyond = |k: usize| {
+            let foot = crossing.foot[k];
+            (-foot).max(foot - 1.0) * self.length(edges[k], at)
+        };
+        let k = usize::from(beyond(1) > beyond(0));
+        let end = self.skin.edges[edges[k] as usize].ends[usize::from(crossing.foot[k] > 0.5)];
+        if end >= self.skin.vertex_count {
+            return None;
+        }
+        let sides = self.skin.edges[edges[1 - k] as usize].sides?;
+        let bears = |triangle: &u32| {
+            let pair = Self::face_pair(end, *triangle);
+            let normal = self.skin.normal(*triangle, at);
+            norm(&cross(&normal, &crossing.normal)) <= FLUSH
+                && self.project(pair, at).outside <= tolerance
+                && self.admits(pair, at)
+        };
+        let triangle = sides.into_iter().find(bears)?;
+        Some((Self::face_pair(end, triangle), k == 1))
+    }
 }
