@@ -240,10 +240,10 @@ impl<const D: usize> Live<D> {
             surface.operator(pair, &foot, at).frame
         };
         let [old, new] = [self.pair, next].map(frame);
+        let sign = if is_swapped { -1.0 } else { 1.0 };
         for counted in [&mut self.impulse, &mut self.shear_spring] {
             let mut whole = [0.0; D];
             for r in 1..D {
-                let sign = if is_swapped { -1.0 } else { 1.0 };
                 add_scaled(&mut whole, sign * counted[r], &old[r]);
             }
             for r in 1..D {

@@ -79,9 +79,9 @@ impl<const D: usize> Moments<D> {
         }
     }
 
-    /// Factors on the `masses`, kg, of nodes at `points` that give them these moments:
-    /// those nearest to 1, in the mean square over the mass, of which none is below
-    /// `least`. `None` where the nodes are too few.
+    /// Factors on the `masses`, kg, of nodes at `points` that give them these moments,
+    /// none below `least`: those nearest to 1 in the mean square over the mass, but that
+    /// a factor once found too low stays at `least`. `None` where the nodes are too few.
     ///
     /// Where nodes are many it is 1 + a quadratic polynomial that is small of second
     /// order in their distance. A polynomial alone would need a tetrahedron to be cut
