@@ -13,14 +13,13 @@ mod material;
 pub mod mesh;
 mod model;
 mod number;
-// Not in a run yet.
-#[cfg(test)]
 mod refinement;
 mod report;
 mod rest;
 pub mod sample;
 pub mod scene;
 mod simulation;
+mod space;
 mod step;
 mod vector;
 

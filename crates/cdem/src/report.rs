@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::contact::live::Record;
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Mesh};
 use crate::sample::{
     BlockRow, ContactFrame, ContactRow, FieldValues, Frame, FrameField, HistoryRow, ProbeRow,
 };
@@ -52,6 +52,7 @@ impl<const D: usize> Run<D> {
             remesh_loss: instant.state.ledger.remesh_loss,
             impulse: instant.state.ledger.impulse.value(),
             elements: self.plan.histogram().iter().sum(),
+            refined_blocks: self.refined_blocks(),
             ..HistoryRow::default()
         };
         for (number, block) in self.model.blocks.iter().enumerate() {
@@ -155,19 +156,18 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Rows of probes: (name, node).
-    pub(crate) fn probe_rows(
-        &self,
-        instant: &Instant<D>,
-        probes: &[(String, u32)],
-    ) -> Vec<ProbeRow> {
+    /// Rows of probes.
+    pub(crate) fn probe_rows(&self, instant: &Instant<D>, probes: &[Probe]) -> Vec<ProbeRow> {
         let at = self.model.positions(&self.state);
-        let row = |(name, node): &(String, u32)| ProbeRow {
-            time: self.told_time(),
-            probe: name.clone(),
-            position: pad(&at.at(*node)),
-            displacement: pad(&self.state.displacement[*node as usize]),
-            velocity: pad(&instant.state.velocity[*node as usize]),
+        let row = |probe: &Probe| {
+            let node = self.model.nodes(probe.block).start + probe.node;
+            ProbeRow {
+                time: self.told_time(),
+                probe: probe.name.clone(),
+                position: pad(&at.at(node as u32)),
+                displacement: pad(&self.state.displacement[node]),
+                velocity: pad(&instant.state.velocity[node]),
+            }
         };
         probes.iter().map(row).collect()
     }
@@ -230,6 +230,7 @@ impl<const D: usize> Run<D> {
         };
         let material = |&block: &usize| self.model.blocks[block].material as i32;
         let levels = self.plan.levels.element.iter();
+        let halvings = (0..mesh.elements.len()).map(|element| i32::from(mesh.halvings(element)));
         let mut out = vec![
             whole(
                 "block",
@@ -237,7 +238,7 @@ impl<const D: usize> Run<D> {
             ),
             whole("material", block_of.iter().map(material).collect()),
             whole("level", levels.map(|&level| i32::from(level)).collect()),
-            whole("refinement", vec![0; mesh.elements.len()]),
+            whole("refinement", halvings.collect()),
         ];
         let wanted = [Field::Stress, Field::VonMises, Field::PrincipalStress];
         if wanted.iter().any(|field| fields.contains(field)) {
@@ -363,20 +364,40 @@ fn principal([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> [f64; 3] {
     values
 }
 
-/// The node of a block nearest to a point at rest.
-pub(crate) fn nearest_node<const D: usize>(
-    run: &Run<D>,
-    blocks: impl Iterator<Item = usize>,
-    point: &[f64; D],
-) -> Option<u32> {
-    let nodes = blocks.flat_map(|block| run.model.nodes(block));
-    let distance = |node: &usize| {
-        let arm = sub(&run.model.mesh.nodes[*node], point);
-        dot(&arm, &arm)
-    };
-    nodes
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .map(|node| node as u32)
+/// A node that is watched.
+#[derive(Clone, Debug)]
+pub(crate) struct Probe {
+    name: String,
+    block: usize,
+    /// Within its block, where those that refinement adds come last.
+    node: usize,
+}
+
+impl Probe {
+    /// At the node of some blocks that is nearest to a point at rest, if there is any.
+    pub(crate) fn new<const D: usize>(
+        name: &str,
+        mesh: &Mesh<D>,
+        blocks: impl Iterator<Item = usize>,
+        point: &[f64; D],
+    ) -> Option<Self> {
+        let nodes = blocks.flat_map(|block| {
+            let nodes = mesh.blocks[block].nodes.clone();
+            nodes
+                .enumerate()
+                .map(move |(node, global)| (block, node, global))
+        });
+        let distance = |&(_, _, global): &(usize, usize, u32)| {
+            let arm = sub(&mesh.nodes[global as usize], point);
+            dot(&arm, &arm)
+        };
+        let nearest = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map(|(block, node, _)| Self {
+            name: name.to_owned(),
+            block,
+            node,
+        })
+    }
 }
 
 #[cfg(test)]

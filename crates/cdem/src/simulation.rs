@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::contact::{plane_surface, solid_surface};
 use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::model::names::parts;
 use crate::model::{Model, ModelError};
-use crate::report::{Instant, nearest_node};
+
+use crate::report::{Instant, Probe};
 use crate::rest::Rest;
 use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
-use crate::scene::{ContactModel, Problem, Scene};
+use crate::scene::{self, ContactModel, Problem, Scene};
+use crate::space::{PLANE, SOLID};
 use crate::step::{Corrections, Run};
 
 /// A mesh of either dimension.
@@ -93,7 +94,7 @@ struct Driven<const D: usize> {
     start_energy: f64,
     exchange: Exchange,
     last_block_rows: f64,
-    probes: Vec<(String, u32)>,
+    probes: Vec<Probe>,
     instant: Option<Arc<Instant<D>>>,
     health: Health,
     /// Where the scene says when to stop.
@@ -126,18 +127,12 @@ impl Simulation {
         let mut scene = scene.clone();
         let run = match mesh {
             AnyMesh::Plane(mesh) => {
-                let (model, state, contacts) = Model::build(&mut scene, mesh, plane_surface)?;
-                AnyRun::Plane(Box::new(Driven::new(
-                    Run::new(model, state, contacts),
-                    &scene,
-                )))
+                let built = Model::build(&mut scene, mesh, PLANE)?;
+                AnyRun::Plane(Box::new(Driven::new(Run::new(built), &scene)))
             }
             AnyMesh::Solid(mesh) => {
-                let (model, state, contacts) = Model::build(&mut scene, mesh, solid_surface)?;
-                AnyRun::Solid(Box::new(Driven::new(
-                    Run::new(model, state, contacts),
-                    &scene,
-                )))
+                let built = Model::build(&mut scene, mesh, SOLID)?;
+                AnyRun::Solid(Box::new(Driven::new(Run::new(built), &scene)))
             }
         };
         Ok(Self { scene, run })
@@ -309,14 +304,13 @@ impl Simulation {
 
 impl<const D: usize> Driven<D> {
     fn new(mut run: Run<D>, scene: &Scene) -> Self {
-        let mesh = &run.model.mesh;
-        let mut probes = Vec::new();
-        for probe in &scene.probe {
+        let mesh = run.base_mesh();
+        let probe = |probe: &scene::Probe| {
             let point: [f64; D] = std::array::from_fn(|c| probe.point[c]);
-            if let Some(node) = nearest_node(&run, parts(scene, mesh, &probe.block), &point) {
-                probes.push((probe.name.clone(), node));
-            }
-        }
+            let blocks = parts(scene, mesh, &probe.block);
+            Probe::new(&probe.name, mesh, blocks, &point)
+        };
+        let probes = scene.probe.iter().filter_map(probe).collect();
         let mut listed = vec![scene.output.block_list.is_none(); mesh.blocks.len()];
         for name in scene.output.block_list.iter().flatten() {
             parts(scene, mesh, name).for_each(|block| listed[block] = true);

@@ -67,6 +67,8 @@ pub(crate) struct Setting<'a, const D: usize> {
     pub(crate) tolerance: f64,
     /// Of blocks at t = 0.
     pub(crate) overlaps: &'a Overlaps,
+    /// How often the elements at each node have been halved.
+    pub(crate) halvings: &'a [u8],
 }
 
 impl<'a, const D: usize> Setting<'a, D> {
@@ -75,6 +77,14 @@ impl<'a, const D: usize> Setting<'a, D> {
         let main = self.surface.main_nodes(pair.main)[0];
         let target = self.surface.target_nodes(pair.target)[0];
         [main, target].map(|node| self.block_of[node as usize])
+    }
+
+    /// How often the elements at a pair have been halved, on the finer side.
+    fn halvings_at(&self, pair: Pair) -> u32 {
+        let main = self.surface.main_nodes(pair.main).iter();
+        let nodes = main.chain(self.surface.target_nodes(pair.target));
+        let halvings = nodes.map(|&node| u32::from(self.halvings[node as usize]));
+        halvings.max().unwrap_or_default()
     }
 
     /// Relative velocity that moves points by nothing but round-off over a drift
@@ -507,7 +517,7 @@ impl<const D: usize> Island<D> {
             normal_impulse: 0.0,
             shear_impulse: 0.0,
             slip: 0.0,
-            level: 0,
+            level: setting.halvings_at(pair),
             blocks,
         };
         let offset = surface.operator(pair, &foot, at).offset;

@@ -26,6 +26,7 @@ mod outline_tests;
 mod overlaps;
 mod penalty;
 mod point;
+pub(crate) mod remesh;
 mod rightful;
 mod roots;
 mod search;
@@ -128,8 +129,9 @@ struct Terms<const D: usize> {
     surface: Box<dyn Surface<D>>,
     patches: Patches,
     laws: Laws,
-    /// Block of each node.
+    /// Block of each node, and how often the elements around it have been halved.
     block_of: Vec<u32>,
+    halvings: Vec<u8>,
     /// Mass-proportional damping of each block, 1/s.
     damping: Vec<f64>,
     /// d_tol, m.
@@ -165,20 +167,30 @@ impl<const D: usize> Terms<D> {
             damping: &self.damping,
             tolerance: self.tolerance,
             overlaps: &self.overlaps,
+            halvings: &self.halvings,
         }
     }
 }
 
-/// Makes the surfaces of the blocks of a mesh, for contact within a tolerance, m.
-pub(crate) type MakeSurface<const D: usize> = fn(&Scene, &Mesh<D>, f64) -> Box<dyn Surface<D>>;
+/// Makes the surfaces of the blocks of a mesh of some thickness, m, for contact within a
+/// tolerance, m.
+pub(crate) type MakeSurface<const D: usize> = fn(&Mesh<D>, f64, f64) -> Box<dyn Surface<D>>;
 
 /// Surfaces in 2-D: vertices against edges.
-pub(crate) fn plane_surface(scene: &Scene, mesh: &Mesh<2>, _tolerance: f64) -> Box<dyn Surface<2>> {
-    Box::new(outline::Outline::new(mesh, scene.thickness))
+pub(crate) fn plane_surface(
+    mesh: &Mesh<2>,
+    thickness: f64,
+    _tolerance: f64,
+) -> Box<dyn Surface<2>> {
+    Box::new(outline::Outline::new(mesh, thickness))
 }
 
 /// Surfaces in 3-D: vertices against triangles, edges against edges.
-pub(crate) fn solid_surface(_scene: &Scene, mesh: &Mesh<3>, tolerance: f64) -> Box<dyn Surface<3>> {
+pub(crate) fn solid_surface(
+    mesh: &Mesh<3>,
+    _thickness: f64,
+    tolerance: f64,
+) -> Box<dyn Surface<3>> {
     Box::new(shell::Shell::new(mesh, tolerance))
 }
 
@@ -199,6 +211,7 @@ impl<const D: usize> Contacts<D> {
                 patches: Patches::new(&*surface, &block_of, &mesh.nodes),
                 surface,
                 laws: Laws::new(scene, mesh),
+                halvings: vec![0; mesh.nodes.len()],
                 block_of,
                 damping: mesh
                     .blocks

@@ -1,9 +1,9 @@
 //! Runs that leave pairs out against runs that look at all.
 
-use super::{MakeSurface, plane_surface, solid_surface};
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::scene::{Block, ContactModel, Damping, Geometry, Material, MaterialModel, Scene};
+use crate::space::{PLANE, SOLID, Space};
 use crate::step::Run;
 
 /// Distance of the centres of blocks, m.
@@ -46,7 +46,7 @@ fn blocks<const D: usize>() -> Vec<Block> {
 }
 
 /// The blocks, with waves of about 1 m/s, flung at the one in their middle.
-fn run<const D: usize>(make_surface: MakeSurface<D>) -> Run<D> {
+fn run<const D: usize>(space: Space<D>) -> Run<D> {
     let mut scene: Scene = tests::scene(D, blocks::<D>());
     scene.material.push(Material {
         name: "rock".to_owned(),
@@ -60,9 +60,8 @@ fn run<const D: usize>(make_surface: MakeSurface<D>) -> Run<D> {
     scene.time.step = Some(1.0);
     scene.contact.model = ContactModel::UnifiedNode;
     let mesh = tests::shapes(scene.block.clone()).expect("boxes mesh");
-    let (model, state, contacts) =
-        Model::build(&mut scene, mesh, make_surface).expect("the scene is whole");
-    let mut run = Run::new(model, state, contacts);
+    let built = Model::build(&mut scene, mesh, space).expect("the scene is whole");
+    let mut run = Run::new(built);
     run.set_velocities(&|place| {
         let mut velocity = [0.0; 3];
         for (c, x) in place.into_iter().enumerate().take(D) {
@@ -76,8 +75,8 @@ fn run<const D: usize>(make_surface: MakeSurface<D>) -> Run<D> {
 }
 
 /// Steps both ways until `enough` contacts have begun; returns how many pairs have been left out.
-fn compare<const D: usize>(make_surface: MakeSurface<D>, enough: u64) -> usize {
-    let mut runs = [run(make_surface), run(make_surface)];
+fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
+    let mut runs = [run(space), run(space)];
     let all = runs[1].contacts.as_mut().expect("many blocks");
     (all.within, all.grouped) = (f64::INFINITY, false);
     runs[1].prepare();
@@ -109,10 +108,10 @@ fn compare<const D: usize>(make_surface: MakeSurface<D>, enough: u64) -> usize {
 
 #[test]
 fn pairs_left_out_change_nothing_in_the_plane() {
-    assert!(compare(plane_surface, 12) > 100);
+    assert!(compare(PLANE, 12) > 100);
 }
 
 #[test]
 fn pairs_left_out_change_nothing_in_space() {
-    assert!(compare(solid_surface, 20) > 100);
+    assert!(compare(SOLID, 20) > 100);
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::contact::orientation::Orientation;
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, MAX_NODES, Operator, Pair, Positions, Projection, Surface,
-    beyond_reentrant,
+    FLUSH, FOOT_ROUND_OFF, Feature, MAX_NODES, Mark, Operator, PART, Pair, Positions, Projection,
+    Surface, beyond_reentrant,
 };
 use crate::mesh::Mesh;
 use crate::sample::ContactKind;
@@ -390,6 +390,53 @@ impl Surface<2> for Outline {
             frame,
             offset: frame.map(|f| dot(&f, &offset)),
         }
+    }
+
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<2>) -> [Mark<2>; 2] {
+        let (a, b) = self.edge(pair.target, rest);
+        let main = Mark {
+            place: rest.at(self.main_node(pair)),
+            on: Feature::Vertex,
+        };
+        let target = Mark {
+            place: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
+            on: Feature::Face(self.outward(pair.target, rest)),
+        };
+        [main, target]
+    }
+
+    fn at_marks(
+        &self,
+        [main, target]: &[Mark<2>; 2],
+        [own, others]: [Range<u32>; 2],
+        rest: Positions<2>,
+    ) -> Option<(Pair, [f64; 2])> {
+        let first = self.vertices.partition_point(|v| v.node[0] < own.start);
+        let end = self.vertices.partition_point(|v| v.node[0] < own.end);
+        let is_there = |&v: &usize| rest.at(self.vertices[v].node[0]) == main.place;
+        let vertex = (first..end).find(is_there)?;
+        let first = self.edges.partition_point(|edge| edge[0] < others.start);
+        let end = self.edges.partition_point(|edge| edge[0] < others.end);
+        let Feature::Face(normal) = target.on else {
+            return None;
+        };
+        let best = (first as u32..end as u32).filter_map(|edge| {
+            let (a, b) = self.edge(edge, rest);
+            let (along, from) = (sub(&b, &a), sub(&target.place, &a));
+            let length = norm(&along);
+            let foot = dot(&from, &along) / (length * length);
+            let beside = cross2(&along, &from).abs() / length;
+            let turned = norm(&sub(&self.outward(edge, rest), &normal));
+            let outside = (-foot).max(foot - 1.0);
+            let is_part = turned <= PART && beside <= PART * length && outside <= PART;
+            is_part.then_some((edge, foot.clamp(0.0, 1.0), outside))
+        });
+        let (edge, foot, _) = best.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let pair = Pair {
+            main: vertex as u32,
+            target: edge,
+        };
+        Some((pair, [foot, 0.0]))
     }
 
     fn classify(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> (ContactKind, f64) {

@@ -230,6 +230,29 @@ impl<const D: usize> Operator<D> {
     }
 }
 
+/// A material point on a feature, wherever the mesh has its nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mark<const D: usize> {
+    /// Place at rest, m.
+    pub(crate) place: [f64; D],
+    /// What kind of feature it is on.
+    pub(crate) on: Feature<D>,
+}
+
+/// A kind of feature, at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Feature<const D: usize> {
+    Vertex,
+    /// Of this unit direction, or the opposite one.
+    Edge([f64; D]),
+    /// Of this outward unit normal; in the plane an edge.
+    Face([f64; D]),
+}
+
+/// Angle at rest, rad, up to which parts of one flat face or straight edge differ; and how
+/// far a mark on either lies beside it, over its size.
+pub(super) const PART: f64 = 1e-6;
+
 /// The surfaces of all blocks: features, and the geometry of their pairs.
 pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Nodes of a main feature.
@@ -326,6 +349,15 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     }
     /// Relative motion of the pair with the target point anchored at `foot`.
     fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Operator<D>;
+    /// Where the points of a pair with this `foot` are: on the main and on the target.
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<D>) -> [Mark<D>; 2];
+    /// The pair with its points there, on blocks of these nodes, and its foot.
+    fn at_marks(
+        &self,
+        marks: &[Mark<D>; 2],
+        nodes: [Range<u32>; 2],
+        rest: Positions<D>,
+    ) -> Option<(Pair, [f64; 2])>;
     /// Configuration of the two blocks at the pair, and its tributary area, m².
     fn classify(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> (ContactKind, f64);
 }

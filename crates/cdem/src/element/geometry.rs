@@ -82,10 +82,12 @@ pub(super) struct View<'a, const D: usize, const N: usize, const Q: usize> {
 }
 
 impl<const D: usize, const N: usize, const Q: usize> Geometry<D, N, Q> {
-    /// `members` are (number in `elements`, material), ascending.
+    /// `members` are (number in `elements`, material), ascending; `weight` is the share of
+    /// its volume that an element stands for.
     pub(super) fn new(
         kind: ElementKind,
         elements: &[Element],
+        weight: impl Fn(u32) -> f64,
         members: &[(u32, u32)],
         rest: Arc<[[f64; D]]>,
         moduli: Arc<[Moduli]>,
@@ -112,7 +114,10 @@ impl<const D: usize, const N: usize, const Q: usize> Geometry<D, N, Q> {
             geometry
                 .gradients
                 .push(points.each_ref().map(|p| p.gradients));
-            geometry.volumes.push(points.each_ref().map(|p| p.volume));
+            let weight = weight(element);
+            geometry
+                .volumes
+                .push(points.each_ref().map(|p| weight * p.volume));
         }
         geometry
     }

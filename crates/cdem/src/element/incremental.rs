@@ -1,5 +1,6 @@
 //! The paper's (2): incremental kinematics with objective rotation of stress.
 
+use super::Past;
 use super::geometry::{self, Nodal, View};
 use super::set::{Formulation, StressIntegral};
 use super::tensor::{self, Tensor};
@@ -146,8 +147,43 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         integral
     }
 
+    fn past(&self, i: usize, element: View<D, N, Q>) -> Option<Past<D>> {
+        let record = self.record::<D, N, Q>(i);
+        let volume: f64 = element.volumes.iter().sum();
+        let mean = |k: usize, l: usize| {
+            let points = element.volumes.iter().enumerate();
+            let all = points.map(|(q, share)| share * record.stress[q * D + k][l]);
+            all.sum::<f64>() / volume
+        };
+        Some(Past {
+            stress: tensor::filled(mean),
+            work: record.work,
+            volume,
+        })
+    }
+
+    fn set_past(&mut self, i: usize, element: View<D, N, Q>, past: &Past<D>, u: &Nodal<D, N>) {
+        let mut force = [[0.0; D]; N];
+        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+            let first_piola = first_piola(&past.stress, gradients, u);
+            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+        }
+        geometry::balance(&mut force);
+        let volume: f64 = element.volumes.iter().sum();
+        let known = self.record::<D, N, Q>(i).work;
+        let past = Increment {
+            stress: [past.stress; Q],
+            work: past.work / past.volume * volume - known,
+        };
+        self.commit(i, u, &force, past);
+    }
+
     fn history(&self) -> &[f64] {
         &self.history
+    }
+
+    fn history_mut(&mut self) -> &mut [f64] {
+        &mut self.history
     }
 }
 

@@ -22,7 +22,7 @@ mod total;
 use std::sync::Arc;
 
 use crate::material::Elastic;
-use crate::mesh::{ElementKind, Mesh};
+use crate::mesh::{ElementKind, Mesh, Parts};
 use crate::scene::{Kinematics, Plane};
 use geometry::{Geometry, Moduli};
 use incremental::Incremental;
@@ -52,6 +52,32 @@ pub(crate) struct Deformation {
     pub min_stretch: f64,
     /// Largest principal stretch in the space of the mesh.
     pub max_stretch: f64,
+}
+
+/// What an element of incremental kinematics knows of its past.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Past<const D: usize> {
+    /// Cauchy stress, the mean over its volume at rest, Pa.
+    pub(crate) stress: [[f64; D]; D],
+    /// Work done on it, J, and that volume, m³.
+    pub(crate) work: f64,
+    pub(crate) volume: f64,
+}
+
+impl<const D: usize> Past<D> {
+    /// Of several elements together.
+    pub(crate) fn of_all(parts: &[Self]) -> Option<Self> {
+        let volume: f64 = parts.iter().map(|part| part.volume).sum();
+        let mean = |k: usize, l: usize| {
+            let all = parts.iter().map(|part| part.volume * part.stress[k][l]);
+            all.sum::<f64>() / volume
+        };
+        (!parts.is_empty()).then(|| Self {
+            stress: std::array::from_fn(|k| std::array::from_fn(|l| mean(k, l))),
+            work: parts.iter().map(|part| part.work).sum(),
+            volume,
+        })
+    }
 }
 
 /// Elements of one shape and one kinematic formulation, as arrays.
@@ -148,6 +174,19 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// components of a node together, into the first (N·D)² entries of `out`.
     fn stiffness(&self, i: usize, out: &mut [f64]);
 
+    /// All that element `i` keeps from kick to kick; nothing where only the present counts.
+    fn record(&self, i: usize) -> &[f64];
+
+    /// Gives element `i` what the same element of another set has kept.
+    fn set_record(&mut self, i: usize, record: &[f64]);
+
+    /// What element `i` knows of its past up to its last kick, if that matters.
+    fn past(&self, i: usize) -> Option<Past<D>>;
+
+    /// Gives element `i` the past of one, or of a part of one, that is deformed as it is
+    /// now: so much a volume.
+    fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]);
+
     /// Bytes per element.
     fn memory(&self) -> usize;
 }
@@ -236,9 +275,22 @@ impl<const D: usize> Model<'_, D> {
         members: Vec<(u32, u32)>,
     ) -> Box<dyn ElementSet<D>> {
         let (rest, moduli) = (Arc::clone(&self.rest), Arc::clone(&self.moduli));
-        let elements = &self.mesh.elements;
-        let geometry =
-            Geometry::<D, N, Q>::new(kind, elements, &members, rest, moduli, self.thickness);
+        let Mesh {
+            elements, parts, ..
+        } = self.mesh;
+        let weight = |element: u32| {
+            let of = |parts: &Parts| parts.weight[element as usize];
+            parts.as_ref().map_or(1.0, of)
+        };
+        let geometry = Geometry::<D, N, Q>::new(
+            kind,
+            elements,
+            weight,
+            &members,
+            rest,
+            moduli,
+            self.thickness,
+        );
         match kinematics {
             Kinematics::Total => Box::new(Set::new(geometry, Total)),
             Kinematics::Incremental => {

@@ -3,7 +3,7 @@
 use super::frequency;
 use super::geometry::{self, Geometry, Nodal, View};
 use super::tensor::{self, Tensor};
-use super::{Deformation, ElementSet};
+use super::{Deformation, ElementSet, Past};
 use crate::scene::Kinematics;
 use crate::vector::sub;
 
@@ -56,9 +56,29 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         displacement: &Nodal<D, N>,
     ) -> StressIntegral<D>;
 
-    /// The history, if any.
+    /// What element `i` knows of its past, if that matters.
+    fn past(&self, _i: usize, _element: View<D, N, Q>) -> Option<Past<D>> {
+        None
+    }
+
+    /// Gives element `i`, deformed by `displacement` now, that past.
+    fn set_past(
+        &mut self,
+        _i: usize,
+        _element: View<D, N, Q>,
+        _past: &Past<D>,
+        _displacement: &Nodal<D, N>,
+    ) {
+    }
+
+    /// The records of all elements, if any, of the same length each.
     fn history(&self) -> &[f64] {
         &[]
+    }
+
+    /// The same, to be changed.
+    fn history_mut(&mut self) -> &mut [f64] {
+        &mut []
     }
 }
 
@@ -302,6 +322,27 @@ where
                     element.stiffness((row / D, row % D), (column / D, column % D));
             }
         }
+    }
+
+    fn record(&self, i: usize) -> &[f64] {
+        let all = self.formulation.history();
+        let length = all.len() / self.len();
+        &all[i * length..][..length]
+    }
+
+    fn set_record(&mut self, i: usize, record: &[f64]) {
+        let all = self.formulation.history_mut();
+        all[i * record.len()..][..record.len()].copy_from_slice(record);
+    }
+
+    fn past(&self, i: usize) -> Option<Past<D>> {
+        self.formulation.past(i, self.geometry.view(i))
+    }
+
+    fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]) {
+        let u = self.relative(i, displacement);
+        self.formulation
+            .set_past(i, self.geometry.view(i), past, &u);
     }
 
     fn memory(&self) -> usize {

@@ -102,6 +102,9 @@ impl<const D: usize> Mesh<D> {
     /// Facets that belong to exactly one element of their block, sorted.
     #[must_use]
     pub fn boundary_facets(&self) -> Vec<Facet> {
+        if let Some(parts) = &self.parts {
+            return parts.boundary.clone();
+        }
         let mut all = Vec::new();
         for block in &self.blocks {
             let first = block.elements.start;

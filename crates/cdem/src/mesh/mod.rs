@@ -48,6 +48,22 @@ pub struct Mesh<const D: usize> {
     pub groups: Vec<Group>,
     /// What was noticed that is not wrong, for the user to read.
     pub notes: Vec<String>,
+    /// What elements have come of, where some are refined.
+    pub(crate) parts: Option<Parts>,
+}
+
+/// What the elements of a refined mesh have come of, and what they do not tell
+/// themselves, as some may lie in each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Parts {
+    /// Boundary facets, sorted.
+    pub(crate) boundary: Vec<Facet>,
+    /// The element of the base mesh that each element was, or is a part of.
+    pub(crate) root: Vec<u32>,
+    /// Share of its volume that each element stands for.
+    pub(crate) weight: Vec<f64>,
+    /// How often each has been bisected.
+    pub(crate) generation: Vec<u8>,
 }
 
 impl<const D: usize> Mesh<D> {
@@ -79,6 +95,26 @@ impl<const D: usize> Mesh<D> {
                 origins: several.iter().map(|g| g.origin.clone()).collect(),
             }),
         }
+    }
+}
+
+impl<const D: usize> Mesh<D> {
+    /// How often the edges of an element have been halved, on the whole.
+    pub(crate) fn halvings(&self, element: usize) -> u8 {
+        let parts = self.parts.as_ref();
+        parts.map_or(0, |parts| parts.generation[element] / D as u8)
+    }
+
+    /// The same of the finest of the elements around each node.
+    pub(crate) fn halvings_at_nodes(&self) -> Vec<u8> {
+        let mut halvings = vec![0; self.nodes.len()];
+        for (number, element) in self.elements.iter().enumerate() {
+            for &node in element.nodes() {
+                let of_node: &mut u8 = &mut halvings[node as usize];
+                *of_node = self.halvings(number).max(*of_node);
+            }
+        }
+        halvings
     }
 }
 

@@ -1,15 +1,17 @@
 //! From scene and mesh to a model.
 
 use super::caution::cautions;
-use super::pace::Pace;
+use super::pace::{CAREFUL, Pace};
 use super::prescribed::Prescribed;
 use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad, names};
-use crate::contact::{Contacts, MakeSurface};
+use crate::contact::Contacts;
 use crate::element::{self, BlockProperties, ElementSet};
 use crate::mass::{self, Masses};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, MeshError};
-use crate::scene::{BoundaryTarget, Scene};
+use crate::refinement::{Cover, Foundation, SecondScale};
+use crate::scene::{BoundaryTarget, ContactModel, Scene};
+use crate::space::Space;
 use crate::vector::{add, cross, pad, sub, truncate};
 
 /// Of light in vacuum, m/s.
@@ -21,24 +23,35 @@ impl<const D: usize> Model<D> {
     pub(crate) fn build(
         scene: &mut Scene,
         mesh: Mesh<D>,
-        make_surface: MakeSurface<D>,
-    ) -> Result<(Self, State<D>, Option<Contacts<D>>), ModelError> {
+        space: Space<D>,
+    ) -> Result<Built<D>, ModelError> {
         names::refuse_unknown(scene, &mesh)?;
-        let thickness = if D == 2 { scene.thickness } else { 1.0 };
+        let thickness = thickness::<D>(scene);
         let Bodies {
             sets,
             masses,
             blocks,
         } = bodies(scene, &mesh, thickness)?;
-        let pace = Pace::new(&mesh, &sets, &masses, &blocks, scene.time.safety)?;
+        let is_refined = scene.contact.model == ContactModel::TwoScale && mesh.blocks.len() > 1;
+        let safety = if is_refined {
+            scene.time.safety.min(CAREFUL)
+        } else {
+            scene.time.safety
+        };
+        let pace = Pace::new(&mesh, &sets, &masses, &blocks, safety)?;
         let (step, step_count) = pace.choose_step(scene)?;
         let limits = pace.extremes();
         let shortest = pace.shortest(&mesh);
         let base_level = pace.levels(&mesh, step)?;
         let tolerance = contact_tolerance(scene, &mesh)?;
         let mut contacts = (mesh.blocks.len() > 1)
-            .then(|| make_surface(scene, &mesh, tolerance))
+            .then(|| (space.surface)(&mesh, thickness, tolerance))
             .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
+        let second_scale = is_refined.then(|| {
+            let levels = (base_level.clone(), step);
+            let foundation = Foundation::new(scene, &mesh, masses.clone(), levels, space);
+            SecondScale::new(foundation)
+        });
         let mut model = Self {
             inertia: inertia_of(&masses),
             gravity: scene.gravity.clone(),
@@ -56,7 +69,7 @@ impl<const D: usize> Model<D> {
             end: scene.time.end,
             base_level,
         };
-        model.loads = model.surface_loads(scene, thickness)?;
+        model.loads = model.surface_loads(scene)?;
         model.prescribed = model.prescribed_motions(scene)?;
         let state = model.initial_state(scene);
         model.refuse_speed(&state)?;
@@ -65,14 +78,30 @@ impl<const D: usize> Model<D> {
         if let Some(contacts) = &mut contacts {
             contacts.close_initial(model.positions(&state), &model.inertia);
         }
-        Ok((model, state, contacts))
+        Ok(Built {
+            model,
+            state,
+            contacts,
+            second_scale,
+        })
     }
 
-    fn surface_loads(
-        &self,
-        scene: &Scene,
-        thickness: f64,
-    ) -> Result<Vec<SurfaceLoad<D>>, ModelError> {
+    /// Makes the model anew for a refined mesh of the same blocks, at `time`.
+    pub(crate) fn remesh(&mut self, second_scale: &SecondScale<D>, time: f64) {
+        let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
+        self.mesh = second_scale.mesh();
+        self.sets = foundation.all_sets(&self.mesh);
+        self.place = places(&self.sets, self.mesh.elements.len());
+        self.block_of = block_of(&self.mesh);
+        self.inertia = refined_inertia(foundation, covers, &self.mesh);
+        self.base_level = refined_levels(foundation, covers, &self.mesh);
+        let had = "the mesh before refinement had these groups";
+        self.loads = self.surface_loads(&foundation.scene).expect(had);
+        self.prescribed = self.prescribed_motions(&foundation.scene).expect(had);
+        self.hold(time);
+    }
+
+    fn surface_loads(&self, scene: &Scene) -> Result<Vec<SurfaceLoad<D>>, ModelError> {
         let mut loads = Vec::new();
         for (number, load) in scene.load.iter().enumerate() {
             let key = format!("load[{number}].group");
@@ -92,6 +121,7 @@ impl<const D: usize> Model<D> {
                     group: load.group.clone(),
                 });
             }
+            let thickness = thickness::<D>(scene);
             loads.push(SurfaceLoad::new(load, facets, &self.mesh, thickness));
         }
         Ok(loads)
@@ -244,6 +274,16 @@ impl<const D: usize> Model<D> {
     }
 }
 
+/// A run at its start.
+pub(crate) struct Built<const D: usize> {
+    pub(crate) model: Model<D>,
+    pub(crate) state: State<D>,
+    /// Where blocks may touch.
+    pub(crate) contacts: Option<Contacts<D>>,
+    /// Where they are refined then.
+    pub(crate) second_scale: Option<SecondScale<D>>,
+}
+
 /// What the blocks are made of.
 struct Bodies<const D: usize> {
     sets: Vec<Box<dyn ElementSet<D>>>,
@@ -285,6 +325,11 @@ fn bodies<const D: usize>(
         masses,
         blocks,
     })
+}
+
+/// Thickness of the blocks, m; 1 in space.
+pub(crate) fn thickness<const D: usize>(scene: &Scene) -> f64 {
+    if D == 2 { scene.thickness } else { 1.0 }
 }
 
 /// Block of each node.
@@ -348,7 +393,8 @@ fn refuse_overlap<const D: usize>(
     })
 }
 
-fn properties(scene: &Scene, source: usize) -> BlockProperties {
+/// What the elements of a block of the scene are made of.
+pub(crate) fn properties(scene: &Scene, source: usize) -> BlockProperties {
     let block = &scene.block[source];
     let material = scene
         .material
@@ -376,4 +422,49 @@ fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
         .map(|block| (block.first_node as usize, block.matrix.clone()))
         .collect();
     Inertia::new(masses.nodal.clone(), dense)
+}
+
+/// Masses of a mesh with covers over some blocks.
+fn refined_inertia<const D: usize>(
+    foundation: &Foundation<D>,
+    covers: &[Option<Cover<D>>],
+    mesh: &Mesh<D>,
+) -> Inertia<D> {
+    let mut nodal = Vec::with_capacity(mesh.nodes.len());
+    for (block, cover) in foundation.mesh.blocks.iter().zip(covers) {
+        let nodes = block.nodes.start as usize..block.nodes.end as usize;
+        match cover {
+            Some(cover) => nodal.extend(&cover.mass),
+            None => nodal.extend(&foundation.masses.nodal[nodes]),
+        }
+    }
+    let dense = foundation.masses.consistent.iter();
+    let dense = dense.filter(|dense| covers[dense.block as usize].is_none());
+    let dense = dense.map(|dense| {
+        let first = mesh.blocks[dense.block as usize].nodes.start;
+        (first as usize, dense.matrix.clone())
+    });
+    Inertia::new(nodal, dense.collect())
+}
+
+/// Levels of the elements of such a mesh by their own stable steps.
+fn refined_levels<const D: usize>(
+    foundation: &Foundation<D>,
+    covers: &[Option<Cover<D>>],
+    mesh: &Mesh<D>,
+) -> Vec<u8> {
+    let roots = mesh.parts.iter().flat_map(|parts| &parts.root);
+    let mut levels: Vec<u8> = if mesh.parts.is_some() {
+        roots.map(|&root| foundation.level[root as usize]).collect()
+    } else {
+        foundation.level.clone()
+    };
+    for (block, cover) in mesh.blocks.iter().zip(covers) {
+        let own = block.elements.start as usize..block.elements.end as usize;
+        let changed = cover.iter().flat_map(|cover| &cover.level);
+        for (level, changed) in levels[own].iter_mut().zip(changed) {
+            *level = changed.unwrap_or(*level);
+        }
+    }
+    levels
 }

@@ -208,6 +208,23 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
+    /// Gives the free components of the nodes from `first` on the velocities that these
+    /// momenta ask for, N·s, held ones being what they are.
+    pub(crate) fn solve(&self, first: usize, momenta: &[[f64; D]], velocity: &mut [[f64; D]]) {
+        for (k, of_node) in velocity.iter_mut().enumerate() {
+            let held = self.held(first + k);
+            let mut wanted = [0.0; D];
+            for (other, inverse) in self.column(first + k) {
+                for c in 0..D {
+                    wanted[c] += inverse[c] * momenta[other as usize - first][c];
+                }
+            }
+            for c in (0..D).filter(|&c| !held[c]) {
+                of_node[c] = wanted[c];
+            }
+        }
+    }
+
     /// Momentum M·v that belongs to `node`, N·s.
     pub(crate) fn momentum(&self, node: usize, velocity: &[[f64; D]]) -> [f64; D] {
         self.weighted(node, |node| velocity[node])

@@ -7,7 +7,7 @@ pub(crate) mod inertia;
 mod load;
 pub(crate) mod motion;
 pub(crate) mod names;
-mod pace;
+pub(crate) mod pace;
 pub(crate) mod prescribed;
 
 pub use error::ModelError;
@@ -113,12 +113,17 @@ impl<const D: usize> Model<D> {
         let mut energy = 0.0;
         for (block, data) in self.blocks.iter().enumerate() {
             if !data.fixed {
-                let elements = self.elements(block).map(|e| self.place[e]);
-                energy += elements
-                    .map(|(set, i)| self.sets[set as usize].strain_energy(i as usize, displacement))
-                    .sum::<f64>();
+                energy += self.strain_energy_of(block, displacement);
             }
         }
         energy
+    }
+
+    /// Strain energy of the elements of a block, J.
+    pub(crate) fn strain_energy_of(&self, block: usize, displacement: &[[f64; D]]) -> f64 {
+        let elements = self.elements(block).map(|e| self.place[e]);
+        elements
+            .map(|(set, i)| self.sets[set as usize].strain_energy(i as usize, displacement))
+            .sum()
     }
 }

@@ -18,7 +18,7 @@ const MAX_STEPS: f64 = 9e15;
 /// level changes pumps energy there (a thousand changes: 1 % at 0.5, growth
 /// without bound at 0.8). And a block of few nodes has all its vibrations near
 /// the limit, 16 to 24 % too fast at safety 0.8 to 0.9, 5 % at 0.5.
-const CAREFUL: f64 = 0.5;
+pub(crate) const CAREFUL: f64 = 0.5;
 
 /// How fast elements may go.
 pub(super) struct Pace {

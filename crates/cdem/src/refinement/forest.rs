@@ -42,6 +42,8 @@ pub(crate) struct Leaf<'a, C> {
     /// Share of its volume that it stands for: 1, or ½ where two simplices lie in each
     /// other (see [`star`]).
     pub(crate) weight: f64,
+    /// How often it has been bisected.
+    pub(crate) generation: u8,
 }
 
 /// Elements that are refined, and what they have become.
@@ -128,6 +130,7 @@ impl<const D: usize, C: Cell> Forest<D, C> {
                 Origin::Element | Origin::Piece => 1.0,
                 Origin::Half { .. } => 0.5,
             },
+            generation: tree.generation,
         })
     }
 

@@ -8,7 +8,9 @@
 
 mod base;
 mod cell;
+mod cover;
 mod forest;
+mod foundation;
 mod mass;
 mod momenta;
 mod nesting;
@@ -16,10 +18,21 @@ mod overlay;
 #[cfg(test)]
 mod overlay_tests;
 mod refined;
+mod second_scale;
 mod star;
 #[cfg(test)]
 mod tests;
+mod transfer;
+mod zone;
 
 pub(crate) use base::Base;
-pub(crate) use cell::{Cell, Tetrahedron, Triangle};
-pub(crate) use forest::Forest;
+#[cfg(test)]
+use cell::{Cell, Tetrahedron, Triangle};
+pub(crate) use cover::Cover;
+#[cfg(test)]
+use forest::Forest;
+pub(crate) use foundation::Foundation;
+pub(crate) use momenta::{Body, Momenta};
+pub(crate) use overlay::{MakeOverlay, plane_overlay, solid_overlay};
+pub(crate) use second_scale::{Change, Encounter, SecondScale};
+pub(crate) use transfer::{Transfer, predecessors};

@@ -49,29 +49,42 @@ impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Body<'_, D, M> {
         (mass, add(&origin, &scale(1.0 / mass, &first)))
     }
 
+    /// Rate at which it turns with an angular momentum about its centre, rad/s.
+    pub(crate) fn spin_of(&self, angular: &[f64; 3]) -> [f64; 3] {
+        let (_, centre) = self.centre();
+        self.spin(&centre, angular)
+    }
+
+    fn spin(&self, centre: &[f64; D], angular: &[f64; 3]) -> [f64; 3] {
+        let about = |axis: usize| {
+            let mut spin = [0.0; 3];
+            spin[axis] = 1.0;
+            let arm = |point: &[f64; D]| pad(&sub(point, centre));
+            let turned = self
+                .points
+                .iter()
+                .map(|point| truncate(&cross(&spin, &arm(point))));
+            self.momenta(&turned.collect::<Vec<_>>(), centre).angular
+        };
+        if D == 2 {
+            return [0.0, 0.0, angular[2] / about(2)[2]];
+        }
+        let columns = [0, 1, 2].map(|axis| Vector3::from(about(axis)));
+        let inertia = Matrix3::from_columns(&columns);
+        let spin = inertia.lu().solve(&Vector3::from(*angular));
+        spin.unwrap_or_default().into()
+    }
+
     /// Adds the rigid motion to `velocities` that gives it the momenta `wanted` about
     /// its centre.
     pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &Momenta) {
         let (mass, centre) = self.centre();
         let arm = |node: usize| pad(&sub(&self.points[node], &centre));
-        let about = |axis: usize| {
-            let mut spin = [0.0; 3];
-            spin[axis] = 1.0;
-            let turned = (0..self.points.len()).map(|node| truncate(&cross(&spin, &arm(node))));
-            self.momenta(&turned.collect::<Vec<_>>(), &centre).angular
-        };
         // A second time for the round-off of the first.
         for _ in 0..2 {
             let now = self.momenta(velocities, &centre);
             let lack = sub(&wanted.angular, &now.angular);
-            let spin = if D == 2 {
-                [0.0, 0.0, lack[2] / about(2)[2]]
-            } else {
-                let columns = [0, 1, 2].map(|axis| Vector3::from(about(axis)));
-                let inertia = Matrix3::from_columns(&columns);
-                let spin = inertia.lu().solve(&Vector3::from(lack));
-                spin.unwrap_or_default().into()
-            };
+            let spin = self.spin(&centre, &lack);
             let shift = scale(1.0 / mass, &sub(&wanted.linear, &now.linear));
             for (node, velocity) in velocities.iter_mut().enumerate() {
                 let change = add(&shift, &cross(&spin, &arm(node)));

@@ -41,15 +41,15 @@ impl<'a, const D: usize> Nesting<'a, D> {
     /// What the fine nodes have if the coarse ones have these values: new ones have the
     /// mean of those between which they lie. What varies linearly in an element is
     /// interpolated exactly.
-    pub(crate) fn spread(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
-        let mut fine: Vec<[f64; D]> = Vec::with_capacity(self.coarse_of.len());
+    pub(crate) fn spread<const C: usize>(&self, coarse: &[[f64; C]]) -> Vec<[f64; C]> {
+        let mut fine: Vec<[f64; C]> = Vec::with_capacity(self.coarse_of.len());
         for (node, number) in self.coarse_of.iter().enumerate() {
             fine.push(match number {
                 Some(number) => coarse[*number as usize],
                 None => {
                     let parents = &self.fine.parents[node - self.fine.base_count];
                     let of = parents.iter().map(|&parent| &fine[parent as usize]);
-                    let sum = of.fold([0.0; D], |sum, value| add(&sum, value));
+                    let sum = of.fold([0.0; C], |sum, value| add(&sum, value));
                     scale(1.0 / parents.len() as f64, &sum)
                 }
             });
@@ -57,7 +57,29 @@ impl<'a, const D: usize> Nesting<'a, D> {
         fine
     }
 
-    /// The transpose of that: what fine nodes have that are not coarse ones goes to those
+    /// What the coarse nodes have of a fine field.
+    pub(crate) fn pick<const C: usize>(&self, fine: &[[f64; C]]) -> Vec<[f64; C]> {
+        let of = |&node: &u32| fine[node as usize];
+        self.fine_of.iter().map(of).collect()
+    }
+
+    /// Coarse nodes between which no other node of the fine mesh lies.
+    pub(crate) fn stays(&self) -> Vec<bool> {
+        let mut stays = vec![true; self.coarse_of.len()];
+        for node in (self.fine.base_count..stays.len()).rev() {
+            if self.coarse_of[node].is_none() {
+                for &parent in &self.fine.parents[node - self.fine.base_count] {
+                    stays[parent as usize] = false;
+                }
+            }
+        }
+        self.fine_of
+            .iter()
+            .map(|&node| stays[node as usize])
+            .collect()
+    }
+
+    /// The transpose of [`Self::spread`]: what fine nodes have that are not coarse ones goes to those
     /// between which they lie, in equal parts.
     pub(crate) fn gather(&self, mut fine: Vec<[f64; D]>) -> Vec<[f64; D]> {
         for node in (self.fine.base_count..fine.len()).rev() {

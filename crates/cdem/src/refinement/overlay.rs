@@ -1,7 +1,7 @@
 //! A block with some of its elements replaced.
 
 use super::base::Base;
-use super::cell::Cell;
+use super::cell::{Cell, Tetrahedron, Triangle};
 use super::forest::Forest;
 use crate::mesh::{Element, ElementKind, Mesh};
 use crate::vector::{add, scale};
@@ -17,10 +17,50 @@ pub(crate) struct Overlay<const D: usize> {
     pub(crate) points: Vec<[f64; D]>,
     /// The nodes between which each new node lies, all of the same weight.
     pub(super) parents: Vec<Vec<u32>>,
+    /// The nodes before between which each new node lies, its parents being in turn.
+    hulls: Vec<Vec<u32>>,
     /// Elements of the mesh that are replaced, ascending.
     pub(crate) replaced: Vec<u32>,
-    /// What replaces them.
+    /// What replaces them, in the same order.
     pub(crate) elements: Vec<SubElement>,
+}
+
+/// Whether an element with corners there, m, is to be smaller.
+pub(crate) type Wanted<'a, const D: usize> = &'a dyn Fn(&[[f64; D]]) -> bool;
+
+/// Overlays a block of the mesh, where anything is wanted smaller.
+pub(crate) type MakeOverlay<const D: usize> =
+    fn(Base<D>, &Mesh<D>, usize, Wanted<D>) -> Option<Overlay<D>>;
+
+/// Overlays of triangles.
+pub(crate) fn plane_overlay(
+    base: Base<2>,
+    mesh: &Mesh<2>,
+    block: usize,
+    wanted: Wanted<2>,
+) -> Option<Overlay<2>> {
+    overlay::<2, Triangle>(base, mesh, block, wanted)
+}
+
+/// Overlays of tetrahedra.
+pub(crate) fn solid_overlay(
+    base: Base<3>,
+    mesh: &Mesh<3>,
+    block: usize,
+    wanted: Wanted<3>,
+) -> Option<Overlay<3>> {
+    overlay::<3, Tetrahedron>(base, mesh, block, wanted)
+}
+
+fn overlay<const D: usize, C: Cell>(
+    base: Base<D>,
+    mesh: &Mesh<D>,
+    block: usize,
+    wanted: Wanted<D>,
+) -> Option<Overlay<D>> {
+    let elements: Vec<u32> = mesh.blocks[block].elements.clone().collect();
+    let forest: Forest<D, C> = Forest::new(base, &elements, wanted);
+    Overlay::new(mesh, base, block, &forest)
 }
 
 /// A simplex in the place of an element, or of a part of it.
@@ -31,6 +71,8 @@ pub(crate) struct SubElement {
     pub(crate) root: u32,
     /// Share of its volume that it stands for.
     pub(crate) weight: f64,
+    /// How often it has been bisected.
+    pub(crate) generation: u8,
 }
 
 impl<const D: usize> Overlay<D> {
@@ -52,39 +94,46 @@ impl<const D: usize> Overlay<D> {
         } else {
             ElementKind::Tet4
         };
-        let elements = forest.leaves().map(|leaf| {
+        let mut leaves: Vec<_> = forest.leaves().collect();
+        leaves.sort_by_key(|leaf| leaf.root);
+        let elements = leaves.into_iter().map(|leaf| {
             let nodes: Vec<u32> = leaf.cell.nodes().iter().map(|&n| local(n)).collect();
             SubElement {
                 element: Element::new(kind, &nodes),
                 root: leaf.root,
                 weight: leaf.weight,
+                generation: leaf.generation,
             }
         });
         let new = (0..forest.parents().len()).map(|k| (mesh.nodes.len() + k) as u32);
         let all = nodes.clone().chain(new);
         let parents = forest.parents().iter();
+        let parents: Vec<Vec<u32>> = parents
+            .map(|parents| parents.nodes().iter().map(|&n| local(n)).collect())
+            .collect();
         let mut replaced: Vec<u32> = forest.roots().collect();
         replaced.sort_unstable();
         (!replaced.is_empty()).then(|| Self {
             base_count,
             points: all.map(|node| forest.point(base, node)).collect(),
-            parents: parents
-                .map(|parents| parents.nodes().iter().map(|&n| local(n)).collect())
-                .collect(),
+            hulls: hulls(base_count, &parents),
+            parents,
             replaced,
             elements: elements.collect(),
         })
     }
 
-    /// Which nodes lie on a facet, by its nodes in the base mesh.
-    pub(super) fn on_facet(&self, facet: &[u32]) -> Vec<bool> {
-        let mut lies: Vec<bool> = (0..self.base_count as u32)
-            .map(|n| facet.contains(&n))
-            .collect();
-        for parents in &self.parents {
-            lies.push(parents.iter().all(|&node| lies[node as usize]));
+    /// Whether an element of the mesh is replaced.
+    pub(super) fn replaces(&self, element: u32) -> bool {
+        self.replaced.binary_search(&element).is_ok()
+    }
+
+    /// Whether a node lies on a facet, by the nodes of that in the base mesh.
+    pub(super) fn lies_on(&self, node: u32, facet: &[u32]) -> bool {
+        match (node as usize).checked_sub(self.base_count) {
+            None => facet.contains(&node),
+            Some(new) => self.hulls[new].iter().all(|node| facet.contains(node)),
         }
-        lies
     }
 
     /// Gradients of the shape functions of each element, 1/m, and its volume, m^D, the
@@ -124,12 +173,14 @@ impl<const D: usize> Overlay<D> {
     }
 
     /// Volume of each element, m^D, the weight included.
-    pub(crate) fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
+    #[cfg(test)]
+    pub(super) fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
         self.gradients().map(|(_, volume)| volume)
     }
 
     /// Row sums of the mass matrix of the new elements, kg, for a `density`, kg/m^D.
-    pub(crate) fn lumped(&self, density: f64) -> Vec<f64> {
+    #[cfg(test)]
+    pub(super) fn lumped(&self, density: f64) -> Vec<f64> {
         let mut masses = vec![0.0; self.points.len()];
         for (sub, volume) in self.elements.iter().zip(self.volumes()) {
             for &node in sub.element.nodes() {
@@ -138,4 +189,22 @@ impl<const D: usize> Overlay<D> {
         }
         masses
     }
+}
+
+/// The first `count` nodes between which new ones lie, by the parents of these.
+fn hulls(count: usize, parents: &[Vec<u32>]) -> Vec<Vec<u32>> {
+    let mut hulls: Vec<Vec<u32>> = Vec::with_capacity(parents.len());
+    for parents in parents {
+        let mut hull = Vec::new();
+        for &parent in parents {
+            match (parent as usize).checked_sub(count) {
+                None => hull.push(parent),
+                Some(new) => hull.extend(&hulls[new]),
+            }
+        }
+        hull.sort_unstable();
+        hull.dedup();
+        hulls.push(hull);
+    }
+    hulls
 }

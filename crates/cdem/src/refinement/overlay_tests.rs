@@ -4,7 +4,7 @@ use super::mass::Moments;
 use super::momenta::Body;
 use super::nesting::Nesting;
 use super::overlay::Overlay;
-use super::refined::Refined;
+use super::refined::refined;
 use super::tests::{Ground, size, volume};
 use super::{Cell, Forest, Tetrahedron, Triangle};
 use crate::element::tests::kinds;
@@ -215,8 +215,8 @@ fn groups_stay<const D: usize, C: Cell>() {
             let ground = Ground::<D>::random(kind, &mut rng);
             let forest = ground.refined::<C>(&mut rng);
             let overlay = Overlay::new(&ground.mesh, ground.base(), 0, &forest);
-            let refined = Refined::new(&ground.mesh, std::slice::from_ref(&overlay));
-            let [before, after] = [&ground.mesh, &refined.mesh];
+            let refined = refined(&ground.mesh, &[overlay.as_ref()]);
+            let [before, after] = [&ground.mesh, &refined];
             assert_eq!(
                 after.nodes.len(),
                 before.nodes.len() + forest.parents().len()
@@ -239,8 +239,8 @@ fn groups_stay<const D: usize, C: Cell>() {
                 nodes.dedup();
                 assert_eq!(nodes, new.nodes, "{kind:?} {seed}");
             }
-            let whole = Refined::new(&ground.mesh, &[None]);
-            assert_eq!(whole.mesh, ground.mesh);
+            let whole = super::refined::refined(&ground.mesh, &[None]);
+            assert_eq!(whole, ground.mesh);
         }
     }
 }

@@ -1,49 +1,90 @@
 //! The mesh of all blocks, with overlays over some of them.
 
-use super::overlay::Overlay;
-use crate::mesh::{Block, Element, Facet, Group, Mesh};
+use std::ops::Range;
 
-/// A mesh like any other, and where it has come from. The nodes of a block that the base
-/// mesh has come first and in the same order, then the new ones; so its elements.
-#[derive(Clone, Debug)]
-pub(crate) struct Refined<const D: usize> {
-    pub(crate) mesh: Mesh<D>,
-    /// The element of the base mesh that each element was, or is a part of.
-    pub(crate) root: Vec<u32>,
-    /// Share of its volume that each element stands for.
-    pub(crate) weight: Vec<f64>,
+use super::overlay::Overlay;
+use crate::mesh::{Block, Element, Facet, Group, Mesh, Parts};
+
+/// Where the facets of the base mesh have gone.
+struct Facets<'a, const D: usize> {
+    base: &'a Mesh<D>,
+    overlays: &'a [Option<&'a Overlay<D>>],
+    mesh: &'a Mesh<D>,
+    /// Elements in the place of each of the base mesh.
+    of: &'a [Range<u32>],
 }
 
-impl<const D: usize> Refined<D> {
-    /// `base` with an overlay over each block that has one.
-    pub(crate) fn new(base: &Mesh<D>, overlays: &[Option<Overlay<D>>]) -> Self {
-        let mut refined = Self {
-            mesh: Mesh {
-                notes: base.notes.clone(),
-                ..Mesh::default()
-            },
-            root: Vec::new(),
-            weight: Vec::new(),
-        };
-        let mut kept = vec![u32::MAX; base.elements.len()];
-        for (block, overlay) in base.blocks.iter().zip(overlays) {
-            refined.add_block(base, block, overlay.as_ref(), &mut kept);
-        }
-        let groups = base.groups.iter();
-        let groups = groups.map(|group| refined.group(base, overlays, group, &kept));
-        refined.mesh.groups = groups.collect();
-        refined
+/// `base` with an overlay over each block that has one: a mesh like any other. The nodes
+/// of a block that the base mesh has come first and in the same order, then the new
+/// ones; so its elements.
+pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overlay<D>>]) -> Mesh<D> {
+    let mut making = Making {
+        mesh: Mesh {
+            notes: base.notes.clone(),
+            ..Mesh::default()
+        },
+        parts: Parts::default(),
+        of: vec![0..0; base.elements.len()],
+        first: 0,
+    };
+    for (block, overlay) in base.blocks.iter().zip(overlays) {
+        making.add_block(base, block, *overlay);
     }
+    let Making {
+        mut mesh,
+        mut parts,
+        of,
+        ..
+    } = making;
+    let facets = Facets {
+        base,
+        overlays,
+        mesh: &mesh,
+        of: &of,
+    };
+    let groups = base
+        .groups
+        .iter()
+        .map(|group| facets.group(group))
+        .collect();
+    parts.boundary = facets.all(&base.boundary_facets());
+    mesh.groups = groups;
+    let is_refined = overlays.iter().any(Option::is_some);
+    mesh.parts = is_refined.then_some(parts);
+    mesh
+}
 
-    /// Adds a block; elements that it keeps get their numbers in `kept`.
-    fn add_block(
-        &mut self,
-        base: &Mesh<D>,
-        block: &Block,
-        overlay: Option<&Overlay<D>>,
-        kept: &mut [u32],
-    ) {
-        let mesh = &mut self.mesh;
+/// The mesh of one block with its overlay, alone.
+pub(super) fn of_block<const D: usize>(
+    base: &Mesh<D>,
+    block: usize,
+    overlay: &Overlay<D>,
+) -> Mesh<D> {
+    let mut making = Making {
+        mesh: Mesh::default(),
+        parts: Parts::default(),
+        of: vec![0..0; base.blocks[block].elements.len()],
+        first: base.blocks[block].elements.start,
+    };
+    making.add_block(base, &base.blocks[block], Some(overlay));
+    Mesh {
+        parts: Some(making.parts),
+        ..making.mesh
+    }
+}
+
+/// A mesh in the making.
+struct Making<const D: usize> {
+    mesh: Mesh<D>,
+    parts: Parts,
+    /// Elements in the place of each of the base mesh, from the `first` on.
+    of: Vec<Range<u32>>,
+    first: u32,
+}
+
+impl<const D: usize> Making<D> {
+    fn add_block(&mut self, base: &Mesh<D>, block: &Block, overlay: Option<&Overlay<D>>) {
+        let (mesh, parts, of) = (&mut self.mesh, &mut self.parts, &mut self.of);
         let first = [mesh.nodes.len() as u32, mesh.elements.len() as u32];
         let renumbered = |element: &Element, from: u32| {
             let nodes: Vec<u32> = element
@@ -61,20 +102,26 @@ impl<const D: usize> Refined<D> {
             }
         }
         for number in block.elements.clone() {
-            let replaced = |overlay: &Overlay<D>| overlay.replaced.binary_search(&number).is_ok();
-            if overlay.is_some_and(replaced) {
+            if overlay.is_some_and(|overlay| overlay.replaces(number)) {
                 continue;
             }
-            kept[number as usize] = mesh.elements.len() as u32;
+            let now = mesh.elements.len() as u32;
+            of[(number - self.first) as usize] = now..now + 1;
             let element = &base.elements[number as usize];
             mesh.elements.push(renumbered(element, block.nodes.start));
-            self.root.push(number);
-            self.weight.push(1.0);
+            parts.root.push(number);
+            parts.weight.push(1.0);
+            parts.generation.push(0);
         }
         for sub in overlay.iter().flat_map(|overlay| &overlay.elements) {
+            let now = mesh.elements.len() as u32;
+            let of = &mut of[(sub.root - self.first) as usize];
+            of.start = if of.end == 0 { now } else { of.start };
+            of.end = now + 1;
             mesh.elements.push(renumbered(&sub.element, 0));
-            self.root.push(sub.root);
-            self.weight.push(sub.weight);
+            parts.root.push(sub.root);
+            parts.weight.push(sub.weight);
+            parts.generation.push(sub.generation);
         }
         mesh.blocks.push(Block {
             nodes: first[0]..mesh.nodes.len() as u32,
@@ -82,61 +129,67 @@ impl<const D: usize> Refined<D> {
             ..block.clone()
         });
     }
+}
+
+impl<const D: usize> Facets<'_, D> {
+    fn block_of(&self, node: u32) -> usize {
+        let blocks = &self.base.blocks;
+        blocks.partition_point(|block| block.nodes.end <= node)
+    }
 
     /// A group as it is now: new nodes and facets on its facets belong to it.
-    fn group(
-        &self,
-        base: &Mesh<D>,
-        overlays: &[Option<Overlay<D>>],
-        group: &Group,
-        kept: &[u32],
-    ) -> Group {
-        let block_of = |node: u32| base.blocks.partition_point(|block| block.nodes.end <= node);
-        let now = |node: u32| {
-            let block = block_of(node);
-            node - base.blocks[block].nodes.start + self.mesh.blocks[block].nodes.start
+    fn group(&self, group: &Group) -> Group {
+        let now = |&node: &u32| {
+            let block = self.block_of(node);
+            node - self.base.blocks[block].nodes.start + self.mesh.blocks[block].nodes.start
         };
-        let mut nodes: Vec<u32> = group.nodes.iter().map(|&node| now(node)).collect();
-        let mut facets = Vec::new();
-        for &facet in &group.facets {
-            let element = kept[facet.element as usize];
-            if element != u32::MAX {
-                facets.push(Facet { element, ..facet });
-            }
-            let corners: Vec<u32> = base.facet_nodes(facet).collect();
-            let block = block_of(corners[0]);
-            let Some(overlay) = &overlays[block] else {
-                continue;
-            };
-            let start = base.blocks[block].nodes.start;
-            let corners: Vec<u32> = corners.iter().map(|node| node - start).collect();
-            let lies = overlay.on_facet(&corners);
-            let Block {
-                nodes: all,
-                elements,
-                ..
-            } = &self.mesh.blocks[block];
-            let on_it = |node: u32| lies[(node - all.start) as usize];
-            nodes.extend(all.clone().filter(|&node| on_it(node)));
-            let parts = elements
-                .clone()
-                .filter(|&e| self.root[e as usize] == facet.element);
-            for part in parts.filter(|_| element == u32::MAX) {
-                let of = (0..).zip(self.mesh.elements[part as usize].kind.facets());
-                let of = of.map(|(local, _)| Facet {
-                    element: part,
-                    local,
-                });
-                facets.extend(of.filter(|&f| self.mesh.facet_nodes(f).all(on_it)));
-            }
-        }
+        let facets = self.all(&group.facets);
+        let mut nodes: Vec<u32> = group.nodes.iter().map(now).collect();
+        nodes.extend(
+            facets
+                .iter()
+                .flat_map(|&facet| self.mesh.facet_nodes(facet)),
+        );
         nodes.sort_unstable();
         nodes.dedup();
-        facets.sort_unstable();
         Group {
             nodes,
             facets,
             ..group.clone()
+        }
+    }
+
+    /// What these facets of the base mesh are now, sorted.
+    fn all(&self, of: &[Facet]) -> Vec<Facet> {
+        let mut facets = Vec::with_capacity(of.len());
+        for &facet in of {
+            self.add(facet, &mut facets);
+        }
+        facets.sort_unstable();
+        facets
+    }
+
+    /// Adds what a facet of the base mesh is now.
+    fn add(&self, facet: Facet, facets: &mut Vec<Facet>) {
+        let corners: Vec<u32> = self.base.facet_nodes(facet).collect();
+        let block = self.block_of(corners[0]);
+        let parts = self.of[facet.element as usize].clone();
+        let Some(overlay) = self.overlays[block].filter(|o| o.replaces(facet.element)) else {
+            let element = parts.start;
+            facets.push(Facet { element, ..facet });
+            return;
+        };
+        let start = self.base.blocks[block].nodes.start;
+        let corners: Vec<u32> = corners.iter().map(|node| node - start).collect();
+        let first = self.mesh.blocks[block].nodes.start;
+        for element in parts {
+            let shape = &self.mesh.elements[element as usize];
+            for (local, nodes) in (0..).zip(shape.kind.facets()) {
+                let mut nodes = nodes.iter().map(|&i| shape.nodes[i as usize] - first);
+                if nodes.all(|node| overlay.lies_on(node, &corners)) {
+                    facets.push(Facet { element, local });
+                }
+            }
         }
     }
 }

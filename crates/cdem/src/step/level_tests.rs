@@ -3,11 +3,11 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
+use crate::space::PLANE;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
 
 use super::Run;
-use crate::contact::plane_surface;
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::scene::{
@@ -50,9 +50,8 @@ fn bar(name: &str, min: [f64; 2], max: [f64; 2], cells: [usize; 2], element: Ele
 fn run_of(scene: &Scene) -> Run<2> {
     let mut scene = scene.clone();
     let mesh = tests::shapes(scene.block.clone()).expect("boxes mesh");
-    let (model, state, contacts) =
-        Model::build(&mut scene, mesh, plane_surface).expect("the scene is whole");
-    Run::new(model, state, contacts)
+    let built = Model::build(&mut scene, mesh, PLANE).expect("the scene is whole");
+    Run::new(built)
 }
 
 /// A number in −1 … 1.

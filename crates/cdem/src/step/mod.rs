@@ -11,6 +11,7 @@ mod level_tests;
 pub(crate) mod levels;
 pub(crate) mod outlook;
 pub(crate) mod plan;
+mod remesh;
 mod split;
 mod synchronise;
 
@@ -23,9 +24,10 @@ pub(crate) use synchronise::Synchronised;
 use crate::around::Around;
 use crate::contact::Contacts;
 use crate::mesh::Element;
-use crate::model::build::SPEED_OF_LIGHT;
+use crate::model::build::{Built, SPEED_OF_LIGHT};
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
+use crate::refinement::SecondScale;
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
@@ -33,6 +35,7 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) model: Model<D>,
     pub(crate) state: State<D>,
     pub(crate) contacts: Option<Contacts<D>>,
+    pub(crate) second_scale: Option<SecondScale<D>>,
     pub(crate) ledger: Ledger,
     /// Contact impulse of each block since it was last asked for, N·s.
     pub(crate) block_impulse: Vec<[f64; 3]>,
@@ -61,7 +64,13 @@ pub struct Corrections {
 
 impl<const D: usize> Run<D> {
     /// A run at t = 0.
-    pub(crate) fn new(model: Model<D>, state: State<D>, contacts: Option<Contacts<D>>) -> Self {
+    pub(crate) fn new(built: Built<D>) -> Self {
+        let Built {
+            model,
+            state,
+            contacts,
+            second_scale,
+        } = built;
         let nodes = model.mesh.nodes.len();
         let around = match &contacts {
             Some(_) => Around::new(model.mesh.elements.iter().map(Element::nodes), nodes),
@@ -85,6 +94,7 @@ impl<const D: usize> Run<D> {
             model,
             state,
             contacts,
+            second_scale,
         };
         run.prepare();
         run
@@ -155,9 +165,18 @@ impl<const D: usize> Run<D> {
     /// Sections 3 and 4: what may touch, the levels that go with it, and
     /// islands of pairs.
     pub(crate) fn prepare(&mut self) {
-        if self.find_contacts() || self.plan.elements.is_empty() {
+        let join = self.find_contacts();
+        let before = self.refine();
+        if join || self.plan.elements.is_empty() {
             self.assign_levels();
         }
+        self.group_contacts();
+        if let Some(before) = before {
+            self.ledger.remesh_loss += before - self.balance();
+        }
+    }
+
+    fn group_contacts(&mut self) {
         let Some(contacts) = &mut self.contacts else {
             return;
         };

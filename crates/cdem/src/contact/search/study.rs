@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 
-use crate::contact::plane_surface;
 use crate::mesh::{Block, Element, ElementKind, Mesh, tests};
 use crate::model::Model;
 use crate::scene::{Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
+use crate::space::PLANE;
 use crate::step::Run;
 
 /// Wave speed, m/s; blocks move at up to 1 m/s each way.
@@ -60,12 +60,11 @@ fn crowd(across: usize) -> Run<2> {
             elements: number..number + 1,
         });
     }
-    let (model, mut state, contacts) =
-        Model::build(&mut scene, mesh, plane_surface).expect("the scene is whole");
-    for nodes in state.velocity.chunks_mut(3) {
+    let mut built = Model::build(&mut scene, mesh, PLANE).expect("the scene is whole");
+    for nodes in built.state.velocity.chunks_mut(3) {
         nodes.fill([0.0; 2].map(|_: f64| 2.0 * random.f64() - 1.0));
     }
-    Run::new(model, state, contacts)
+    Run::new(built)
 }
 
 /// Mean time of `count` calls.

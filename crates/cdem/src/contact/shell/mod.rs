@@ -9,6 +9,7 @@ mod crossing;
 #[cfg(test)]
 mod exact_tests;
 mod facing;
+mod marks;
 mod nearness;
 mod operators;
 mod place;
@@ -28,7 +29,7 @@ use skin::Skin;
 
 use crate::contact::broad_phase::Aabb;
 use crate::contact::surface::{
-    FLUSH, Formed, Nearness, Operator, Pair, Positions, Projection, Surface,
+    FLUSH, Formed, Mark, Nearness, Operator, Pair, Positions, Projection, Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
@@ -395,6 +396,28 @@ impl Surface<3> for Shell {
             }
             Meeting::Crossing { main, target } => self.crossing_operator(main, target, foot, at),
         }
+    }
+
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<3>) -> [Mark<3>; 2] {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => [
+                self.mark_at_vertex(vertex, rest),
+                self.mark_on_triangle(triangle, foot, rest),
+            ],
+            Meeting::Crossing { main, target } => [
+                self.mark_on_edge(main, foot[0], rest),
+                self.mark_on_edge(target, foot[1], rest),
+            ],
+        }
+    }
+
+    fn at_marks(
+        &self,
+        marks: &[Mark<3>; 2],
+        nodes: [Range<u32>; 2],
+        rest: Positions<3>,
+    ) -> Option<(Pair, [f64; 2])> {
+        self.find_marks(marks, nodes, rest)
     }
 
     fn classify(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> (ContactKind, f64) {

@@ -29,7 +29,7 @@ pub(crate) fn scene(dimension: usize, block: Vec<Block>) -> Scene {
         boundary: Vec::new(),
         load: Vec::new(),
         contact: Contact {
-            model: ContactModel::TwoScale,
+            model: ContactModel::UnifiedNode,
             tolerance: None,
             strength: Strength::default(),
             energy_loss: 0.01,

@@ -1,0 +1,140 @@
+//! Material points on features, found again on another mesh of the same blocks.
+
+use std::ops::Range;
+
+use super::Shell;
+use crate::contact::surface::{Feature, Mark, PART, Pair, Positions};
+use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+impl Shell {
+    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Positions<3>) -> Mark<3> {
+        Mark {
+            place: self.skin.point(vertex, rest),
+            on: Feature::Vertex,
+        }
+    }
+
+    pub(super) fn mark_on_edge(&self, edge: u32, foot: f64, rest: Positions<3>) -> Mark<3> {
+        let [a, b] = self.skin.edge(edge, rest);
+        let along = sub(&b, &a);
+        let mut place = a;
+        add_scaled(&mut place, foot, &along);
+        Mark {
+            place,
+            on: Feature::Edge(scale(1.0 / norm(&along), &along)),
+        }
+    }
+
+    pub(super) fn mark_on_triangle(
+        &self,
+        triangle: u32,
+        foot: &[f64; 2],
+        rest: Positions<3>,
+    ) -> Mark<3> {
+        let [a, b, c] = self.skin.triangle(triangle, rest);
+        let mut place = a;
+        add_scaled(&mut place, foot[0], &sub(&b, &a));
+        add_scaled(&mut place, foot[1], &sub(&c, &a));
+        Mark {
+            place,
+            on: Feature::Face(self.skin.normal(triangle, rest)),
+        }
+    }
+
+    /// The pair with its points there, on blocks of these nodes, and its foot.
+    pub(super) fn find_marks(
+        &self,
+        [main, target]: &[Mark<3>; 2],
+        [own, others]: [Range<u32>; 2],
+        rest: Positions<3>,
+    ) -> Option<(Pair, [f64; 2])> {
+        match (main.on, target.on) {
+            (Feature::Vertex, Feature::Face(normal)) => {
+                let vertices = 0..self.skin.vertex_count;
+                let vertices = self.of_block(vertices, &own, |v| self.skin.nodes_of_corner(v)[0]);
+                let is_there = |&vertex: &u32| self.skin.point(vertex, rest) == main.place;
+                let vertex = vertices.into_iter().find(is_there)?;
+                let (triangle, foot) = self.triangle_at(&target.place, &normal, &others, rest)?;
+                Some((Self::face_pair(vertex, triangle), foot))
+            }
+            (Feature::Edge(along), Feature::Edge(other)) => {
+                let (one, s) = self.edge_at(&main.place, &along, &own, rest)?;
+                let (two, t) = self.edge_at(&target.place, &other, &others, rest)?;
+                let foot = if one < two { [s, t] } else { [t, s] };
+                Some((self.edge_pair(one, two), foot))
+            }
+            _ => None,
+        }
+    }
+
+    /// Those of some features that belong to the block of `nodes`: those of a block follow
+    /// each other in all lists, of which `node_of` gives a node.
+    fn of_block(
+        &self,
+        all: Range<u32>,
+        nodes: &Range<u32>,
+        node_of: impl Fn(u32) -> u32,
+    ) -> Range<u32> {
+        let before = |limit: u32| {
+            let (mut low, mut high) = (all.start, all.end);
+            while low < high {
+                let middle = low.midpoint(high);
+                if node_of(middle) < limit {
+                    low = middle + 1;
+                } else {
+                    high = middle;
+                }
+            }
+            low
+        };
+        before(nodes.start)..before(nodes.end)
+    }
+
+    fn triangle_at(
+        &self,
+        place: &[f64; 3],
+        normal: &[f64; 3],
+        nodes: &Range<u32>,
+        rest: Positions<3>,
+    ) -> Option<(u32, [f64; 2])> {
+        let all = 0..self.skin.triangles.len() as u32;
+        let own = self.of_block(all, nodes, |t| self.skin.nodes_of_triangle(t)[0]);
+        let beside = own.filter_map(|triangle| {
+            let facing = super::Facing::new(place, &self.skin.triangle(triangle, rest));
+            let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
+            let turned = norm(&sub(&facing.normal, normal));
+            let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);
+            let is_part = turned <= PART && facing.gap.abs() <= PART * size && outside <= PART;
+            is_part.then_some((triangle, facing.weights, outside))
+        });
+        let (triangle, weights, _) = beside.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some((
+            triangle,
+            [weights[1], weights[2]].map(|w| w.clamp(0.0, 1.0)),
+        ))
+    }
+
+    fn edge_at(
+        &self,
+        place: &[f64; 3],
+        direction: &[f64; 3],
+        nodes: &Range<u32>,
+        rest: Positions<3>,
+    ) -> Option<(u32, f64)> {
+        let all = 0..self.skin.edges.len() as u32;
+        let own = self.of_block(all, nodes, |e| self.skin.nodes_of_edge(e)[0]);
+        let along = own.filter_map(|edge| {
+            let [a, b] = self.skin.edge(edge, rest);
+            let (side, from) = (sub(&b, &a), sub(place, &a));
+            let length = norm(&side);
+            let foot = dot(&from, &side) / (length * length);
+            let turned = norm(&cross(&side, direction)) / length;
+            let beside = norm(&cross(&from, direction));
+            let outside = (-foot).max(foot - 1.0);
+            let is_part = turned <= PART && beside <= PART * length && outside <= PART;
+            is_part.then_some((edge, foot.clamp(0.0, 1.0), outside))
+        });
+        let (edge, foot, _) = along.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some((edge, foot))
+    }
+}

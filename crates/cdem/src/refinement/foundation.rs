@@ -1,0 +1,112 @@
+//! What overlays are made over.
+
+use super::Base;
+use super::overlay::Overlay;
+use super::overlay::Wanted;
+use crate::around::Around;
+use crate::contact::surface::Surface;
+use crate::element::{self, BlockProperties, ElementSet, stable_step};
+use crate::mass::Masses;
+use crate::material::Elastic;
+use crate::mesh::{Element, Mesh};
+use crate::model::build::{properties, thickness};
+use crate::model::pace::CAREFUL;
+use crate::scene::Scene;
+use crate::space::Space;
+use crate::step::levels::level_of;
+
+/// The blocks as they were before refinement.
+pub(crate) struct Foundation<const D: usize> {
+    pub(crate) scene: Scene,
+    pub(crate) mesh: Mesh<D>,
+    pub(crate) masses: Masses,
+    /// Level of each element by its own stable step.
+    pub(crate) level: Vec<u8>,
+    pub(crate) space: Space<D>,
+    around: Around,
+    materials: Vec<Elastic>,
+    properties: Vec<BlockProperties>,
+    /// Coarse step, s, over the share of their stable step that new elements use.
+    step: f64,
+}
+
+impl<const D: usize> Foundation<D> {
+    /// `level` is that of each element, of coarse steps of `step` seconds.
+    pub(crate) fn new(
+        scene: &Scene,
+        mesh: &Mesh<D>,
+        masses: Masses,
+        (level, step): (Vec<u8>, f64),
+        space: Space<D>,
+    ) -> Self {
+        let elements = mesh.elements.iter().map(Element::nodes);
+        let sources = mesh.blocks.iter().map(|block| block.source);
+        Self {
+            around: Around::new(elements, mesh.nodes.len()),
+            properties: sources.map(|source| properties(scene, source)).collect(),
+            materials: scene.material.iter().map(Elastic::new).collect(),
+            step: step / scene.time.safety.min(CAREFUL),
+            scene: scene.clone(),
+            mesh: mesh.clone(),
+            masses,
+            level,
+            space,
+        }
+    }
+
+    /// Level of a new element of angular frequency `omega`, rad/s, in a block; `None` where
+    /// it would need a finer one than there is.
+    pub(super) fn level(&self, block: usize, omega: f64) -> Option<u8> {
+        level_of(
+            self.step,
+            stable_step(omega, self.material(block).damping.stiffness),
+        )
+    }
+
+    /// A block with an overlay where anything is `wanted` smaller.
+    pub(super) fn overlay(&self, block: usize, wanted: Wanted<D>) -> Option<Overlay<D>> {
+        let base = Base::new(&self.mesh, &self.around);
+        (self.space.overlay)(base, &self.mesh, block, wanted)
+    }
+
+    /// Mass of a block over its volume, kg/m^D.
+    pub(super) fn density(&self, block: usize) -> f64 {
+        thickness::<D>(&self.scene) * self.material(block).density
+    }
+
+    /// Whether a block never moves.
+    pub(super) fn is_fixed(&self, block: usize) -> bool {
+        self.scene.block[self.mesh.blocks[block].source].fixed
+    }
+
+    /// Material of a block.
+    pub(crate) fn material(&self, block: usize) -> &Elastic {
+        &self.materials[self.properties[block].material]
+    }
+
+    /// The surface of a mesh of all blocks, for contact within `tolerance`, m.
+    pub(crate) fn surface(&self, mesh: &Mesh<D>, tolerance: f64) -> Box<dyn Surface<D>> {
+        (self.space.surface)(mesh, thickness::<D>(&self.scene), tolerance)
+    }
+
+    /// Elements of a mesh of one block of these.
+    pub(super) fn sets(&self, block: usize, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
+        self.build(&self.properties[block..=block], mesh)
+    }
+
+    /// Elements of a mesh of all blocks.
+    pub(crate) fn all_sets(&self, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
+        self.build(&self.properties, mesh)
+    }
+
+    fn build(&self, properties: &[BlockProperties], mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
+        let thickness = thickness::<D>(&self.scene);
+        element::build(
+            mesh,
+            properties,
+            &self.materials,
+            self.scene.plane,
+            thickness,
+        )
+    }
+}
