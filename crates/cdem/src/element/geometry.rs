@@ -57,6 +57,13 @@ impl Moduli {
         }
         stress
     }
+
+    /// ½ stress : C⁻¹ : stress, J/m³.
+    pub(super) fn energy<const D: usize>(&self, stress: &Tensor<D>) -> f64 {
+        let square = tensor::contraction(stress, stress);
+        let share = self.lambda / (D as f64 * self.lambda + 2.0 * self.mu);
+        (square - share * tensor::trace(stress).powi(2)) / (4.0 * self.mu)
+    }
 }
 
 /// Elements of one shape at rest, as arrays.

@@ -155,9 +155,14 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
             let all = points.map(|(q, share)| share * record.stress[q * D + k][l]);
             all.sum::<f64>() / volume
         };
+        let held = |(q, share): (usize, &f64)| {
+            let stress: Tensor<D> = tensor::filled(|k, l| record.stress[q * D + k][l]);
+            share * element.moduli.energy(&stress)
+        };
+        let held: f64 = element.volumes.iter().enumerate().map(held).sum();
         Some(Past {
             stress: tensor::filled(mean),
-            work: record.work,
+            excess: record.work - held,
             volume,
         })
     }
@@ -173,7 +178,8 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         let known = self.record::<D, N, Q>(i).work;
         let past = Increment {
             stress: [past.stress; Q],
-            work: past.work / past.volume * volume - known,
+            work: volume * (past.excess / past.volume + element.moduli.energy(&past.stress))
+                - known,
         };
         self.commit(i, u, &force, past);
     }

@@ -14,7 +14,7 @@ mod geometry;
 mod incremental;
 mod set;
 mod shape;
-mod tensor;
+pub(crate) mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
 mod total;
@@ -59,8 +59,10 @@ pub(crate) struct Deformation {
 pub(crate) struct Past<const D: usize> {
     /// Cauchy stress, the mean over its volume at rest, Pa.
     pub(crate) stress: [[f64; D]; D],
-    /// Work done on it, J, and that volume, m³.
-    pub(crate) work: f64,
+    /// Work done on it that the stress does not hold, J: the energy of what deviates from
+    /// a mean goes with it.
+    pub(crate) excess: f64,
+    /// That volume, m³.
     pub(crate) volume: f64,
 }
 
@@ -74,7 +76,7 @@ impl<const D: usize> Past<D> {
         };
         (!parts.is_empty()).then(|| Self {
             stress: std::array::from_fn(|k| std::array::from_fn(|l| mean(k, l))),
-            work: parts.iter().map(|part| part.work).sum(),
+            excess: parts.iter().map(|part| part.excess).sum(),
             volume,
         })
     }

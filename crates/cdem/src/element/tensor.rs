@@ -6,7 +6,7 @@ pub(crate) type Tensor<const D: usize> = [[f64; D]; D];
 /// The tensor of these entries, by plain loops: the arrays' own `map` and
 /// `from_fn` stay calls where the optimiser does not see the whole crate.
 #[inline]
-pub(super) fn filled<const D: usize>(entry: impl Fn(usize, usize) -> f64) -> Tensor<D> {
+pub(crate) fn filled<const D: usize>(entry: impl Fn(usize, usize) -> f64) -> Tensor<D> {
     let mut tensor = [[0.0; D]; D];
     for i in 0..D {
         for j in 0..D {

@@ -44,7 +44,7 @@ impl<const D: usize> Cover<D> {
 
     /// The same with an overlay, if its masses can be fitted.
     fn with_masses(foundation: &Foundation<D>, block: usize, overlay: Overlay<D>) -> Option<Self> {
-        let mesh = refined::of_block(&foundation.mesh, block, &overlay);
+        let mesh = refined::of_block(&foundation.mesh, block, Some(&overlay));
         let sets = foundation.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
         let nodes = foundation.mesh.blocks[block].nodes.clone();

@@ -42,8 +42,55 @@ pub(crate) struct Leaf<'a, C> {
     /// Share of its volume that it stands for: 1, or ½ where two simplices lie in each
     /// other (see [`star`]).
     pub(crate) weight: f64,
+    /// Of what part of that.
+    pub(crate) lineage: Lineage,
+}
+
+/// Which part of an element a simplex is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Lineage {
+    /// The piece of the element that it has grown from.
+    piece: u16,
+    /// Which half it is of which half, and so on, from the highest bit on.
+    path: u64,
     /// How often it has been bisected.
     pub(crate) generation: u8,
+}
+
+/// Facets of an element have fewer pieces.
+const MOST_PIECES: u16 = 8;
+
+/// Pieces of half of the weight have numbers on from this.
+const HALVES: u16 = 64;
+
+impl Lineage {
+    fn of_piece(piece: u16) -> Self {
+        Self {
+            piece,
+            path: 0,
+            generation: 0,
+        }
+    }
+
+    /// That of a half, the first or the second. Beyond 64 generations both are one.
+    fn half(self, second: bool) -> Self {
+        let bit = 1_u64.checked_shl(63_u32.saturating_sub(u32::from(self.generation)));
+        let bit = bit.filter(|_| second && self.generation < 64);
+        Self {
+            path: self.path | bit.unwrap_or(0),
+            generation: self.generation + 1,
+            ..self
+        }
+    }
+
+    /// Whether another is it, or a part of it.
+    pub(crate) fn holds(&self, other: &Self) -> bool {
+        let length = u32::from(self.generation.min(64));
+        let differ = (self.path ^ other.path)
+            .checked_shr(64 - length)
+            .unwrap_or(0);
+        self.piece == other.piece && self.generation <= other.generation && differ == 0
+    }
 }
 
 /// Elements that are refined, and what they have become.
@@ -66,7 +113,7 @@ struct Tree<C> {
     /// The element that it has grown from.
     root: u32,
     origin: Origin,
-    generation: u8,
+    lineage: Lineage,
     /// The first of its halves, if it is bisected; 0: it is not.
     halves: u32,
 }
@@ -130,7 +177,7 @@ impl<const D: usize, C: Cell> Forest<D, C> {
                 Origin::Element | Origin::Piece => 1.0,
                 Origin::Half { .. } => 0.5,
             },
-            generation: tree.generation,
+            lineage: tree.lineage,
         })
     }
 
@@ -146,7 +193,7 @@ impl<const D: usize, C: Cell> Forest<D, C> {
 impl<C> Tree<C> {
     /// Whether it is an element as it was.
     fn is_untouched(&self) -> bool {
-        self.halves == 0 && self.generation == 0 && self.origin == Origin::Element
+        self.halves == 0 && self.lineage.generation == 0 && self.origin == Origin::Element
     }
 }
 
@@ -219,30 +266,31 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
         let first = self.forest.trees.len() as u32;
         self.forest.roots.push((element, first));
         if star::is_simplex(kind) {
-            self.plant_tree(element, nodes, Origin::Element);
+            self.plant_tree(element, nodes, Origin::Element, 0);
             return;
         }
         let centre = self.middle(Parents::new(nodes));
         for (number, facet) in kind.facets().iter().enumerate() {
             let facet: Vec<u32> = facet.iter().map(|&i| nodes[i as usize]).collect();
             let across = self.base.across(element, number);
+            let first = MOST_PIECES * number as u16;
             match across.filter(|beside| !self.planted.contains(beside)) {
                 Some(before) if facet.len() == 4 => {
-                    for piece in star::halves_over(&facet, centre) {
-                        self.plant_tree(element, &piece, Origin::Half { before });
+                    for (k, piece) in (first..).zip(star::halves_over(&facet, centre)) {
+                        self.plant_tree(element, &piece, Origin::Half { before }, HALVES + k);
                     }
                 }
                 _ => {
                     let middle = |facet: &[u32]| self.middle(Parents::new(facet));
-                    for piece in star::pieces_over(&facet, centre, middle) {
-                        self.plant_tree(element, &piece, Origin::Piece);
+                    for (k, piece) in (first..).zip(star::pieces_over(&facet, centre, middle)) {
+                        self.plant_tree(element, &piece, Origin::Piece, k);
                     }
                 }
             }
         }
     }
 
-    fn plant_tree(&mut self, root: u32, nodes: &[u32], origin: Origin) {
+    fn plant_tree(&mut self, root: u32, nodes: &[u32], origin: Origin, piece: u16) {
         let length = |edge: [u32; 2]| -> EdgeLength {
             let [a, b] = edge.map(|node| self.forest.point(self.base, node));
             // Lengths that differ by round-off count as equal.
@@ -253,7 +301,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
             cell: C::new(nodes, length),
             root,
             origin,
-            generation: 0,
+            lineage: Lineage::of_piece(piece),
             halves: 0,
         });
     }
@@ -284,7 +332,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
         for (cell, number) in parent.cell.halves(middle).into_iter().zip(halves..) {
             self.forest.trees.push(Tree {
                 cell,
-                generation: parent.generation + 1,
+                lineage: parent.lineage.half(number > halves),
                 halves: 0,
                 ..parent
             });

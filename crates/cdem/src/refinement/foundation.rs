@@ -1,8 +1,8 @@
 //! What overlays are made over.
 
-use super::Base;
-use super::overlay::Overlay;
-use super::overlay::Wanted;
+use super::cover::Cover;
+use super::overlay::{Overlay, Wanted};
+use super::{Base, refined};
 use crate::around::Around;
 use crate::contact::surface::Surface;
 use crate::element::{self, BlockProperties, ElementSet, stable_step};
@@ -79,6 +79,17 @@ impl<const D: usize> Foundation<D> {
         self.scene.block[self.mesh.blocks[block].source].fixed
     }
 
+    /// λ, in the plane of its stress or strain, and μ of a block, Pa.
+    pub(crate) fn lame(&self, block: usize) -> [f64; 2] {
+        let material = self.material(block);
+        let lambda = if D == 2 {
+            material.in_plane_lambda(self.scene.plane)
+        } else {
+            material.lame_lambda
+        };
+        [lambda, material.shear_modulus]
+    }
+
     /// Material of a block.
     pub(crate) fn material(&self, block: usize) -> &Elastic {
         &self.materials[self.properties[block].material]
@@ -97,6 +108,23 @@ impl<const D: usize> Foundation<D> {
     /// Elements of a mesh of all blocks.
     pub(crate) fn all_sets(&self, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
         self.build(&self.properties, mesh)
+    }
+
+    /// Strain energy of a block with a cover or without one, J, that has been deformed in
+    /// one go.
+    pub(crate) fn strain_energy(
+        &self,
+        block: usize,
+        cover: Option<&Cover<D>>,
+        displacement: &[[f64; D]],
+    ) -> f64 {
+        let overlay = cover.map(|cover| &cover.overlay);
+        let mesh = refined::of_block(&self.mesh, block, overlay);
+        let sets = self.sets(block, &mesh);
+        let all = sets
+            .iter()
+            .flat_map(|set| (0..set.len()).map(move |i| (set, i)));
+        all.map(|(set, i)| set.strain_energy(i, displacement)).sum()
     }
 
     fn build(&self, properties: &[BlockProperties], mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {

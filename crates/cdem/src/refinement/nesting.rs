@@ -97,53 +97,135 @@ impl<'a, const D: usize> Nesting<'a, D> {
             .collect()
     }
 
-    /// Where the coarse nodes go when the fine mesh is given up, those but that are `kept`
-    /// where they are: what is lost is as small as can be in its gradient, in the mean
-    /// square over the volume. So a simplex keeps the mean of its deformation, and loses
-    /// no more than what its parts deform beyond that: positions taken with masses for
-    /// weights could make energy. If none is kept, the first stays where it is.
-    pub(crate) fn smooth(&self, fine: &[[f64; D]], kept: &[bool]) -> Vec<[f64; D]> {
-        let count = self.fine_of.len();
-        let mut free: Vec<usize> = (0..count).filter(|&node| !kept[node]).collect();
-        if free.len() == count {
-            free.remove(0);
-        }
+    /// Where the coarse nodes go when the fine mesh is given up, by their displacements,
+    /// those but that are `kept` where they are: what is lost has as little elastic energy
+    /// as can be, as the material of `lame`, λ and μ, Pa, has for small strain in a body
+    /// that is turned as it is on the mean. So no more energy is left than there was, where
+    /// the coarse elements are parts of the fine mesh; positions taken with masses for
+    /// weights could make some. What turns without strain counts a little besides.
+    pub(crate) fn smooth(&self, fine: &[[f64; D]], kept: &[bool], lame: [f64; 2]) -> Vec<[f64; D]> {
+        let stiffness = Stiffness::new(self.fine, fine, lame);
         let at = |&node: &u32| fine[node as usize];
         let mut moved: Vec<[f64; D]> = self.fine_of.iter().map(at).collect();
-        let kept_of = self.spread(&moved);
-        let lost = fine.iter().zip(&kept_of).map(|(x, kept)| sub(x, kept));
-        let right = self.roughness(&lost.collect::<Vec<_>>());
-        let column = |&node: &usize| {
-            let mut unit = vec![[0.0; D]; count];
-            unit[node][0] = 1.0;
-            self.roughness(&self.spread(&unit))
+        let forces = |field: &[[f64; D]]| {
+            let mut forces = self.gather(stiffness.forces(field));
+            let fixed = forces.iter_mut().zip(kept).filter(|(_, kept)| **kept);
+            fixed.for_each(|(force, _)| *force = [0.0; D]);
+            forces
         };
-        let columns: Vec<_> = free.iter().map(column).collect();
-        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| columns[j][free[i]][0]);
-        let right = DMatrix::from_fn(free.len(), D, |i, c| right[free[i]][c]);
-        if let Some(factor) = matrix.cholesky() {
-            let shift = factor.solve(&right);
-            for (row, node) in free.into_iter().enumerate() {
-                let shift: [f64; D] = std::array::from_fn(|c| shift[(row, c)]);
-                moved[node] = add(&moved[node], &shift);
-            }
+        let lost = fine
+            .iter()
+            .zip(self.spread(&moved))
+            .map(|(x, kept)| sub(x, &kept));
+        let right = forces(&lost.collect::<Vec<_>>());
+        let shift = conjugate_gradients(&right, |field| forces(&self.spread(field)));
+        for (moved, shift) in moved.iter_mut().zip(&shift) {
+            add_scaled(moved, 1.0, shift);
         }
         moved
     }
+}
 
-    /// How half of the square of a fine field's gradient, over the volume, changes with
-    /// what the coarse nodes have.
-    fn roughness(&self, fine: &[[f64; D]]) -> Vec<[f64; D]> {
-        let mut change = vec![[0.0; D]; fine.len()];
-        for (piece, (gradients, volume)) in self.fine.elements.iter().zip(self.fine.gradients()) {
-            let nodes = || piece.element.nodes().iter().zip(&gradients);
-            for (&a, gradient) in nodes() {
-                for (&b, other) in nodes() {
-                    let coupling = volume * dot(gradient, other);
-                    add_scaled(&mut change[a as usize], coupling, &fine[b as usize]);
+/// Stress of what turns without strain, over that of shear strain.
+const TURN: f64 = 0.01;
+
+/// The elements of an overlay, linear and turned as a whole.
+struct Stiffness<'a, const D: usize> {
+    overlay: &'a Overlay<D>,
+    /// Gradients of the shape functions in space, 1/m, and volume, m^D.
+    elements: Vec<(Vec<[f64; D]>, f64)>,
+    lame: [f64; 2],
+}
+
+impl<'a, const D: usize> Stiffness<'a, D> {
+    /// Of an overlay that is turned as these displacements turn it, m.
+    fn new(overlay: &'a Overlay<D>, displacement: &[[f64; D]], lame: [f64; 2]) -> Self {
+        let mean = overlay.mean_gradient(displacement);
+        let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        let deformation = DMatrix::from_fn(D, D, |i, j| identity(i, j) + mean[i][j]);
+        let parts = deformation.svd(true, true);
+        let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
+        let turn = turn.unwrap_or_else(|| DMatrix::identity(D, D));
+        let turned = |gradient: &[f64; D]| -> [f64; D] {
+            std::array::from_fn(|i| (0..D).map(|j| turn[(i, j)] * gradient[j]).sum())
+        };
+        let elements = overlay.gradients().map(|(gradients, volume)| {
+            let gradients = gradients.iter().map(turned);
+            (gradients.collect(), volume)
+        });
+        Self {
+            elements: elements.collect(),
+            overlay,
+            lame,
+        }
+    }
+
+    /// Forces on the nodes that hold a field of displacements, N.
+    fn forces(&self, field: &[[f64; D]]) -> Vec<[f64; D]> {
+        let [lambda, mu] = self.lame;
+        let mut forces = vec![[0.0; D]; field.len()];
+        for (piece, (gradients, volume)) in self.overlay.elements.iter().zip(&self.elements) {
+            let nodes = || piece.element.nodes().iter().zip(gradients);
+            let mut gradient = [[0.0; D]; D];
+            for (&node, of_node) in nodes() {
+                for (row, component) in gradient.iter_mut().zip(field[node as usize]) {
+                    add_scaled(row, component, of_node);
+                }
+            }
+            let pressure = lambda * (0..D).map(|i| gradient[i][i]).sum::<f64>();
+            let stress: [[f64; D]; D] = std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    let (one, other) = (gradient[i][j], gradient[j][i]);
+                    let shear = mu * (one + other) + TURN * mu * (one - other);
+                    if i == j { shear + pressure } else { shear }
+                })
+            });
+            for (&node, of_node) in nodes() {
+                for (force, row) in forces[node as usize].iter_mut().zip(&stress) {
+                    *force += volume * dot(row, of_node);
                 }
             }
         }
-        self.gather(change)
+        forces
     }
+}
+
+/// Relative residual at which conjugate gradients end, and steps at most for each unknown.
+const PRECISION: f64 = 1e-12;
+const STEPS: usize = 4;
+
+/// Solves `apply` x = `right`, symmetric and not negative, for a field x.
+fn conjugate_gradients<const D: usize>(
+    right: &[[f64; D]],
+    apply: impl Fn(&[[f64; D]]) -> Vec<[f64; D]>,
+) -> Vec<[f64; D]> {
+    let product =
+        |a: &[[f64; D]], b: &[[f64; D]]| -> f64 { a.iter().zip(b).map(|(a, b)| dot(a, b)).sum() };
+    let add_to = |sum: &mut [[f64; D]], s: f64, of: &[[f64; D]]| {
+        sum.iter_mut()
+            .zip(of)
+            .for_each(|(sum, x)| add_scaled(sum, s, x));
+    };
+    let mut found = vec![[0.0; D]; right.len()];
+    let (mut residual, mut direction) = (right.to_vec(), right.to_vec());
+    let mut square = product(&residual, &residual);
+    let enough = PRECISION * PRECISION * square;
+    for _ in 0..STEPS * D * right.len() {
+        if square <= enough {
+            break;
+        }
+        let image = apply(&direction);
+        let step = square / product(&direction, &image);
+        if !step.is_finite() {
+            break;
+        }
+        add_to(&mut found, step, &direction);
+        add_to(&mut residual, -step, &image);
+        let last = std::mem::replace(&mut square, product(&residual, &residual));
+        let next = direction.iter().zip(&residual);
+        direction = next
+            .map(|(old, new)| add(new, &scale(square / last, old)))
+            .collect();
+    }
+    found
 }

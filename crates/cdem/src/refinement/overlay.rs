@@ -2,10 +2,10 @@
 
 use super::base::Base;
 use super::cell::{Cell, Tetrahedron, Triangle};
-use super::forest::Forest;
+use super::forest::{Forest, Lineage};
+use crate::element::tensor;
 use crate::mesh::{Element, ElementKind, Mesh};
 use crate::vector::{add, scale};
-use nalgebra::DMatrix;
 
 /// The mesh of a block over its base mesh: the elements that replace others, and the
 /// new nodes. Nodes are numbered within the block, new ones on from those of the base.
@@ -71,8 +71,8 @@ pub(crate) struct SubElement {
     pub(crate) root: u32,
     /// Share of its volume that it stands for.
     pub(crate) weight: f64,
-    /// How often it has been bisected.
-    pub(crate) generation: u8,
+    /// Which part of that it is.
+    pub(crate) lineage: Lineage,
 }
 
 impl<const D: usize> Overlay<D> {
@@ -102,7 +102,7 @@ impl<const D: usize> Overlay<D> {
                 element: Element::new(kind, &nodes),
                 root: leaf.root,
                 weight: leaf.weight,
-                generation: leaf.generation,
+                lineage: leaf.lineage,
             }
         });
         let new = (0..forest.parents().len()).map(|k| (mesh.nodes.len() + k) as u32);
@@ -143,10 +143,9 @@ impl<const D: usize> Overlay<D> {
             let nodes = sub.element.nodes();
             let at = |node: u32| self.points[node as usize];
             let side = |i: usize, k: usize| at(nodes[k + 1])[i] - at(nodes[0])[i];
-            let sides = DMatrix::from_fn(D, D, side);
-            let volume = sub.weight * sides.determinant() / (1..=D).product::<usize>() as f64;
-            let inverse = sides.try_inverse().unwrap_or_else(|| DMatrix::zeros(D, D));
-            let row = |k: usize| -> [f64; D] { std::array::from_fn(|i| inverse[(k, i)]) };
+            let (inverse, determinant) = tensor::inverse(&tensor::filled(side));
+            let volume = sub.weight * determinant / (1..=D).product::<usize>() as f64;
+            let row = |k: usize| inverse[k];
             let others: Vec<_> = (0..D).map(row).collect();
             let sum = others
                 .iter()
@@ -157,7 +156,6 @@ impl<const D: usize> Overlay<D> {
     }
 
     /// Mean gradient of a field of vectors over the volume, a row a component.
-    #[cfg(test)]
     pub(super) fn mean_gradient(&self, field: &[[f64; D]]) -> Vec<[f64; D]> {
         let whole: f64 = self.volumes().sum();
         let mut mean = vec![[0.0; D]; D];
@@ -173,7 +171,6 @@ impl<const D: usize> Overlay<D> {
     }
 
     /// Volume of each element, m^D, the weight included.
-    #[cfg(test)]
     pub(super) fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
         self.gradients().map(|(_, volume)| volume)
     }

@@ -26,6 +26,9 @@ struct Case<const D: usize> {
 /// Least share of its lumped mass that a node is left.
 const LEAST: f64 = 0.3;
 
+/// Lamé constants, Pa.
+const LAME: [f64; 2] = [0.7, 1.0];
+
 impl<const D: usize> Case<D> {
     /// Halved twice throughout, and more about a point.
     fn new<C: Cell>(rng: &mut Rng) -> Self {
@@ -159,7 +162,7 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
 
         // A simplex keeps the mean of its deformation, whatever its parts do.
         let displacement = random::<D>(case.masses.len(), &mut rng);
-        let smooth = nesting.smooth(&displacement, &vec![false; nodes.len()]);
+        let smooth = nesting.smooth(&displacement, &vec![false; nodes.len()], LAME);
         let smooth_everywhere = nesting.spread(&smooth);
         let means =
             [&displacement, &smooth_everywhere].map(|field| case.overlay.mean_gradient(field));
@@ -297,7 +300,7 @@ fn goes_and_comes_back<const D: usize, C: Cell>() {
             let nesting = Nesting::new(&fine, Some(&coarse)).expect("made of it");
             let values = random::<D>(coarse.points.len(), &mut rng);
             let spread = nesting.spread(&values);
-            let back = nesting.smooth(&spread, &vec![false; values.len()]);
+            let back = nesting.smooth(&spread, &vec![false; values.len()], LAME);
             for (value, back) in values.iter().zip(&back) {
                 assert!(norm(&sub(value, back)) < 1e-10, "{kind:?} {seed}");
             }

@@ -54,11 +54,11 @@ pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overla
     mesh
 }
 
-/// The mesh of one block with its overlay, alone.
+/// The mesh of one block alone, with its overlay, if any.
 pub(super) fn of_block<const D: usize>(
     base: &Mesh<D>,
     block: usize,
-    overlay: &Overlay<D>,
+    overlay: Option<&Overlay<D>>,
 ) -> Mesh<D> {
     let mut making = Making {
         mesh: Mesh::default(),
@@ -66,7 +66,7 @@ pub(super) fn of_block<const D: usize>(
         of: vec![0..0; base.blocks[block].elements.len()],
         first: base.blocks[block].elements.start,
     };
-    making.add_block(base, &base.blocks[block], Some(overlay));
+    making.add_block(base, &base.blocks[block], overlay);
     Mesh {
         parts: Some(making.parts),
         ..making.mesh
@@ -121,7 +121,7 @@ impl<const D: usize> Making<D> {
             mesh.elements.push(renumbered(&sub.element, 0));
             parts.root.push(sub.root);
             parts.weight.push(sub.weight);
-            parts.generation.push(sub.generation);
+            parts.generation.push(sub.lineage.generation);
         }
         mesh.blocks.push(Block {
             nodes: first[0]..mesh.nodes.len() as u32,

@@ -1,24 +1,37 @@
 //! What the nodes and elements of a block have goes over to another mesh of it.
 
+use std::ops::Range;
+
 use super::cover::Cover;
+use super::forest::Lineage;
 use super::nesting::Nesting;
-use crate::vector::{add, norm, scale, sub};
+use crate::vector::{norm, sub};
 
 /// From one mesh of a block to a finer or a coarser one.
 pub(crate) struct Transfer<'a, const D: usize> {
     nesting: Nesting<'a, D>,
     is_finer: bool,
+    /// λ and μ of the block, Pa.
+    lame: [f64; 2],
 }
 
 impl<'a, const D: usize> Transfer<'a, D> {
     /// `None` is the base mesh; `None` comes out where neither mesh is a refinement of the
     /// other.
-    pub(crate) fn between(old: Option<&'a Cover<D>>, new: Option<&'a Cover<D>>) -> Option<Self> {
+    pub(crate) fn between(
+        old: Option<&'a Cover<D>>,
+        new: Option<&'a Cover<D>>,
+        lame: [f64; 2],
+    ) -> Option<Self> {
         let overlay = |cover: Option<&'a Cover<D>>| cover.map(|cover| &cover.overlay);
         let [old, new] = [old, new].map(overlay);
         let to = |fine: Option<&'a _>, coarse, is_finer| {
             let nesting = Nesting::new(fine?, coarse)?;
-            Some(Self { nesting, is_finer })
+            Some(Self {
+                nesting,
+                is_finer,
+                lame,
+            })
         };
         to(new, old, true).or_else(|| to(old, new, false))
     }
@@ -42,17 +55,14 @@ impl<'a, const D: usize> Transfer<'a, D> {
         if self.is_finer {
             self.nesting.spread(of)
         } else {
-            self.nesting.smooth(of, &self.nesting.stays())
+            self.nesting.smooth(of, &self.nesting.stays(), self.lame)
         }
     }
 
-    /// How far the surface of a block moves at most that goes over to a coarser mesh, m.
-    pub(crate) fn jump(&self, displacement: &[[f64; D]]) -> f64 {
-        if self.is_finer {
-            return 0.0;
-        }
-        let after = self.nesting.spread(&self.displacements(displacement));
-        let moves = displacement
+    /// How far nodes move at most that go over to a coarser mesh with other displacements, m.
+    pub(crate) fn jump(&self, before: &[[f64; D]], after: &[[f64; D]]) -> f64 {
+        let after = self.nesting.spread(after);
+        let moves = before
             .iter()
             .zip(&after)
             .map(|(old, new)| norm(&sub(new, old)));
@@ -66,55 +76,67 @@ impl<'a, const D: usize> Transfer<'a, D> {
     }
 }
 
-/// For each element of a block's new mesh, by its corners at rest and what it has come of,
-/// the old ones whose middles lie in it, or that which lay at its own.
+/// An element of a block: the one that it is or has come of, and which part of that.
+struct Line {
+    root: u32,
+    lineage: Option<Lineage>,
+}
+
+/// The elements of a block whose own are these, in order.
+fn lines<const D: usize>(own: Range<u32>, cover: Option<&Cover<D>>) -> Vec<Line> {
+    let overlay = cover.map(|cover| &cover.overlay);
+    let is_kept = |root: &u32| overlay.is_none_or(|overlay| !overlay.replaces(*root));
+    let kept = own.filter(is_kept).map(|root| Line {
+        root,
+        lineage: None,
+    });
+    let new = overlay.iter().flat_map(|overlay| &overlay.elements);
+    let new = new.map(|sub| Line {
+        root: sub.root,
+        lineage: Some(sub.lineage),
+    });
+    kept.chain(new).collect()
+}
+
+/// For each element of a block's new mesh, by numbers within the block, the old ones that
+/// are parts of it, or that which it is a part of. `own` are the elements of the block as
+/// it was before refinement.
 pub(crate) fn predecessors<const D: usize>(
-    old: &[(u32, Vec<[f64; D]>)],
-    new: &[(u32, Vec<[f64; D]>)],
-) -> Vec<Vec<usize>> {
-    let mut by_root: Vec<usize> = (0..old.len()).collect();
-    by_root.sort_by_key(|&e| old[e].0);
-    let among = |root: u32| {
-        let first = by_root.partition_point(|&e| old[e].0 < root);
-        let end = by_root.partition_point(|&e| old[e].0 <= root);
-        &by_root[first..end]
-    };
-    let found = new.iter().map(|(root, corners)| {
-        let candidates = among(*root);
-        if candidates.len() == 1 || corners.len() != D + 1 {
-            return candidates.to_vec();
-        }
-        let lies_in = |&e: &usize| least_weight(corners, &middle(&old[e].1)) > 0.0;
-        let parts: Vec<usize> = candidates.iter().copied().filter(lies_in).collect();
+    own: Range<u32>,
+    old: Option<&Cover<D>>,
+    new: Option<&Cover<D>>,
+) -> Vec<Vec<u32>> {
+    let (old, new) = (lines(own.clone(), old), lines(own, new));
+    let mut sorted: Vec<u32> = (0..old.len() as u32).collect();
+    let line = |number: u32| &old[number as usize];
+    sorted.sort_by_key(|&number| (line(number).root, line(number).lineage));
+    let found = new.iter().map(|new| {
+        let first = sorted.partition_point(|&number| line(number).root < new.root);
+        let end = sorted.partition_point(|&number| line(number).root <= new.root);
+        let of_root = &sorted[first..end];
+        let Some(lineage) = new.lineage else {
+            return of_root.to_vec();
+        };
+        let after = of_root.partition_point(|&number| line(number).lineage < Some(lineage));
+        let holds = |one: Option<&Lineage>, other: Option<&Lineage>| {
+            one.is_some_and(|one| other.is_some_and(|other| one.holds(other)))
+        };
+        let is_part = |number: &&u32| holds(Some(&lineage), line(**number).lineage.as_ref());
+        let parts: Vec<u32> = of_root[after..]
+            .iter()
+            .take_while(is_part)
+            .copied()
+            .collect();
         if !parts.is_empty() {
             return parts;
         }
-        let middle = middle(corners);
-        let inside = |&&e: &&usize| least_weight(&old[e].1, &middle);
-        let whole = candidates
-            .iter()
-            .max_by(|a, b| inside(a).total_cmp(&inside(b)));
-        whole.into_iter().copied().collect()
+        let before = after.checked_sub(1).map(|before| of_root[before]);
+        let is_whole = |number: &u32| holds(line(*number).lineage.as_ref(), Some(&lineage));
+        match before.filter(is_whole) {
+            Some(whole) => vec![whole],
+            // Other pieces of the element, or all of it.
+            None => of_root.to_vec(),
+        }
     });
     found.collect()
-}
-
-fn middle<const D: usize>(corners: &[[f64; D]]) -> [f64; D] {
-    let sum = corners
-        .iter()
-        .fold([0.0; D], |sum, corner| add(&sum, corner));
-    scale(1.0 / corners.len() as f64, &sum)
-}
-
-/// Least of the barycentric coordinates of a point in a simplex; of another element, none.
-fn least_weight<const D: usize>(corners: &[[f64; D]], point: &[f64; D]) -> f64 {
-    if corners.len() != D + 1 {
-        return f64::NEG_INFINITY;
-    }
-    let sides = nalgebra::DMatrix::from_fn(D, D, |i, k| corners[k + 1][i] - corners[0][i]);
-    let from = nalgebra::DVector::from_fn(D, |i, _| point[i] - corners[0][i]);
-    let Some(weights) = sides.lu().solve(&from) else {
-        return f64::NEG_INFINITY;
-    };
-    weights.iter().copied().fold(1.0 - weights.sum(), f64::min)
 }

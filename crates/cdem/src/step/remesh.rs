@@ -8,7 +8,7 @@ use super::Run;
 use crate::around::Around;
 use crate::contact::remesh::{Place, Sight};
 use crate::contact::surface::Positions;
-use crate::element::{ElementSet, Past};
+use crate::element::{ElementSet, MAX_NODES, Past};
 use crate::mesh::{Element, Mesh};
 use crate::model::{Model, State};
 use crate::refinement::predecessors;
@@ -83,26 +83,57 @@ impl<const D: usize> Run<D> {
         covers.filter(|cover| cover.is_some()).count() as u64
     }
 
-    /// Changes but those that would move a surface into, or away from, what is beside it.
+    /// Changes but those to coarser meshes that would move a surface into, or away from,
+    /// what is beside it, or would need more energy than there is.
     fn without_harm(&self, second: &SecondScale<D>, changes: Vec<Change<D>>) -> Vec<Change<D>> {
         let Some(contacts) = &self.contacts else {
             return changes;
         };
         let mut jumps = vec![0.0; self.model.blocks.len()];
         for change in &changes {
-            let old = second.covers()[change.block].as_ref();
-            let own = &self.state.displacement[self.model.nodes(change.block)];
-            let transfer = Transfer::between(old, change.cover.as_ref());
-            jumps[change.block] = transfer.map_or(f64::INFINITY, |transfer| transfer.jump(own));
+            jumps[change.block] = self.jump(second, change);
         }
         let is_slight = |jump: f64| jump <= SLIGHT_JUMP * contacts.tolerance();
-        if jumps.iter().all(|&jump| is_slight(jump)) {
-            return changes;
-        }
-        let at = self.model.positions(&self.state);
-        let close = contacts.has_close(at, &jumps);
-        let is_free = |change: &Change<D>| is_slight(jumps[change.block]) || !close[change.block];
+        let close = if jumps.iter().all(|&jump| is_slight(jump)) {
+            vec![false; jumps.len()]
+        } else {
+            contacts.has_close(self.model.positions(&self.state), &jumps)
+        };
+        let is_free = |change: &Change<D>| {
+            let block = change.block;
+            jumps[block].is_finite() && (is_slight(jumps[block]) || !close[block])
+        };
         changes.into_iter().filter(is_free).collect()
+    }
+
+    /// How far the surface of a block moves with a change, m; infinite where that would
+    /// need more energy than there is.
+    fn jump(&self, second: &SecondScale<D>, change: &Change<D>) -> f64 {
+        let (block, cover) = (change.block, change.cover.as_ref());
+        let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
+        let transfer = Transfer::between(old, cover, foundation.lame(block));
+        let Some(transfer) = transfer else {
+            return f64::INFINITY;
+        };
+        if transfer.is_finer() {
+            return 0.0;
+        }
+        let own = &self.state.displacement[self.model.nodes(block)];
+        let after = transfer.displacements(own);
+        let strain_energy = foundation.strain_energy(block, cover, &after);
+        if self.rigid_energy_of(block) + strain_energy > self.energy_of(block) {
+            return f64::INFINITY;
+        }
+        transfer.jump(own, &after)
+    }
+
+    /// Kinetic energy of a rigid body with the momenta of a block, J.
+    fn rigid_energy_of(&self, block: usize) -> f64 {
+        let (points, velocities) = self.motion_of(block);
+        let body = self.body(block, &points);
+        let (mass, centre) = body.centre();
+        let Momenta { linear, angular } = body.momenta(&velocities, &centre);
+        0.5 * (dot(&linear, &linear) / mass + dot(&angular, &body.spin_of(&angular)))
     }
 
     /// What the ledger lacks, J, but for what was there at the start.
@@ -281,7 +312,8 @@ impl<const D: usize> Run<D> {
         };
         self.model.remesh(second, time);
         let transfers = old_covers.iter().map(|(&block, old)| {
-            let transfer = Transfer::between(old.as_ref(), covers[block].as_ref());
+            let lame = second.foundation.lame(block);
+            let transfer = Transfer::between(old.as_ref(), covers[block].as_ref(), lame);
             (block, transfer.expect("zones come or go, not both"))
         });
         let transfers: BTreeMap<usize, Transfer<D>> = transfers.collect();
@@ -289,6 +321,11 @@ impl<const D: usize> Run<D> {
             old: &old_mesh,
             new: &self.model.mesh,
             transfers: &transfers,
+            base: &second.foundation.mesh,
+            covers: old_covers
+                .iter()
+                .map(|(&block, old)| (block, [old.as_ref(), covers[block].as_ref()]))
+                .collect(),
         };
         let origins = carry.origins();
         let mut state = State {
@@ -382,11 +419,28 @@ impl<const D: usize> Run<D> {
         (points, self.state.velocity[nodes].to_vec())
     }
 
-    /// Kinetic and strain energy of a block, J, without the middle of a kick.
+    /// Kinetic and strain energy of a block, J: as of the reports, ½v⁻·M·v⁺, but for loads
+    /// and contact.
     fn energy_of(&self, block: usize) -> f64 {
         let velocities = &self.state.velocity[self.model.nodes(block)];
         self.kinetic_energy_of(block, velocities)
+            + 0.5 * self.power_of(block, velocities)
             + self.model.strain_energy_of(block, &self.state.displacement)
+    }
+
+    /// Work of the last kick's forces of a block's elements, at these velocities, J.
+    fn power_of(&self, block: usize, velocities: &[[f64; D]]) -> f64 {
+        let first = self.model.nodes(block).start;
+        let mut force = [[0.0; D]; MAX_NODES];
+        let work = self.model.elements(block).map(|element| {
+            let (set, i) = self.model.place[element];
+            let set = &self.model.sets[set as usize];
+            set.force(i as usize, &self.state.displacement, &mut force);
+            let nodes = set.nodes(i as usize).iter().zip(&force);
+            let power = nodes.map(|(&node, force)| dot(force, &velocities[node as usize - first]));
+            self.state.element_interval[element] * power.sum::<f64>()
+        });
+        work.sum()
     }
 
     /// Gives a block its momenta back, and takes what energy it has gained.
@@ -402,15 +456,18 @@ impl<const D: usize> Run<D> {
         if gained <= 0.0 {
             return;
         }
-        // What is not rigid motion has the rest of the energy.
+        // What is not rigid motion has the rest of the energy: of a share s of it, s² of its
+        // kinetic energy is left, and s of the work.
         let loose = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
         let loose: Vec<[f64; D]> = loose.collect();
-        let left = (1.0 - gained / self.kinetic_energy_of(block, &loose)).max(0.0);
-        if left.is_finite() {
-            let slowed = rigid.iter().zip(&loose);
-            let slowed = slowed.map(|(r, l)| add(r, &scale(left.sqrt(), l)));
-            self.state.velocity[nodes].copy_from_slice(&slowed.collect::<Vec<_>>());
-        }
+        let kinetic = self.kinetic_energy_of(block, &loose);
+        let work = 0.5 * self.power_of(block, &loose);
+        let Some(share) = share(kinetic, work, gained) else {
+            return;
+        };
+        let slowed = rigid.iter().zip(&loose);
+        let slowed = slowed.map(|(r, l)| add(r, &scale(share, l)));
+        self.state.velocity[nodes].copy_from_slice(&slowed.collect::<Vec<_>>());
     }
 
     /// Velocities of a block with the momenta it had, m/s, and those of the rigid body
@@ -501,6 +558,9 @@ struct Carry<'a, const D: usize> {
     old: &'a Mesh<D>,
     new: &'a Mesh<D>,
     transfers: &'a BTreeMap<usize, Transfer<'a, D>>,
+    base: &'a Mesh<D>,
+    /// Of blocks that change, before and after.
+    covers: BTreeMap<usize, [Option<&'a Cover<D>>; 2]>,
 }
 
 impl<'a, const D: usize> Carry<'a, D> {
@@ -538,21 +598,10 @@ impl<'a, const D: usize> Carry<'a, D> {
                 block.elements.clone().for_each(|e| origins.push(&[e]));
                 continue;
             }
-            let [old, now] = [self.old, self.new].map(|mesh| {
-                let corners = |e: u32| {
-                    let nodes = mesh.elements[e as usize].nodes().iter();
-                    let corners: Vec<_> = nodes.map(|&n| mesh.nodes[n as usize]).collect();
-                    let parts = mesh.parts.as_ref();
-                    (parts.map_or(e, |parts| parts.root[e as usize]), corners)
-                };
-                let elements = mesh.blocks[number].elements.clone();
-                elements.map(corners).collect::<Vec<_>>()
-            });
-            for of in predecessors(&old, &now) {
-                let of: Vec<u32> = of
-                    .iter()
-                    .map(|&e| block.elements.start + e as u32)
-                    .collect();
+            let own = self.base.blocks[number].elements.clone();
+            let [old, new] = self.covers[&number];
+            for mut of in predecessors(own, old, new) {
+                of.iter_mut().for_each(|e| *e += block.elements.start);
                 origins.push(&of);
             }
         }
@@ -589,6 +638,15 @@ impl Origins {
         };
         self.iter().map(mean).collect()
     }
+}
+
+/// The share s between 0 and 1 for which `kinetic` s² + `work` s is less than all of both
+/// by `gained`; where there is none, that for which it is least.
+fn share(kinetic: f64, work: f64, gained: f64) -> Option<f64> {
+    let least = -0.5 * work / kinetic;
+    let square = least * least + (kinetic + work - gained) / kinetic;
+    let share = least + square.max(0.0).sqrt();
+    share.is_finite().then(|| share.clamp(0.0, 1.0))
 }
 
 fn carry_touched<const D: usize>(
