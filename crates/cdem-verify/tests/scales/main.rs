@@ -1,0 +1,7 @@
+//! The second scale: blocks that are refined where they meet; run with `--nocapture` for
+//! the figures.
+
+#![allow(clippy::print_stdout)] // the figures are the report
+
+mod meetings;
+mod paper;
