@@ -3,28 +3,29 @@
 use cdem::mesh::ElementKind;
 use cdem::scene::{ContactModel, Geometry, Kinematics, Rotation};
 use cdem_verify::{Balance, Case, Random, deepest_overlap, load, run};
+use nalgebra::{Rotation3, Unit, Vector3};
 
 const KINDS: [&[ElementKind]; 2] = [
     &[ElementKind::Tri3, ElementKind::Quad4],
     &[ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8],
 ];
 
-/// How high a box of these half sides stands that is turned, m.
-fn height(half: &[f64], rotate: &Rotation) -> f64 {
-    let [x, y, z] = rotate.axis;
-    let (sin, cos) = rotate.angle.sin_cos();
-    // The row of the rotation that gives the last coordinate.
-    let row = if half.len() == 2 {
-        vec![sin, cos]
-    } else {
-        let share = 1.0 - cos;
-        vec![
-            z * x * share - y * sin,
-            z * y * share + x * sin,
-            z * z * share + cos,
-        ]
-    };
-    row.iter().zip(half).map(|(r, h)| (r * h).abs()).sum()
+/// The highest point of a box about the origin with these half sides that is turned, m; of
+/// an edge or a face, its middle. The lowest is opposite to it.
+fn highest(half: &[f64], rotate: &Rotation) -> Vec<f64> {
+    let axis = Unit::new_normalize(Vector3::from(rotate.axis));
+    let turn = Rotation3::from_axis_angle(&axis, rotate.angle);
+    let up = half.len() - 1;
+    let corner = Vector3::from_fn(|c, _| {
+        let height = if c <= up { turn[(up, c)] } else { 0.0 };
+        let side = if height.abs() < 1e-9 {
+            0.0
+        } else {
+            height.signum()
+        };
+        side * half.get(c).copied().unwrap_or(0.0)
+    });
+    (turn * corner).iter().copied().take(half.len()).collect()
 }
 
 /// A meeting drawn by number: boxes of one to three elements along each side, flush or
@@ -37,7 +38,8 @@ fn meeting(dimension: usize, seed: u64) -> Case {
     scene.contact.model = ContactModel::TwoScale;
     scene.contact.max_level = if dimension == 2 { 3 } else { 2 };
     scene.contact.strength.friction_angle = f64::to_radians([0.0, 30.0][random.whole(0, 1)]);
-    for (block, sign) in scene.block.iter_mut().zip([-1.0, 1.0]) {
+    let mut height = vec![0.0; dimension];
+    for block in &mut scene.block {
         let kinds = KINDS[dimension - 2];
         let half = (0..dimension).map(|_| [0.5, 0.35, 1.0][random.whole(0, 2)]);
         let half: Vec<f64> = half.collect();
@@ -62,14 +64,23 @@ fn meeting(dimension: usize, seed: u64) -> Case {
             },
             angle: f64::to_radians([0.0, 45.0, 30.0, any][random.whole(0, 3)]),
         };
+        // The lowest point of the one above the highest of the other.
+        let point = highest(&half, &block.rotate);
+        height.iter_mut().zip(&point).for_each(|(sum, x)| *sum += x);
         block.translate = vec![0.0; dimension];
-        block.translate[dimension - 1] = sign * height(&half, &block.rotate);
         if random.whole(0, 4) == 0 {
             block.kinematics = Kinematics::Incremental;
         }
     }
+    // One that falls beside an upright edge or corner is long in coming down on its side.
+    let reach = if case.block("below").rotate.angle == 0.0 {
+        1.0
+    } else {
+        0.02
+    };
     let above = case.block("above");
-    above.translate[0] = [0.0, 0.25, random.between(-0.4, 0.4)][random.whole(0, 2)];
+    above.translate = height;
+    above.translate[0] += reach * [0.0, 0.25, random.between(-0.4, 0.4)][random.whole(0, 2)];
     above.translate[dimension - 1] += 0.003;
     above.velocity = vec![0.0; dimension];
     above.velocity[0] = [0.0, 2.0][random.whole(0, 1)];
@@ -88,14 +99,18 @@ fn judge(dimension: usize, seed: u64) -> u64 {
     let mut simulation = meeting(dimension, seed).start();
     let tolerance = simulation.scene().contact.tolerance.expect("filled in");
     let mut balance = Balance::new(&mut simulation);
+    let start = simulation.history().kinetic_energy;
+    // Of refined blocks (design, section 7).
+    let bound = 1e-3;
     let (mut most, mut deepest, mut lost) = (0, 0.0_f64, 0.0_f64);
     run(&mut simulation, |simulation| {
         let row = balance.look(simulation);
         most = most.max(row.elements);
-        // A change of mesh makes no energy, but for what is left of its measure.
+        // A change of mesh makes no energy, to what the ledger is good for: contact in the
+        // middle of a kick is another on another mesh.
         assert!(
-            row.remesh_loss > lost - 1e-4 * row.kinetic_energy,
-            "{dimension} {seed}: {row:?}"
+            row.remesh_loss > lost - bound * start,
+            "{dimension} {seed}: {lost:e} before {row:?}"
         );
         lost = row.remesh_loss;
         if simulation.step_index().is_multiple_of(10) {
@@ -103,8 +118,9 @@ fn judge(dimension: usize, seed: u64) -> u64 {
         }
     });
     println!(
-        "{dimension}-D {seed}: {most} elements, overlap {:.2}, penetration {:.2} of the \
+        "{dimension}-D {seed}: {} contacts, {most} elements, overlap {:.2}, penetration {:.2} of the \
          tolerance, momenta {:.0e} {:.0e}, residual {:.1e}, rise {:.1e}",
+        simulation.contacts_begun(),
         deepest / tolerance,
         simulation.max_penetration() / tolerance,
         balance.momentum,
@@ -121,8 +137,8 @@ fn judge(dimension: usize, seed: u64) -> u64 {
         balance.momentum < 1e-12 && balance.angular_momentum < 1e-12,
         "{seed}: {balance:?}"
     );
-    // Between refined blocks, 1e-3, and of blocks of few elements, 2e-2 (design, section 7).
-    let bound = if most > 40 { 5e-3 } else { 2e-2 };
+    // Of blocks of few elements (design, section 7).
+    let bound = if most > 40 { bound } else { 2e-2 };
     assert!(
         balance.residual < bound && balance.rise < bound,
         "{seed}: {balance:?}"
@@ -133,13 +149,13 @@ fn judge(dimension: usize, seed: u64) -> u64 {
 #[test]
 fn boxes_meet_in_the_plane() {
     let refined = (0..40).filter(|&seed| judge(2, seed) > 40);
-    assert!(refined.count() > 20, "most are refined");
+    assert!(refined.count() > 30, "most are refined");
 }
 
 #[test]
 fn boxes_meet_in_space() {
     let refined = (0..6).filter(|&seed| judge(3, seed) > 40);
-    assert!(refined.count() > 2, "most are refined");
+    assert!(refined.count() > 3, "most are refined");
 }
 
 #[test]

@@ -13,8 +13,9 @@ use crate::mesh::{Block, Element, Mesh};
 /// would need steps of half the length and less.
 const LEAST: f64 = 0.3;
 
-/// How often elements are made half as large again where their masses cannot be fitted.
-const ATTEMPTS: i32 = 6;
+/// How often all elements of a block are made half as large again where its masses cannot
+/// be fitted: a simplex needs it twice (design, section 6).
+const ATTEMPTS: i32 = 4;
 
 /// A block with an overlay.
 #[derive(Clone, Debug)]
@@ -30,16 +31,23 @@ pub(crate) struct Cover<const D: usize> {
 impl<const D: usize> Cover<D> {
     /// A block refined to its zones; `None` where it is fine enough, or cannot be.
     pub(crate) fn new(foundation: &Foundation<D>, block: usize, zones: &[Zone<D>]) -> Option<Self> {
-        (0..ATTEMPTS).find_map(|attempt| {
-            let share = 0.5_f64.powi(attempt);
+        let coarsest = foundation.largest_size(block);
+        for attempt in 0..ATTEMPTS {
+            let most = match attempt {
+                0 => f64::INFINITY,
+                _ => coarsest * 0.5_f64.powi(attempt),
+            };
             let overlay = foundation.overlay(block, &|corners| {
                 let wanted = zones.iter().map(|zone| zone.size_at(corners));
                 let wanted = wanted.fold(f64::INFINITY, f64::min);
-                let is_near = |zone: &Zone<D>| zone.size_at(corners) < size(corners);
-                zones.iter().any(is_near) && size(corners) > share * wanted
+                wanted.is_finite() && size(corners) > wanted.min(most)
             })?;
-            Self::with_masses(foundation, block, overlay)
-        })
+            let cover = Self::with_masses(foundation, block, overlay);
+            if cover.is_some() {
+                return cover;
+            }
+        }
+        None
     }
 
     /// The same with an overlay, if its masses can be fitted.
@@ -47,77 +55,169 @@ impl<const D: usize> Cover<D> {
         let mesh = refined::of_block(&foundation.mesh, block, Some(&overlay));
         let sets = foundation.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
-        let nodes = foundation.mesh.blocks[block].nodes.clone();
-        let base_factor = &foundation.masses.factor[nodes.start as usize..nodes.end as usize];
-        let is_dense = foundation.masses.kind[block] == MassKind::Consistent;
-        let [of_kept, of_new] = lumped(&sets, mesh.nodes.len(), kept);
-        let free: Vec<f64> = if is_dense {
-            of_kept.iter().zip(&of_new).map(|(a, b)| a + b).collect()
-        } else {
-            of_new.clone()
+        let lumped = lumped(&sets, mesh.nodes.len(), kept);
+        let fit = Fit {
+            foundation,
+            block,
+            overlay: &overlay,
+            points: &mesh.nodes,
         };
-        let factor = Self::fit(foundation, block, &overlay, (&mesh, &free))?;
-        let factor_of_kept = |node: usize| {
-            if is_dense {
-                factor[node]
-            } else {
-                base_factor.get(node).copied().unwrap_or(1.0)
-            }
+        let factors = fit.factors(&lumped)?;
+        let mass = |node: usize| {
+            (0..2)
+                .map(|part| factors.of[part][node] * lumped[part][node])
+                .sum()
         };
-        let masses = of_kept.iter().zip(&of_new).enumerate();
-        let masses =
-            masses.map(|(node, (kept, new))| factor_of_kept(node) * kept + factor[node] * new);
         let mut level = vec![None; mesh.elements.len()];
         for set in &sets {
             for (i, &element) in set.mesh_elements().iter().enumerate() {
-                if is_dense || element as usize >= kept {
-                    let omega = set.frequency(i, &factor);
+                let is_new = element as usize >= kept;
+                if is_new || factors.are_others {
+                    let omega = set.frequency(i, &factors.of[usize::from(is_new)]);
                     level[element as usize] = Some(foundation.level(block, omega)?);
                 }
             }
         }
         Some(Self {
-            mass: masses.collect(),
+            mass: (0..mesh.nodes.len()).map(mass).collect(),
             level,
             overlay,
         })
     }
+}
 
-    /// Factors on the masses `free` of nodes, kg, that give them the moments of what they
-    /// replace; 1 where there is no such mass.
-    fn fit(
-        foundation: &Foundation<D>,
-        block: usize,
-        overlay: &Overlay<D>,
-        (mesh, free): (&Mesh<D>, &[f64]),
-    ) -> Option<Vec<f64>> {
-        let nodes: Vec<usize> = (0..free.len()).filter(|&node| free[node] > 0.0).collect();
-        let points: Vec<[f64; D]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
-        let masses: Vec<f64> = nodes.iter().map(|&node| free[node]).collect();
-        let mut moments = Moments::new(&points, &masses);
-        let all = &foundation.masses;
-        let dense = all
-            .consistent
-            .binary_search_by_key(&block, |dense| dense.block as usize);
-        if let Ok(number) = dense {
-            let dense = &all.consistent[number];
-            for a in 0..dense.size {
-                for b in 0..dense.size {
-                    let mass = dense.matrix[a * dense.size + b];
-                    moments.add(mass, &mesh.nodes[a], &mesh.nodes[b]);
+/// Masses of a block whose mesh has changed.
+struct Fit<'a, const D: usize> {
+    foundation: &'a Foundation<D>,
+    block: usize,
+    overlay: &'a Overlay<D>,
+    /// All nodes, m.
+    points: &'a [[f64; D]],
+}
+
+/// Factors on the lumped masses of nodes.
+struct Factors {
+    /// On those of the elements that are kept, and of the new ones.
+    of: [Vec<f64>; 2],
+    /// Whether the first are others than before.
+    are_others: bool,
+}
+
+impl<const D: usize> Fit<'_, D> {
+    /// Factors that give the block the mass, the centre and the second moments that it
+    /// had: if possible by those on the new elements alone.
+    fn factors(&self, [of_kept, of_new]: &[Vec<f64>; 2]) -> Option<Factors> {
+        let kind = self.foundation.masses.kind[self.block];
+        let before = self.factors_before();
+        if kind != MassKind::Consistent
+            && let Some(of_new) = self.fit(of_new, &self.replaced())
+        {
+            return Some(Factors {
+                of: [before, of_new],
+                are_others: false,
+            });
+        }
+        let all = of_kept.iter().zip(of_new).zip(&before);
+        let all: Vec<f64> = all
+            .map(|((kept, new), factor)| factor * kept + new)
+            .collect();
+        if let Some(fitted) = self.fit(&all, &self.whole()) {
+            let of_kept = before.iter().zip(&fitted).map(|(one, other)| one * other);
+            return Some(Factors {
+                of: [of_kept.collect(), fitted],
+                are_others: true,
+            });
+        }
+        // Too few nodes for what lumped masses are wrong by: that changes with the mesh.
+        let ones = vec![1.0; before.len()];
+        (kind == MassKind::Lumped).then_some(Factors {
+            of: [before, ones],
+            are_others: false,
+        })
+    }
+
+    /// Factors on the lumped masses of the nodes before, 1 on those of new ones.
+    fn factors_before(&self) -> Vec<f64> {
+        let nodes = self.nodes();
+        let mut factors = self.foundation.masses.factor[nodes].to_vec();
+        factors.resize(self.points.len(), 1.0);
+        factors
+    }
+
+    fn nodes(&self) -> std::ops::Range<usize> {
+        let nodes = &self.foundation.mesh.blocks[self.block].nodes;
+        nodes.start as usize..nodes.end as usize
+    }
+
+    /// Factors on these masses of nodes, kg, that give them the moments of others; 1 where
+    /// there is no mass.
+    fn fit(&self, masses: &[f64], wanted: &[(usize, usize, f64)]) -> Option<Vec<f64>> {
+        let nodes: Vec<usize> = (0..masses.len()).filter(|&n| masses[n] > 0.0).collect();
+        let points: Vec<[f64; D]> = nodes.iter().map(|&node| self.points[node]).collect();
+        let own: Vec<f64> = nodes.iter().map(|&node| masses[node]).collect();
+        let mut moments = Moments::new(&points, &own);
+        for &(a, b, mass) in wanted {
+            moments.add(mass, &self.points[a], &self.points[b]);
+        }
+        let fitted = moments.fit(&points, &own, LEAST)?;
+        let mut factors = vec![1.0; masses.len()];
+        for (node, fitted) in nodes.into_iter().zip(fitted) {
+            factors[node] = fitted;
+        }
+        Some(factors)
+    }
+
+    /// Entries of the mass matrix of the block before, kg; of fitted masses, of the exact
+    /// one, of which they have the mass, the centre and the moments of inertia.
+    fn whole(&self) -> Vec<(usize, usize, f64)> {
+        let masses = &self.foundation.masses;
+        if masses.kind[self.block] == MassKind::Lumped {
+            let masses = masses.nodal[self.nodes()].iter().enumerate();
+            return masses.map(|(node, &mass)| (node, node, mass)).collect();
+        }
+        let mesh = refined::of_block(&self.foundation.mesh, self.block, None);
+        let mut entries = Vec::new();
+        let mut matrix = [0.0; 64];
+        for set in self.foundation.sets(self.block, &mesh) {
+            for i in 0..set.len() {
+                set.consistent_mass(i, &mut matrix);
+                let nodes: Vec<usize> = set.nodes(i).iter().map(|&n| n as usize).collect();
+                for (k, &a) in nodes.iter().enumerate() {
+                    let row = nodes.iter().zip(&matrix[k * nodes.len()..]);
+                    entries.extend(row.map(|(&b, &mass)| (a, b, mass)));
                 }
             }
-        } else {
-            for (node, mass) in replaced_masses(foundation, block, overlay) {
-                moments.add(mass, &mesh.nodes[node], &mesh.nodes[node]);
-            }
         }
-        let fitted = moments.fit(&points, &masses, LEAST)?;
-        let mut factor = vec![1.0; free.len()];
-        for (node, fitted) in nodes.into_iter().zip(fitted) {
-            factor[node] = fitted;
-        }
-        Some(factor)
+        entries
+    }
+
+    /// What the elements that are replaced have had of it.
+    fn replaced(&self) -> Vec<(usize, usize, f64)> {
+        let nodes = self.nodes();
+        let (foundation, first) = (self.foundation, nodes.start as u32);
+        let element = |&number: &u32| {
+            let element = &foundation.mesh.elements[number as usize];
+            let own: Vec<u32> = element.nodes().iter().map(|node| node - first).collect();
+            Element::new(element.kind, &own)
+        };
+        let elements: Vec<Element> = self.overlay.replaced.iter().map(element).collect();
+        let mesh = Mesh {
+            blocks: vec![Block {
+                name: String::new(),
+                source: 0,
+                nodes: 0..nodes.len() as u32,
+                elements: 0..elements.len() as u32,
+            }],
+            nodes: foundation.mesh.nodes[nodes.clone()].to_vec(),
+            elements,
+            ..Mesh::default()
+        };
+        let sets = foundation.sets(self.block, &mesh);
+        let [_, masses] = lumped(&sets, mesh.nodes.len(), 0);
+        let shares = masses.iter().zip(&foundation.masses.factor[nodes]);
+        let shares = shares.map(|(mass, factor)| mass * factor).enumerate();
+        let shares = shares.filter(|(_, mass)| *mass > 0.0);
+        shares.map(|(node, mass)| (node, node, mass)).collect()
     }
 }
 
@@ -139,39 +239,4 @@ fn lumped<const D: usize>(
         }
     }
     masses
-}
-
-/// What the elements that are replaced have had in the masses of the block's nodes, kg.
-fn replaced_masses<const D: usize>(
-    foundation: &Foundation<D>,
-    block: usize,
-    overlay: &Overlay<D>,
-) -> Vec<(usize, f64)> {
-    let Block { nodes, .. } = &foundation.mesh.blocks[block];
-    let nodes = nodes.start as usize..nodes.end as usize;
-    let element = |&number: &u32| {
-        let element = &foundation.mesh.elements[number as usize];
-        let own = element.nodes().iter().map(|node| node - nodes.start as u32);
-        Element::new(element.kind, &own.collect::<Vec<_>>())
-    };
-    let elements: Vec<Element> = overlay.replaced.iter().map(element).collect();
-    let mesh = Mesh {
-        blocks: vec![Block {
-            name: String::new(),
-            source: 0,
-            nodes: 0..nodes.len() as u32,
-            elements: 0..elements.len() as u32,
-        }],
-        nodes: foundation.mesh.nodes[nodes.clone()].to_vec(),
-        elements,
-        ..Mesh::default()
-    };
-    let sets = foundation.sets(block, &mesh);
-    let [_, masses] = lumped(&sets, mesh.nodes.len(), 0);
-    let factor = &foundation.masses.factor[nodes];
-    let shares = masses
-        .iter()
-        .zip(factor)
-        .map(|(mass, factor)| mass * factor);
-    shares.enumerate().filter(|(_, mass)| *mass > 0.0).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::cover::Cover;
 use super::overlay::{Overlay, Wanted};
+use super::zone::size;
 use super::{Base, refined};
 use crate::around::Around;
 use crate::contact::surface::Surface;
@@ -67,6 +68,21 @@ impl<const D: usize> Foundation<D> {
     pub(super) fn overlay(&self, block: usize, wanted: Wanted<D>) -> Option<Overlay<D>> {
         let base = Base::new(&self.mesh, &self.around);
         (self.space.overlay)(base, &self.mesh, block, wanted)
+    }
+
+    /// Size of the largest element of a block, m.
+    pub(super) fn largest_size(&self, block: usize) -> f64 {
+        let elements = self.mesh.blocks[block].elements.clone();
+        elements
+            .map(|element| self.size(element))
+            .fold(0.0, f64::max)
+    }
+
+    /// Size of an element, m.
+    pub(super) fn size(&self, element: u32) -> f64 {
+        let nodes = self.mesh.elements[element as usize].nodes().iter();
+        let corners: Vec<_> = nodes.map(|&node| self.mesh.nodes[node as usize]).collect();
+        size(&corners)
     }
 
     /// Mass of a block over its volume, kg/m^D.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::cover::Cover;
 use super::foundation::Foundation;
 use super::refined::refined;
-use super::zone::{Zone, size};
+use super::zone::Zone;
 use crate::mesh::{Block, Mesh};
 use crate::vector::norm;
 
@@ -97,15 +97,7 @@ impl<const D: usize> SecondScale<D> {
 
     /// Size of the elements before refinement among which those of `roots` are, m.
     pub(crate) fn base_size(&self, roots: impl Iterator<Item = u32>) -> f64 {
-        let mesh = &self.foundation.mesh;
-        let size = |root: u32| {
-            let nodes = mesh.elements[root as usize].nodes().iter();
-            size(
-                &nodes
-                    .map(|&node| mesh.nodes[node as usize])
-                    .collect::<Vec<_>>(),
-            )
-        };
+        let size = |root: u32| self.foundation.size(root);
         roots.map(size).fold(0.0, f64::max)
     }
 
