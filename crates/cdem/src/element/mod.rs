@@ -13,7 +13,7 @@ mod frequency;
 mod geometry;
 mod incremental;
 mod set;
-mod shape;
+pub(crate) mod shape;
 pub(crate) mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -8,9 +8,9 @@ use crate::mesh::{CORNERS, ElementKind};
 
 /// Values and reference gradients of an element's shape functions at a point;
 /// only the first `node_count` entries are used.
-pub(super) struct Shape {
-    pub(super) values: [f64; 8],
-    pub(super) gradients: [[f64; 3]; 8],
+pub(crate) struct Shape {
+    pub(crate) values: [f64; 8],
+    pub(crate) gradients: [[f64; 3]; 8],
 }
 
 /// A point of a quadrature rule on a reference element.
@@ -20,8 +20,23 @@ pub(super) struct Point {
     pub(super) weight: f64,
 }
 
+/// Where corner `a` of `kind` is on the reference element.
+pub(crate) fn corner(kind: ElementKind, a: usize) -> [f64; 3] {
+    match kind {
+        ElementKind::Tri3 | ElementKind::Tet4 => {
+            std::array::from_fn(|i| if i + 1 == a { 1.0 } else { 0.0 })
+        }
+        ElementKind::Quad4 => [CORNERS[a][0], CORNERS[a][1], 0.0],
+        ElementKind::Hex8 => CORNERS[a],
+        ElementKind::Wedge6 => {
+            let [x, y, _] = corner(ElementKind::Tri3, a % 3);
+            [x, y, if a < 3 { -1.0 } else { 1.0 }]
+        }
+    }
+}
+
 /// Shape functions of `kind` at the reference point `at`.
-pub(super) fn shape(kind: ElementKind, at: [f64; 3]) -> Shape {
+pub(crate) fn shape(kind: ElementKind, at: [f64; 3]) -> Shape {
     match kind {
         ElementKind::Tri3 | ElementKind::Tet4 => simplex(kind.dimension(), at),
         ElementKind::Quad4 | ElementKind::Hex8 => tensor_product(kind.dimension(), at),

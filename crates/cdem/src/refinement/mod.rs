@@ -11,6 +11,7 @@ mod cell;
 mod cover;
 mod forest;
 mod foundation;
+mod inside;
 mod mass;
 mod momenta;
 mod nesting;

@@ -14,6 +14,8 @@ pub(crate) struct Nesting<'a, const D: usize> {
     /// Fine number of each coarse node, and coarse number of each fine one that is both.
     fine_of: Vec<u32>,
     coarse_of: Vec<Option<u32>>,
+    /// Whether each new fine node lies in an element that is whole in the coarse mesh.
+    in_whole: Vec<bool>,
 }
 
 impl<'a, const D: usize> Nesting<'a, D> {
@@ -31,7 +33,12 @@ impl<'a, const D: usize> Nesting<'a, D> {
         for (number, &node) in (0..).zip(&fine_of) {
             coarse_of[node as usize] = Some(number);
         }
+        let is_whole = |root: u32| coarse.is_none_or(|coarse| !coarse.replaces(root));
+        let inside = fine.inside.iter();
+        let in_whole =
+            inside.map(|inside| inside.as_ref().is_some_and(|within| is_whole(within.root)));
         Some(Self {
+            in_whole: in_whole.collect(),
             fine,
             fine_of,
             coarse_of,
@@ -53,6 +60,24 @@ impl<'a, const D: usize> Nesting<'a, D> {
                     scale(1.0 / parents.len() as f64, &sum)
                 }
             });
+        }
+        fine
+    }
+
+    /// The same of a field that varies in elements that are no simplices as it does in these.
+    pub(crate) fn grow(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
+        let mut fine = self.spread(coarse);
+        for (new, inside) in self.fine.inside.iter().enumerate() {
+            let node = self.fine.base_count + new;
+            if let Some(within) = inside.as_ref().filter(|_| self.in_whole[new])
+                && self.coarse_of[node].is_none()
+            {
+                let mut value = [0.0; D];
+                for &(corner, weight) in &within.weights {
+                    add_scaled(&mut value, weight, &fine[corner as usize]);
+                }
+                fine[node] = value;
+            }
         }
         fine
     }
@@ -191,7 +216,7 @@ impl<'a, const D: usize> Stiffness<'a, D> {
 }
 
 /// Relative residual at which conjugate gradients end, and steps at most for each unknown.
-const PRECISION: f64 = 1e-12;
+const PRECISION: f64 = 1e-14;
 const STEPS: usize = 4;
 
 /// Solves `apply` x = `right`, symmetric and not negative, for a field x.

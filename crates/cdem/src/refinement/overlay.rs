@@ -3,6 +3,8 @@
 use super::base::Base;
 use super::cell::{Cell, Tetrahedron, Triangle};
 use super::forest::{Forest, Lineage};
+use super::inside::Inside;
+use super::star;
 use crate::element::tensor;
 use crate::mesh::{Element, ElementKind, Mesh};
 use crate::vector::{add, scale};
@@ -17,6 +19,8 @@ pub(crate) struct Overlay<const D: usize> {
     pub(crate) points: Vec<[f64; D]>,
     /// The nodes between which each new node lies, all of the same weight.
     pub(super) parents: Vec<Vec<u32>>,
+    /// The element in which each new node lies, of those that are no simplices.
+    pub(super) inside: Vec<Option<Within>>,
     /// The nodes before between which each new node lies, its parents being in turn.
     hulls: Vec<Vec<u32>>,
     /// Elements of the mesh that are replaced, ascending.
@@ -61,6 +65,14 @@ fn overlay<const D: usize, C: Cell>(
     let elements: Vec<u32> = mesh.blocks[block].elements.clone().collect();
     let forest: Forest<D, C> = Forest::new(base, &elements, wanted);
     Overlay::new(mesh, base, block, &forest)
+}
+
+/// A node in an element that is no simplex.
+#[derive(Clone, Debug)]
+pub(super) struct Within {
+    pub(super) root: u32,
+    /// What its corners have in the value of a field there.
+    pub(super) weights: Vec<(u32, f64)>,
 }
 
 /// A simplex in the place of an element, or of a part of it.
@@ -113,14 +125,44 @@ impl<const D: usize> Overlay<D> {
             .collect();
         let mut replaced: Vec<u32> = forest.roots().collect();
         replaced.sort_unstable();
-        (!replaced.is_empty()).then(|| Self {
+        let elements: Vec<SubElement> = elements.collect();
+        let points: Vec<[f64; D]> = all.map(|node| forest.point(base, node)).collect();
+        let mut overlay = Self {
             base_count,
-            points: all.map(|node| forest.point(base, node)).collect(),
             hulls: hulls(base_count, &parents),
+            inside: vec![None; parents.len()],
+            points,
             parents,
             replaced,
-            elements: elements.collect(),
-        })
+            elements,
+        };
+        overlay.inside = overlay.all_inside(mesh, nodes.start);
+        (!overlay.replaced.is_empty()).then_some(overlay)
+    }
+
+    /// Where new nodes lie in elements that are no simplices, of a block whose nodes in the
+    /// mesh begin at `first`.
+    fn all_inside(&self, mesh: &Mesh<D>, first: u32) -> Vec<Option<Within>> {
+        let mut found = vec![None; self.parents.len()];
+        for parts in self.elements.chunk_by(|one, other| one.root == other.root) {
+            let root = parts[0].root;
+            let element = &mesh.elements[root as usize];
+            if star::is_simplex(element.kind) {
+                continue;
+            }
+            let own: Vec<u32> = element.nodes().iter().map(|node| node - first).collect();
+            let element = Element::new(element.kind, &own);
+            let mut inside = Inside::new(element, &self.points, self.base_count, &self.parents);
+            for &node in parts.iter().flat_map(|part| part.element.nodes()) {
+                if let Some(new) = (node as usize).checked_sub(self.base_count) {
+                    found[new].get_or_insert_with(|| Within {
+                        root,
+                        weights: inside.weights(node),
+                    });
+                }
+            }
+        }
+        found
     }
 
     /// Whether an element of the mesh is replaced.

@@ -50,10 +50,19 @@ impl<'a, const D: usize> Transfer<'a, D> {
         }
     }
 
+    /// Velocities, m/s.
+    pub(crate) fn velocities(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
+        if self.is_finer {
+            self.nesting.grow(of)
+        } else {
+            self.nesting.pick(of)
+        }
+    }
+
     /// Displacements, m: what is coarser is deformed as nearly as it can be.
     pub(crate) fn displacements(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
         if self.is_finer {
-            self.nesting.spread(of)
+            self.nesting.grow(of)
         } else {
             self.nesting.smooth(of, &self.nesting.stays(), self.lame)
         }

@@ -332,13 +332,13 @@ impl<const D: usize> Run<D> {
             number: old_state.number,
             displacement: carry.vectors(&old_state.displacement, Transfer::displacements),
             carry: carry.values(&old_state.carry),
-            velocity: carry.values(&old_state.velocity),
+            velocity: carry.vectors(&old_state.velocity, Transfer::velocities),
             element_interval: origins.means(&old_state.element_interval),
             node_interval: carry.scalars(&old_state.node_interval),
             contact_force: carry.values(&old_state.contact_force),
         };
         let mut impulses = Impulses::new(self.model.mesh.nodes.len());
-        impulses.before = carry.values(&self.impulses.before);
+        impulses.before = carry.vectors(&self.impulses.before, Transfer::velocities);
         impulses.interval = carry.scalars(&self.impulses.interval);
         self.impulses = impulses;
         for (block, transfer) in &transfers {
