@@ -3,5 +3,6 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
+mod bars;
 mod meetings;
 mod paper;

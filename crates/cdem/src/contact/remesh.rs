@@ -23,6 +23,8 @@ pub(crate) struct Place<const D: usize> {
     pub(crate) normal: [f64; D],
     /// How fast the two come nearer, m/s.
     pub(crate) speed: f64,
+    /// Until they touch, s.
+    pub(crate) wait: f64,
     /// When the contact began, s; of one that is about to be, nothing.
     pub(crate) since: Option<f64>,
 }
@@ -49,7 +51,11 @@ impl<const D: usize> Contacts<D> {
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
             let operator = surface.operator(pair, &foot, then);
             let speed = -operator.relative_velocity(0, velocity);
-            Some(self.place(pair, &foot, (then, rest), (operator.frame[0], speed)))
+            Some(Place {
+                speed,
+                wait: time,
+                ..self.place(pair, &foot, (then, rest), operator.frame[0])
+            })
         };
         self.near.par_iter().filter_map(look).collect()
     }
@@ -61,7 +67,7 @@ impl<const D: usize> Contacts<D> {
             let normal = live.operator(surface, at).frame[0];
             Place {
                 since: Some(live.record.time_on),
-                ..self.place(live.pair, &live.foot, (at, rest), (normal, 0.0))
+                ..self.place(live.pair, &live.foot, (at, rest), normal)
             }
         };
         self.live().map(place).collect()
@@ -72,7 +78,7 @@ impl<const D: usize> Contacts<D> {
         pair: Pair,
         foot: &[f64; 2],
         (at, rest): (Positions<D>, Positions<D>),
-        (normal, speed): ([f64; D], f64),
+        normal: [f64; D],
     ) -> Place<D> {
         let surface = &*self.terms.surface;
         let nodes = [
@@ -86,7 +92,8 @@ impl<const D: usize> Contacts<D> {
             nodes,
             point: surface.point(pair, at),
             normal,
-            speed,
+            speed: 0.0,
+            wait: 0.0,
             since: None,
         }
     }

@@ -1,13 +1,16 @@
 //! Which places of which blocks are refined, and how finely.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::cover::Cover;
 use super::foundation::Foundation;
 use super::refined::refined;
-use super::zone::Zone;
+use super::zone::{GENTLE, GRADING, Zone};
 use crate::mesh::{Block, Mesh};
-use crate::vector::norm;
+use crate::scene::Zone as Extent;
+use crate::vector::{dot, norm, scale, sub};
 
 /// Coarse steps between two looks whether any zone is needed no more: each change of mesh
 /// costs energy, so they are seldom (design, section 3).
@@ -22,29 +25,50 @@ const MOVED: f64 = 0.5;
 /// as one over the distance: that of smaller elements would leave what is elastic.
 const PRESSED: f64 = 8.0;
 
+/// Distance between touches over the size of the elements there before refinement, from
+/// which on blocks meet flush.
+const FLUSH: f64 = 0.25;
+
 /// All overlays, and the zones that they are made for.
 pub(crate) struct SecondScale<const D: usize> {
     pub(crate) foundation: Foundation<D>,
     energy_loss: f64,
     max_level: u32,
+    extent: Extent,
     /// How far each block is across, m.
     widths: Vec<f64>,
     zones: Vec<Vec<Zone<D>>>,
     covers: Vec<Option<Cover<D>>>,
     /// Blocks of which zones have come that their cover does not have.
     waiting: Vec<usize>,
+    /// Of pairs of blocks that collide.
+    impacts: BTreeMap<[u32; 2], Impact>,
+}
+
+/// A collision, for as long as it lasts.
+#[derive(Clone, Copy, Debug)]
+struct Impact {
+    /// Most that a touch in it has had, J.
+    energy: f64,
+    /// The last coarse step of it.
+    until: u64,
 }
 
 /// A touch that is about to be, of two blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct Encounter<const D: usize> {
     pub(crate) blocks: [usize; 2],
+    /// Whether no encounter before it is of the same node of the first block.
+    pub(crate) is_first_of_node: bool,
     /// Where at rest, m.
     pub(crate) places: [[f64; D]; 2],
     /// Where, m, along which unit vector and how fast the two come nearer, m/s.
     pub(crate) point: [f64; D],
     pub(crate) normal: [f64; D],
     pub(crate) speed: f64,
+    /// What is left of the coarse step after they touch, s: for that long their points are
+    /// one in it.
+    pub(crate) unified: f64,
     /// Size of the elements there as they were before refinement, m.
     pub(crate) sizes: [f64; 2],
 }
@@ -54,6 +78,30 @@ pub(crate) struct Change<const D: usize> {
     pub(crate) block: usize,
     pub(crate) cover: Option<Cover<D>>,
     zones: Vec<Zone<D>>,
+}
+
+impl<const D: usize> Encounter<D> {
+    /// Whether some are of faces that meet flush: not all at one place or, in space, along
+    /// one line.
+    pub(crate) fn are_flush(all: &[Self]) -> bool {
+        let Some(first) = all.first() else {
+            return false;
+        };
+        let least = first.sizes[0].min(first.sizes[1]) * FLUSH;
+        let from = |origin: &[f64; D], line: Option<&[f64; D]>| {
+            let apart = all.iter().map(|e| {
+                let way = sub(&e.point, origin);
+                let along = line.map_or(0.0, |line| dot(&way, line));
+                let way = line.map_or(way, |line| sub(&way, &scale(along, line)));
+                (norm(&way), way)
+            });
+            apart
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .unwrap_or((0.0, [0.0; D]))
+        };
+        let (length, way) = from(&first.point, None);
+        length > least && (D == 2 || from(&first.point, Some(&scale(1.0 / length, &way))).0 > least)
+    }
 }
 
 impl<const D: usize> SecondScale<D> {
@@ -76,9 +124,11 @@ impl<const D: usize> SecondScale<D> {
             widths: foundation.mesh.blocks.iter().map(width).collect(),
             energy_loss: contact.energy_loss,
             max_level: contact.max_level,
+            extent: contact.zone,
             zones: vec![Vec::new(); count],
             covers: vec![None; count],
             waiting: Vec::new(),
+            impacts: BTreeMap::new(),
             foundation,
         }
     }
@@ -101,52 +151,87 @@ impl<const D: usize> SecondScale<D> {
         roots.map(size).fold(0.0, f64::max)
     }
 
-    /// Time that compression waves take across a block, s.
-    pub(crate) fn crossing(&self, block: usize) -> f64 {
-        self.widths[block] / self.foundation.material(block).p_wave_speed()
+    fn wave_speed(&self, block: usize) -> f64 {
+        self.foundation.material(block).p_wave_speed()
     }
 
-    /// Asks for elements as small as `finest`, m, at a place of a block until a step.
-    pub(crate) fn ask(&mut self, block: usize, centre: &[f64; D], finest: f64, until: u64) {
-        let mut known = self.zones[block].iter_mut();
-        if let Some(zone) = known.find(|zone| zone.covers(centre, finest)) {
-            zone.until = zone.until.max(until);
-            return;
+    /// Time that compression waves take across a block, s.
+    pub(crate) fn crossing(&self, block: usize) -> f64 {
+        self.widths[block] / self.wave_speed(block)
+    }
+
+    /// Asks for elements of some `sizes`, m, where two blocks are to meet, flush or not,
+    /// until a step; where these are no smaller than what is there without, for nothing.
+    pub(crate) fn ask(
+        &mut self,
+        encounter: &Encounter<D>,
+        sizes: [f64; 2],
+        is_flush: bool,
+        until: u64,
+    ) {
+        for (side, finest) in sizes.into_iter().enumerate() {
+            let block = encounter.blocks[side];
+            if finest >= encounter.sizes[side] || self.foundation.is_fixed(block) {
+                continue;
+            }
+            let zone = Zone {
+                centre: encounter.places[side],
+                radius: match self.extent {
+                    Extent::Graded => 0.0,
+                    Extent::Wavefront => self.wave_speed(block) * encounter.unified,
+                },
+                finest,
+                grading: if is_flush { GENTLE } else { GRADING },
+                until,
+            };
+            let mut known = self.zones[block].iter_mut();
+            match known.find(|known| known.covers(&zone)) {
+                Some(known) => known.until = known.until.max(until),
+                None => {
+                    self.zones[block].push(zone);
+                    self.waiting.push(block);
+                }
+            }
         }
-        self.zones[block].push(Zone {
-            centre: *centre,
-            finest,
-            until,
-        });
-        self.waiting.push(block);
     }
 
     /// Keeps the zones around a place of a block until a step.
     pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], until: u64) {
         for zone in &mut self.zones[block] {
-            if zone.covers(centre, zone.finest) {
+            let at_centre = Zone {
+                centre: *centre,
+                radius: 0.0,
+                ..*zone
+            };
+            if zone.covers(&at_centre) {
                 zone.until = zone.until.max(until);
             }
         }
     }
 
-    /// How finely both blocks of some encounters are to be refined where they meet, m, so
-    /// that of the energy of their impact, ½ `speed`²/`mobility` with the inverse mass seen
-    /// by both as rigid bodies, 1/kg, the touches lose no more than is wanted (design,
-    /// section 6): both to the same transit time of compression waves.
-    pub(crate) fn depth(&self, encounters: &[Encounter<D>], mobility: f64) -> Vec<[f64; 2]> {
-        let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
-        let available = 0.5 * fastest * fastest / mobility;
+    /// Energy of the impact of two blocks that includes a touch of some energy, J, and goes
+    /// on until a step: what opens and closes again in it is no impact of its own.
+    pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+        let new = Impact { energy, until };
+        let impact = self.impacts.entry(blocks).or_insert(new);
+        impact.energy = impact.energy.max(energy);
+        impact.until = impact.until.max(until);
+        impact.energy
+    }
+
+    /// How finely two blocks are to be refined where they meet, m, so that of the energy of
+    /// their impact, J, the touches lose no more than is wanted (design, section 6): both to
+    /// the same transit time of compression waves.
+    pub(crate) fn depth(&self, encounters: &[Encounter<D>], energy: f64) -> Vec<[f64; 2]> {
+        let points = encounters.iter().filter(|e| e.is_first_of_node).count();
+        let across = (points.max(1) as f64).powf(1.0 / (D as f64 - 1.0));
         let sizes_at = |level: u32| -> Vec<[f64; 2]> {
-            encounters.iter().map(|e| self.sizes(e, level)).collect()
-        };
-        let loss = |sizes: &[[f64; 2]]| {
-            let touches = encounters.iter().zip(sizes);
-            touches.map(|(e, sizes)| self.loss(e, sizes)).sum::<f64>()
+            let sizes = |e| self.sizes(e, level, PRESSED / across);
+            encounters.iter().map(sizes).collect()
         };
         let mut sizes = sizes_at(0);
         for level in 1..=2 * self.max_level {
-            if loss(&sizes) <= self.energy_loss * available {
+            if self.loss(encounters, &sizes) <= self.energy_loss * energy {
                 break;
             }
             sizes = sizes_at(level);
@@ -156,21 +241,33 @@ impl<const D: usize> SecondScale<D> {
 
     /// Sizes of the elements on both sides whose transit times are those of the slower,
     /// halved so often, m; none more often than it may be, or than it bears.
-    fn sizes(&self, encounter: &Encounter<D>, level: u32) -> [f64; 2] {
+    fn sizes(&self, encounter: &Encounter<D>, level: u32, pressed: f64) -> [f64; 2] {
         let Encounter { blocks, sizes, .. } = encounter;
-        let speed = blocks.map(|block| self.foundation.material(block).p_wave_speed());
+        let speed = blocks.map(|block| self.wave_speed(block));
         let transits = [sizes[0] / speed[0], sizes[1] / speed[1]];
         let transit = transits[0].max(transits[1]) * 0.5_f64.powi(level as i32);
         let halved = 0.5_f64.powi(self.max_level as i32);
         [0, 1].map(|side| {
-            let pressed = PRESSED * encounter.speed / speed[side] * self.widths[blocks[side]];
+            let pressed = pressed * encounter.speed / speed[side] * self.widths[blocks[side]];
             let least = f64::max(halved * sizes[side], pressed).min(sizes[side]);
             (speed[side] * transit).clamp(least, sizes[side])
         })
     }
 
+    /// What the points of two blocks lose that become one, J: as seen from that of the two
+    /// of which more nodes do.
+    fn loss(&self, encounters: &[Encounter<D>], sizes: &[[f64; 2]]) -> f64 {
+        let of = |block: usize| {
+            let touches = encounters.iter().zip(sizes);
+            let own = touches.filter(|(e, _)| e.is_first_of_node && e.blocks[0] == block);
+            own.map(|(e, sizes)| self.loss_at(e, sizes)).sum::<f64>()
+        };
+        let [a, b] = encounters.first().map_or([0; 2], |e| e.blocks);
+        f64::max(of(a), of(b))
+    }
+
     /// What two points lose that become one, (5) of the paper, J.
-    fn loss(&self, encounter: &Encounter<D>, sizes: &[f64; 2]) -> f64 {
+    fn loss_at(&self, encounter: &Encounter<D>, sizes: &[f64; 2]) -> f64 {
         let inverse = |side: usize| {
             let density = self.foundation.density(encounter.blocks[side]);
             let mass = MOVED * density * sizes[side].powi(D as i32);
@@ -186,6 +283,7 @@ impl<const D: usize> SecondScale<D> {
     /// The covers that may change before coarse step `number`: more zones where they have
     /// been asked for; now and then, fewer where they are needed no more.
     pub(crate) fn changes(&mut self, number: u64) -> Vec<Change<D>> {
+        self.impacts.retain(|_, impact| impact.until >= number);
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_unstable();
         waiting.dedup();

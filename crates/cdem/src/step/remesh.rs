@@ -1,7 +1,7 @@
 //! The second scale in time: blocks are refined before they collide, and as they were
 //! again after it (design, section 6; [Li2015], section 5).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::Run;
@@ -164,6 +164,8 @@ impl<const D: usize> Run<D> {
             let since = place.since.unwrap_or_default();
             if self.time() - since <= IMPACT * transit {
                 let until = self.until(STAY * transit);
+                let [a, b] = place.blocks;
+                second.impact([a.min(b), a.max(b)], 0.0, until);
                 for (block, rest) in place.blocks.iter().zip(&place.rest) {
                     second.keep(*block as usize, rest, until);
                 }
@@ -198,24 +200,25 @@ impl<const D: usize> Run<D> {
             RESTING * gravity * self.model.step,
             SLIGHT * tolerance / transit,
         );
+        let mut nodes = BTreeSet::new();
         let encounters: Vec<Encounter<D>> = places
             .iter()
             .filter(|place| place.speed > slight)
-            .map(|place| self.encounter(second, place))
+            .map(|place| Encounter {
+                is_first_of_node: nodes.insert(place.nodes[0]),
+                ..self.encounter(second, place)
+            })
             .collect();
         let Some(mobility) = self.mobility(&encounters) else {
             return;
         };
-        let sizes = second.depth(&encounters, mobility);
+        let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
         let until = self.until(STAY * transit);
+        let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
+        let sizes = second.depth(&encounters, energy);
+        let are_flush = Encounter::are_flush(&encounters);
         for (encounter, sizes) in encounters.iter().zip(sizes) {
-            for side in 0..2 {
-                let block = encounter.blocks[side];
-                let is_finer = sizes[side] < encounter.sizes[side];
-                if is_finer && !self.model.blocks[block].fixed {
-                    second.ask(block, &encounter.places[side], sizes[side], until);
-                }
-            }
+            second.ask(encounter, sizes, are_flush, until);
         }
     }
 
@@ -227,10 +230,12 @@ impl<const D: usize> Run<D> {
         let around = |node: u32| self.around.of(node).iter().map(|&element| root(element));
         Encounter {
             blocks: place.blocks.map(|block| block as usize),
+            is_first_of_node: true,
             places: place.rest,
             point: place.point,
             normal: place.normal,
             speed: place.speed,
+            unified: self.model.step - place.wait % self.model.step,
             sizes: place.nodes.map(|node| second.base_size(around(node))),
         }
     }
