@@ -4,5 +4,6 @@
 #![allow(clippy::print_stdout)] // the figures are the report
 
 mod bars;
+mod boxed;
 mod meetings;
 mod paper;

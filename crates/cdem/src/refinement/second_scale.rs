@@ -41,6 +41,8 @@ pub(crate) struct SecondScale<const D: usize> {
     covers: Vec<Option<Cover<D>>>,
     /// Blocks of which zones have come that their cover does not have.
     waiting: Vec<usize>,
+    /// Energy that changes of level have made in each block, J; negative, have taken.
+    debts: Vec<f64>,
     /// Of pairs of blocks that collide.
     impacts: BTreeMap<[u32; 2], Impact>,
 }
@@ -128,6 +130,7 @@ impl<const D: usize> SecondScale<D> {
             zones: vec![Vec::new(); count],
             covers: vec![None; count],
             waiting: Vec::new(),
+            debts: vec![0.0; count],
             impacts: BTreeMap::new(),
             foundation,
         }
@@ -153,6 +156,22 @@ impl<const D: usize> SecondScale<D> {
 
     fn wave_speed(&self, block: usize) -> f64 {
         self.foundation.material(block).p_wave_speed()
+    }
+
+    /// Blocks in which changes of level have made energy.
+    pub(crate) fn debtors(&self) -> Vec<usize> {
+        let blocks = 0..self.debts.len();
+        blocks.filter(|&block| self.debts[block] > 0.0).collect()
+    }
+
+    /// Energy that changes of level have made in a block, J.
+    pub(crate) fn debt(&self, block: usize) -> f64 {
+        self.debts[block]
+    }
+
+    /// A change of level has made so much energy in a block, J.
+    pub(crate) fn owe(&mut self, block: usize, energy: f64) {
+        self.debts[block] += energy;
     }
 
     /// Time that compression waves take across a block, s.

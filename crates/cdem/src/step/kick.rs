@@ -43,6 +43,17 @@ impl<const D: usize> Impulses<D> {
         }
     }
 
+    /// Energy that changes of level make in a kick to the velocities `after`, J, node by
+    /// node: ½v⁻·M·v⁺ measures an element by its interval; where that changes, by a quarter
+    /// of the difference of its impulses on what the kick changes.
+    pub(crate) fn made_by_levels(&self, after: &[[f64; D]]) -> impl Iterator<Item = (u32, f64)> {
+        self.relevelled.iter().map(|(node, less)| {
+            let n = *node as usize;
+            let change = sub(&after[n], &self.before[n]);
+            (*node, 0.25 * dot(less, &change))
+        })
+    }
+
     /// Zeroes what a kick of `nodes` has left.
     pub(crate) fn clear(&mut self, nodes: &[u32]) {
         self.relevelled.clear();
@@ -314,12 +325,8 @@ impl<const D: usize> Model<D> {
                 ledger.book(Account::Viscosity, &impulses.viscous[n], before, end);
             }
         }
-        // ½v⁻·M·v⁺ measures an element by its interval: where that changes, by
-        // a quarter of the difference of its impulses on what the kick changes.
-        for (node, less) in &impulses.relevelled {
-            let n = *node as usize;
-            let change = sub(&after[n], &impulses.before[n]);
-            ledger.remesh_loss -= 0.25 * dot(less, &change);
+        for (_, energy) in impulses.made_by_levels(after) {
+            ledger.remesh_loss -= energy;
         }
         // What held nodes have needed beside these impulses and contact.
         for &node in substep.held() {

@@ -280,6 +280,11 @@ impl<const D: usize> Run<D> {
         let ledger = &mut self.ledger;
         let after = (&*self.state.velocity, Velocity::Mean);
         self.model.book_kick(after, &self.impulses, substep, ledger);
+        if let Some(second) = &mut self.second_scale {
+            for (node, energy) in self.impulses.made_by_levels(&self.state.velocity) {
+                second.owe(self.model.block_of[node as usize] as usize, energy);
+            }
+        }
         self.impulses.clear(substep.nodes());
         for &node in substep.held() {
             self.impulses.contact[node as usize] = [0.0; D];

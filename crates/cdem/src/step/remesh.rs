@@ -56,6 +56,11 @@ impl<const D: usize> Run<D> {
     pub(super) fn refine(&mut self) -> Option<f64> {
         let mut second = self.second_scale.take()?;
         let mut before = None;
+        for block in second.debtors() {
+            before.get_or_insert_with(|| self.balance());
+            let paid = self.pay(block, second.debt(block));
+            second.owe(block, -paid);
+        }
         for _ in 0..LOOKS {
             self.ask_for_zones(&mut second);
             let changes = second.changes(self.state.number);
@@ -455,24 +460,34 @@ impl<const D: usize> Run<D> {
         if nodes.clone().any(is_held) {
             return;
         }
-        let (velocities, rigid) = self.with_momenta(block, before);
-        self.state.velocity[nodes.clone()].copy_from_slice(&velocities);
-        let gained = self.energy_of(block) - before.energy;
-        if gained <= 0.0 {
-            return;
+        let (velocities, _) = self.with_momenta(block, before);
+        self.state.velocity[nodes].copy_from_slice(&velocities);
+        self.pay(block, self.energy_of(block) - before.energy);
+    }
+
+    /// Takes some energy, J, of a block's motion but for its momenta; returns how much
+    /// there was.
+    fn pay(&mut self, block: usize, energy: f64) -> f64 {
+        let nodes = self.model.nodes(block);
+        let is_held = |node: usize| self.model.inertia.held(node).contains(&true);
+        if energy <= 0.0 || nodes.clone().any(is_held) {
+            return 0.0;
         }
-        // What is not rigid motion has the rest of the energy: of a share s of it, s² of its
-        // kinetic energy is left, and s of the work.
+        let before = self.before(block);
+        let (velocities, rigid) = self.with_momenta(block, &before);
+        // What is not rigid motion pays: of a share s of it, s² of its kinetic energy is
+        // left, and s of the work.
         let loose = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
         let loose: Vec<[f64; D]> = loose.collect();
         let kinetic = self.kinetic_energy_of(block, &loose);
         let work = 0.5 * self.power_of(block, &loose);
-        let Some(share) = share(kinetic, work, gained) else {
-            return;
+        let Some(share) = share(kinetic, work, energy) else {
+            return 0.0;
         };
         let slowed = rigid.iter().zip(&loose);
         let slowed = slowed.map(|(r, l)| add(r, &scale(share, l)));
         self.state.velocity[nodes].copy_from_slice(&slowed.collect::<Vec<_>>());
+        before.energy - self.energy_of(block)
     }
 
     /// Velocities of a block with the momenta it had, m/s, and those of the rigid body

@@ -13,12 +13,6 @@ const DEEPEST_LEVEL: u32 = 16;
 impl Check {
     pub(super) fn contact(&mut self, at: &KeyPath, scene: &input::Scene) -> Option<Contact> {
         let input = &scene.contact;
-        if input.model == ContactModel::TwoScale {
-            let problem = Problem::new(at.key("model"), "two-scale contact is not there yet");
-            self.problems.push(
-                problem.help("use \"unified-node\" on a mesh that is fine where blocks touch"),
-            );
-        }
         let tolerance = self.optional(&at.key("tolerance"), input.tolerance, POSITIVE);
         let strength = self.strength(at, input);
         let two_scale = self.two_scale(at, input);

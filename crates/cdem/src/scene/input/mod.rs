@@ -327,16 +327,16 @@ pub(crate) struct Contact {
     /// first slip or opening.
     #[schemars(extend("minimum" = 0))]
     pub(crate) tensile_strength: Quantity<Pressure>,
-    /// Two-scale (not there yet): accepted loss of a touch, share of its impact
+    /// Two-scale: accepted loss of a touch, share of its impact
     /// energy, in (0, 1).
     #[schemars(extend("default" = 0.01))]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) energy_loss: Option<Quantity<Ratio>>,
-    /// Two-scale (not there yet): deepest level of refinement.
+    /// Two-scale: deepest level of refinement.
     #[schemars(extend("default" = 5))]
     #[schemars(extend("maximum" = 16))]
     pub(crate) max_level: Option<u32>,
-    /// Two-scale (not there yet): extent of the refined zone.
+    /// Two-scale: extent of the refined zone.
     #[schemars(extend("default" = "graded"))]
     pub(crate) zone: Option<Zone>,
     /// Penalty: normal stiffness of a contact point, N/m; larger than 0.
