@@ -11,7 +11,7 @@ fn bounce(end: f64, changes: u64) {
     let mut simulation = case.start();
     let start = simulation.history();
     let mut balance = Balance::new(&mut simulation);
-    let (mut last, mut changed) = (start.clone(), 0);
+    let (mut last, mut changed) = (start, 0);
     let (mut contacts, mut exchanged) = (0, 0.0);
     run(&mut simulation, |simulation| {
         let row = balance.look(simulation);
