@@ -7,3 +7,4 @@ mod bars;
 mod boxed;
 mod meetings;
 mod paper;
+mod sliding;

@@ -27,6 +27,8 @@ pub(crate) struct Place<const D: usize> {
     pub(crate) wait: f64,
     /// When the contact began, s; of one that is about to be, nothing.
     pub(crate) since: Option<f64>,
+    /// How far it has slipped since, m.
+    pub(crate) slip: f64,
 }
 
 impl<const D: usize> Contacts<D> {
@@ -67,6 +69,7 @@ impl<const D: usize> Contacts<D> {
             let normal = live.operator(surface, at).frame[0];
             Place {
                 since: Some(live.record.time_on),
+                slip: live.record.slip,
                 ..self.place(live.pair, &live.foot, (at, rest), normal)
             }
         };
@@ -95,29 +98,43 @@ impl<const D: usize> Contacts<D> {
             speed: 0.0,
             wait: 0.0,
             since: None,
+            slip: 0.0,
         }
     }
 
-    /// Which blocks have others no farther away than these `ways` of both, m; of one that
-    /// goes nowhere it is not asked.
+    /// Which blocks would have nodes move on these `ways`, m, where others are no farther
+    /// away than that.
     pub(crate) fn has_close(&self, at: Positions<D>, ways: &[f64]) -> Vec<bool> {
+        let longest = |nodes: &[u32]| {
+            let of = nodes.iter().map(|&node| ways[node as usize]);
+            of.fold(0.0, f64::max)
+        };
+        let mut margins = vec![self.terms.tolerance; self.fixed.len()];
+        for (way, &block) in ways.iter().zip(&self.terms.block_of) {
+            let margin = &mut margins[block as usize];
+            *margin = margin.max(way + self.terms.tolerance);
+        }
+        let margin = |block: u32| margins[block as usize];
         let may_meet = self.terms.may_meet(&self.fixed);
-        let goes = |block: u32| ways[block as usize] > 0.0;
+        let goes = |block: u32| margin(block) > self.terms.tolerance;
         let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
-        let margin = |block: u32| ways[block as usize] + self.terms.tolerance;
         let surface = &*self.terms.surface;
         let pairs = self
             .terms
             .patches
             .overlapping(surface, at, &margin, &wanted);
-        let mut close = vec![false; ways.len()];
-        let blocks = self.terms.blocks(&self.fixed);
+        let mut close = vec![false; margins.len()];
         for pair in pairs {
-            let of = blocks.of(pair);
-            let [a, b] = of.map(margin);
-            if surface.apart(pair, at) <= a + b {
-                of.into_iter()
-                    .for_each(|block| close[block as usize] = true);
+            let sides = [
+                surface.main_nodes(pair.main),
+                surface.target_nodes(pair.target),
+            ];
+            let of_sides = sides.map(longest);
+            let reach = of_sides[0] + of_sides[1] + 2.0 * self.terms.tolerance;
+            if of_sides != [0.0; 2] && surface.apart(pair, at) <= reach {
+                for (nodes, way) in sides.iter().zip(of_sides) {
+                    close[self.terms.block_of[nodes[0] as usize] as usize] |= way > 0.0;
+                }
             }
         }
         close

@@ -14,8 +14,8 @@ use crate::mesh::{Block, Element, Mesh};
 const LEAST: f64 = 0.3;
 
 /// How often all elements of a block are made half as large again where its masses cannot
-/// be fitted: a simplex needs it twice (design, section 6).
-const ATTEMPTS: i32 = 4;
+/// be fitted, at most: a simplex needs it twice (design, section 6).
+const MOST_THROUGHOUT: i32 = 3;
 
 /// A block with an overlay.
 #[derive(Clone, Debug)]
@@ -26,32 +26,65 @@ pub(crate) struct Cover<const D: usize> {
     /// Level of its elements by their own stable step: of those that it keeps, then of
     /// the new ones; `None` where it is as before.
     pub(crate) level: Vec<Option<u8>>,
+    /// How often all elements are halved, so that masses can be fitted.
+    throughout: i32,
 }
 
 impl<const D: usize> Cover<D> {
-    /// A block refined to its zones; `None` where it is fine enough, or cannot be.
-    pub(crate) fn new(foundation: &Foundation<D>, block: usize, zones: &[Zone<D>]) -> Option<Self> {
-        let coarsest = foundation.largest_size(block);
-        for attempt in 0..ATTEMPTS {
-            let most = match attempt {
-                0 => f64::INFINITY,
-                _ => coarsest * 0.5_f64.powi(attempt),
-            };
-            let overlay = foundation.overlay(block, &|corners| {
-                let wanted = zones.iter().map(|zone| zone.size_at(corners));
-                let wanted = wanted.fold(f64::INFINITY, f64::min);
-                wanted.is_finite() && size(corners) > wanted.min(most)
-            })?;
-            let cover = Self::with_masses(foundation, block, overlay);
-            if cover.is_some() {
-                return cover;
-            }
-        }
-        None
+    /// A block with an overlay, or without, refined to more zones than before: never coarser
+    /// anywhere, so that nothing is lost. Without a cover where it is fine enough; `None` where
+    /// it cannot be.
+    pub(super) fn finer(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        old: Option<&Self>,
+    ) -> Option<Option<Self>> {
+        let least = old.map_or(0, |old| old.throughout);
+        (least..=MOST_THROUGHOUT).find_map(|times| Self::new(foundation, block, zones, times))
+    }
+
+    /// A block with an overlay, to some of its zones alone: never finer anywhere. Without
+    /// a cover where these need none; `None` where it cannot be.
+    pub(super) fn coarser(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        old: Option<&Self>,
+    ) -> Option<Option<Self>> {
+        let most = old.map_or(0, |old| old.throughout);
+        (0..=most).find_map(|times| Self::new(foundation, block, zones, times))
+    }
+
+    /// A block refined to its zones, and all its elements halved so often.
+    fn new(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        throughout: i32,
+    ) -> Option<Option<Self>> {
+        let most = match throughout {
+            0 => f64::INFINITY,
+            _ => foundation.largest_size(block) * 0.5_f64.powi(throughout),
+        };
+        let overlay = foundation.overlay(block, &|corners| {
+            let wanted = zones.iter().map(|zone| zone.size_at(corners));
+            let wanted = wanted.fold(f64::INFINITY, f64::min);
+            wanted.is_finite() && size(corners) > wanted.min(most)
+        });
+        let Some(overlay) = overlay else {
+            return Some(None);
+        };
+        Self::with_masses(foundation, block, overlay, throughout).map(Some)
     }
 
     /// The same with an overlay, if its masses can be fitted.
-    fn with_masses(foundation: &Foundation<D>, block: usize, overlay: Overlay<D>) -> Option<Self> {
+    fn with_masses(
+        foundation: &Foundation<D>,
+        block: usize,
+        overlay: Overlay<D>,
+        throughout: i32,
+    ) -> Option<Self> {
         let mesh = refined::of_block(&foundation.mesh, block, Some(&overlay));
         let sets = foundation.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
@@ -82,6 +115,7 @@ impl<const D: usize> Cover<D> {
             mass: (0..mesh.nodes.len()).map(mass).collect(),
             level,
             overlay,
+            throughout,
         })
     }
 }

@@ -83,7 +83,7 @@ impl<'a, const D: usize> Nesting<'a, D> {
     }
 
     /// What the coarse nodes have of a fine field.
-    pub(crate) fn pick<const C: usize>(&self, fine: &[[f64; C]]) -> Vec<[f64; C]> {
+    pub(crate) fn pick<T: Copy>(&self, fine: &[T]) -> Vec<T> {
         let of = |&node: &u32| fine[node as usize];
         self.fine_of.iter().map(of).collect()
     }

@@ -82,6 +82,10 @@ pub(crate) struct Change<const D: usize> {
     zones: Vec<Zone<D>>,
 }
 
+/// Another cover for a block in the place of an old one, if there can be one.
+type MakeCover<const D: usize> =
+    fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Option<Option<Cover<D>>>;
+
 impl<const D: usize> Encounter<D> {
     /// Whether some are of faces that meet flush: not all at one place or, in space, along
     /// one line.
@@ -214,17 +218,26 @@ impl<const D: usize> SecondScale<D> {
         }
     }
 
-    /// Keeps the zones around a place of a block until a step.
-    pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], until: u64) {
+    /// Keeps the zones around a place of a block until a step; of a contact that has slid
+    /// out of them, its zone goes with it.
+    pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], slip: f64, until: u64) {
+        let (mut is_inside, mut left) = (false, None);
         for zone in &mut self.zones[block] {
-            let at_centre = Zone {
-                centre: *centre,
-                radius: 0.0,
-                ..*zone
-            };
-            if zone.covers(&at_centre) {
+            if zone.has(centre) {
                 zone.until = zone.until.max(until);
+                is_inside = true;
+            } else if zone.is_left_by(centre, slip) {
+                let centre = *centre;
+                left = Some(Zone {
+                    centre,
+                    until,
+                    ..*zone
+                });
             }
+        }
+        if let Some(zone) = left.filter(|_| !is_inside) {
+            self.zones[block].push(zone);
+            self.waiting.push(block);
         }
     }
 
@@ -306,27 +319,33 @@ impl<const D: usize> SecondScale<D> {
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_unstable();
         waiting.dedup();
-        let wanted = if !waiting.is_empty() {
-            let zones = waiting
-                .into_iter()
-                .map(|block| (block, self.zones[block].clone()));
-            zones.collect()
+        let changes = if !waiting.is_empty() {
+            let with = |block: usize| (block, self.zones[block].clone());
+            let zones = waiting.into_iter().map(with).collect();
+            self.covers_for(zones, Cover::finer)
         } else if number.is_multiple_of(SHED) {
-            self.left(number)
+            self.covers_for(self.left(number), Cover::coarser)
         } else {
             Vec::new()
         };
-        let covers = wanted.into_par_iter().map(|(block, zones)| Change {
-            cover: Cover::new(&self.foundation, block, &zones),
-            block,
-            zones,
-        });
-        let covers: Vec<Change<D>> = covers.collect();
-        let (differ, same): (Vec<_>, Vec<_>) = covers.into_iter().partition(|c| self.differs(c));
+        let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
         for change in same {
             self.zones[change.block] = change.zones;
         }
         differ
+    }
+
+    /// Other covers of blocks, as far as these can be, each independent of the others.
+    fn covers_for(&self, zones: Vec<(usize, Vec<Zone<D>>)>, make: MakeCover<D>) -> Vec<Change<D>> {
+        let change = |(block, zones): (usize, Vec<Zone<D>>)| {
+            let cover = make(&self.foundation, block, &zones, self.covers[block].as_ref());
+            cover.map(|cover| Change {
+                block,
+                cover,
+                zones,
+            })
+        };
+        zones.into_par_iter().filter_map(change).collect()
     }
 
     /// The zones that are still needed, of blocks of which some are not.

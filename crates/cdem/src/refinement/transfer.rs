@@ -59,23 +59,25 @@ impl<'a, const D: usize> Transfer<'a, D> {
         }
     }
 
-    /// Displacements, m: what is coarser is deformed as nearly as it can be.
-    pub(crate) fn displacements(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
+    /// Displacements, m: what is coarser is deformed as nearly as it can be, but for nodes
+    /// of which any component is `held`.
+    pub(crate) fn displacements(&self, of: &[[f64; D]], held: &[[bool; D]]) -> Vec<[f64; D]> {
         if self.is_finer {
-            self.nesting.grow(of)
-        } else {
-            self.nesting.smooth(of, &self.nesting.stays(), self.lame)
+            return self.nesting.grow(of);
         }
+        let mut kept = self.nesting.stays();
+        for (kept, held) in kept.iter_mut().zip(self.nesting.pick(held)) {
+            *kept |= held.contains(&true);
+        }
+        self.nesting.smooth(of, &kept, self.lame)
     }
 
-    /// How far nodes move at most that go over to a coarser mesh with other displacements, m.
-    pub(crate) fn jump(&self, before: &[[f64; D]], after: &[[f64; D]]) -> f64 {
+    /// How far the nodes move of which some go over to a coarser mesh with other
+    /// displacements, m.
+    pub(crate) fn jumps(&self, before: &[[f64; D]], after: &[[f64; D]]) -> Vec<f64> {
         let after = self.nesting.spread(after);
-        let moves = before
-            .iter()
-            .zip(&after)
-            .map(|(old, new)| norm(&sub(new, old)));
-        moves.fold(0.0, f64::max)
+        let moves = before.iter().zip(&after);
+        moves.map(|(old, new)| norm(&sub(new, old))).collect()
     }
 
     /// Momenta of nodes, N·s: of those that go, to those between which they lie. To be had

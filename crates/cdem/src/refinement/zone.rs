@@ -39,11 +39,24 @@ impl<const D: usize> Zone<D> {
 
     /// Whether it gives what another would.
     pub(crate) fn covers(&self, other: &Self) -> bool {
-        let apart = norm(&sub(&other.centre, &self.centre));
-        let reach = self.radius + 0.5 * other.finest;
         self.finest <= other.finest
             && self.grading <= other.grading
-            && apart + other.radius <= reach
+            && self.apart(&other.centre) + other.radius <= self.radius + 0.5 * other.finest
+    }
+
+    /// Whether a place lies in its middle: where its own would be no other zone.
+    pub(crate) fn has(&self, place: &[f64; D]) -> bool {
+        self.apart(place) <= self.radius + 0.5 * self.finest
+    }
+
+    /// Whether a contact there, not far from its middle, has slid out of that.
+    pub(crate) fn is_left_by(&self, place: &[f64; D], slip: f64) -> bool {
+        let out = self.apart(place) - self.radius;
+        (0.5 * self.finest..=self.finest).contains(&out) && slip > 0.5 * self.finest
+    }
+
+    fn apart(&self, place: &[f64; D]) -> f64 {
+        norm(&sub(place, &self.centre))
     }
 }
 

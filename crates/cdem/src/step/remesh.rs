@@ -15,7 +15,7 @@ use crate::refinement::predecessors;
 use crate::refinement::{Body, Change, Cover, Encounter, Momenta, SecondScale, Transfer};
 use crate::step::kick::Impulses;
 use crate::step::plan::Plan;
-use crate::vector::{add, add_scaled, cross, dot, norm, pad, scale, sub};
+use crate::vector::{add_scaled, cross, dot, norm, pad, scale, sub};
 
 /// How far collisions are foreseen, in coarse steps: velocities change by less than half
 /// in one, but where other collisions are in between.
@@ -48,6 +48,23 @@ struct Before<const D: usize> {
     momenta: Momenta,
     centre: [f64; D],
     energy: f64,
+}
+
+/// How a block moves.
+struct Motion<const D: usize> {
+    /// Velocities of its nodes, m/s.
+    velocities: Vec<[f64; D]>,
+    /// What of them goes with none of its momenta, and is not held.
+    loose: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Motion<D> {
+    /// Velocities without a share of the loose ones, m/s.
+    fn but_loose(&self, share: f64) -> Vec<[f64; D]> {
+        let all = self.velocities.iter().zip(&self.loose);
+        all.map(|(velocity, loose)| sub(velocity, &scale(share, loose)))
+            .collect()
+    }
 }
 
 impl<const D: usize> Run<D> {
@@ -94,51 +111,52 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &self.contacts else {
             return changes;
         };
-        let mut jumps = vec![0.0; self.model.blocks.len()];
-        for change in &changes {
-            jumps[change.block] = self.jump(second, change);
+        let mut jumps = vec![0.0; self.model.mesh.nodes.len()];
+        let can_be = |change: &Change<D>| {
+            let of_block = self.jumps(second, change);
+            let is_possible = of_block.is_some();
+            let nodes = self.model.nodes(change.block);
+            for (jump, of_node) in jumps[nodes].iter_mut().zip(of_block.unwrap_or_default()) {
+                if of_node > SLIGHT_JUMP * contacts.tolerance() {
+                    *jump = of_node;
+                }
+            }
+            is_possible
+        };
+        let mut changes: Vec<Change<D>> = changes.into_iter().filter(can_be).collect();
+        if jumps.iter().any(|&jump| jump > 0.0) {
+            let close = contacts.has_close(self.model.positions(&self.state), &jumps);
+            changes.retain(|change| !close[change.block]);
         }
-        let is_slight = |jump: f64| jump <= SLIGHT_JUMP * contacts.tolerance();
-        let close = if jumps.iter().all(|&jump| is_slight(jump)) {
-            vec![false; jumps.len()]
-        } else {
-            contacts.has_close(self.model.positions(&self.state), &jumps)
-        };
-        let is_free = |change: &Change<D>| {
-            let block = change.block;
-            jumps[block].is_finite() && (is_slight(jumps[block]) || !close[block])
-        };
-        changes.into_iter().filter(is_free).collect()
+        changes
     }
 
-    /// How far the surface of a block moves with a change, m; infinite where that would
-    /// need more energy than there is.
-    fn jump(&self, second: &SecondScale<D>, change: &Change<D>) -> f64 {
+    /// How far the nodes of a block move with a change, m; nothing where that would need
+    /// more energy than there is.
+    fn jumps(&self, second: &SecondScale<D>, change: &Change<D>) -> Option<Vec<f64>> {
         let (block, cover) = (change.block, change.cover.as_ref());
         let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
-        let transfer = Transfer::between(old, cover, foundation.lame(block));
-        let Some(transfer) = transfer else {
-            return f64::INFINITY;
-        };
+        let transfer = Transfer::between(old, cover, foundation.lame(block))?;
         if transfer.is_finer() {
-            return 0.0;
+            return Some(Vec::new());
         }
         let own = &self.state.displacement[self.model.nodes(block)];
-        let after = transfer.displacements(own);
+        let after = transfer.displacements(own, &self.held(block));
         let strain_energy = foundation.strain_energy(block, cover, &after);
-        if self.rigid_energy_of(block) + strain_energy > self.energy_of(block) {
-            return f64::INFINITY;
-        }
-        transfer.jump(own, &after)
+        let is_enough = self.bound_energy_of(block) + strain_energy <= self.energy_of(block);
+        is_enough.then(|| transfer.jumps(own, &after))
     }
 
-    /// Kinetic energy of a rigid body with the momenta of a block, J.
-    fn rigid_energy_of(&self, block: usize) -> f64 {
-        let (points, velocities) = self.motion_of(block);
-        let body = self.body(block, &points);
-        let (mass, centre) = body.centre();
-        let Momenta { linear, angular } = body.momenta(&velocities, &centre);
-        0.5 * (dot(&linear, &linear) / mass + dot(&angular, &body.spin_of(&angular)))
+    /// Components of the nodes of a block whose motion is prescribed.
+    fn held(&self, block: usize) -> Vec<[bool; D]> {
+        let nodes = self.model.nodes(block);
+        nodes.map(|node| self.model.inertia.held(node)).collect()
+    }
+
+    /// Kinetic energy of a block without its loose motion, J.
+    fn bound_energy_of(&self, block: usize) -> f64 {
+        let motion = self.with_momenta(block, &self.before(block));
+        self.kinetic_energy_of(block, &motion.but_loose(1.0))
     }
 
     /// What the ledger lacks, J, but for what was there at the start.
@@ -172,7 +190,7 @@ impl<const D: usize> Run<D> {
                 let [a, b] = place.blocks;
                 second.impact([a.min(b), a.max(b)], 0.0, until);
                 for (block, rest) in place.blocks.iter().zip(&place.rest) {
-                    second.keep(*block as usize, rest, until);
+                    second.keep(*block as usize, rest, place.slip, until);
                 }
             }
         }
@@ -304,6 +322,10 @@ impl<const D: usize> Run<D> {
     fn remesh(&mut self, second: &mut SecondScale<D>, changes: Vec<Change<D>>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<Before<D>> = blocks.iter().map(|&block| self.before(block)).collect();
+        let held: BTreeMap<usize, Vec<[bool; D]>> = blocks
+            .iter()
+            .map(|&block| (block, self.held(block)))
+            .collect();
         let mut old_covers: BTreeMap<usize, Option<Cover<D>>> = BTreeMap::new();
         for change in changes {
             let block = change.block;
@@ -340,15 +362,21 @@ impl<const D: usize> Run<D> {
         let origins = carry.origins();
         let mut state = State {
             number: old_state.number,
-            displacement: carry.vectors(&old_state.displacement, Transfer::displacements),
+            displacement: carry.vectors(&old_state.displacement, |block, transfer, of| {
+                transfer.displacements(of, &held[&block])
+            }),
             carry: carry.values(&old_state.carry),
-            velocity: carry.vectors(&old_state.velocity, Transfer::velocities),
+            velocity: carry.vectors(&old_state.velocity, |_, transfer, of| {
+                transfer.velocities(of)
+            }),
             element_interval: origins.means(&old_state.element_interval),
             node_interval: carry.scalars(&old_state.node_interval),
             contact_force: carry.values(&old_state.contact_force),
         };
         let mut impulses = Impulses::new(self.model.mesh.nodes.len());
-        impulses.before = carry.vectors(&self.impulses.before, Transfer::velocities);
+        impulses.before = carry.vectors(&self.impulses.before, |_, transfer, of| {
+            transfer.velocities(of)
+        });
         impulses.interval = carry.scalars(&self.impulses.interval);
         self.impulses = impulses;
         for (block, transfer) in &transfers {
@@ -453,56 +481,82 @@ impl<const D: usize> Run<D> {
         work.sum()
     }
 
-    /// Gives a block its momenta back, and takes what energy it has gained.
+    /// Gives a block its momenta back, and takes what energy it has gained. What holds a
+    /// block gives it the momentum that it lacks then.
     fn give_back(&mut self, block: usize, before: &Before<D>) {
         let nodes = self.model.nodes(block);
-        let is_held = |node: usize| self.model.inertia.held(node).contains(&true);
-        if nodes.clone().any(is_held) {
-            return;
-        }
-        let (velocities, _) = self.with_momenta(block, before);
-        self.state.velocity[nodes].copy_from_slice(&velocities);
+        let motion = self.with_momenta(block, before);
+        self.state.velocity[nodes].copy_from_slice(&motion.velocities);
+        self.bear(block, &before.momenta);
         self.pay(block, self.energy_of(block) - before.energy);
     }
 
-    /// Takes some energy, J, of a block's motion but for its momenta; returns how much
-    /// there was.
+    /// Books what a block that is held has been given of momentum, and had not before.
+    fn bear(&mut self, block: usize, before: &Momenta) {
+        if self.held(block).iter().any(|held| held.contains(&true)) {
+            let given = sub(&self.before(block).momenta.linear, &before.linear);
+            self.ledger.impulse.add_scaled(1.0, &given);
+        }
+    }
+
+    /// Takes some energy, J, of a block's loose motion; returns how much there was.
     fn pay(&mut self, block: usize, energy: f64) -> f64 {
-        let nodes = self.model.nodes(block);
-        let is_held = |node: usize| self.model.inertia.held(node).contains(&true);
-        if energy <= 0.0 || nodes.clone().any(is_held) {
+        if energy <= 0.0 {
             return 0.0;
         }
         let before = self.before(block);
-        let (velocities, rigid) = self.with_momenta(block, &before);
-        // What is not rigid motion pays: of a share s of it, s² of its kinetic energy is
-        // left, and s of the work.
-        let loose = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
-        let loose: Vec<[f64; D]> = loose.collect();
-        let kinetic = self.kinetic_energy_of(block, &loose);
-        let work = 0.5 * self.power_of(block, &loose);
-        let Some(share) = share(kinetic, work, energy) else {
+        let motion = self.with_momenta(block, &before);
+        // Of a share s of it, s² of its kinetic energy is left, and s of the work.
+        let bound = motion.but_loose(1.0);
+        let kinetic = self.kinetic_energy_of(block, &motion.loose);
+        let both = self.kinetic_energy_of(block, &motion.velocities);
+        let mixed = both - kinetic - self.kinetic_energy_of(block, &bound);
+        let work = 0.5 * self.power_of(block, &motion.loose);
+        let Some(share) = share(kinetic, mixed + work, energy) else {
             return 0.0;
         };
-        let slowed = rigid.iter().zip(&loose);
-        let slowed = slowed.map(|(r, l)| add(r, &scale(share, l)));
-        self.state.velocity[nodes].copy_from_slice(&slowed.collect::<Vec<_>>());
+        let nodes = self.model.nodes(block);
+        self.state.velocity[nodes].copy_from_slice(&motion.but_loose(1.0 - share));
+        self.bear(block, &before.momenta);
         before.energy - self.energy_of(block)
     }
 
-    /// Velocities of a block with the momenta it had, m/s, and those of the rigid body
-    /// with these.
-    fn with_momenta(&self, block: usize, before: &Before<D>) -> (Vec<[f64; D]>, Vec<[f64; D]>) {
+    /// Motion of a block that has been given the momenta it had, as far as it is not held.
+    fn with_momenta(&self, block: usize, before: &Before<D>) -> Motion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
-        let (_, centre) = body.centre();
+        let held = self.held(block);
         let mut wanted = before.momenta;
-        let arm = pad(&sub(&centre, &before.centre));
-        add_scaled(&mut wanted.angular, -1.0, &cross(&arm, &wanted.linear));
-        body.give_back(&mut velocities, &wanted);
-        let mut rigid = vec![[0.0; D]; velocities.len()];
-        body.give_back(&mut rigid, &wanted);
-        (velocities, rigid)
+        if !held.iter().any(|held| held.contains(&true)) {
+            let (_, centre) = body.centre();
+            let arm = pad(&sub(&centre, &before.centre));
+            add_scaled(&mut wanted.angular, -1.0, &cross(&arm, &wanted.linear));
+            body.give_back(&mut velocities, &wanted);
+            let mut rigid = vec![[0.0; D]; velocities.len()];
+            body.give_back(&mut rigid, &wanted);
+            let loose = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
+            return Motion {
+                loose: loose.collect(),
+                velocities,
+            };
+        }
+        let (mass, centre) = body.centre();
+        let lack = sub(&wanted.linear, &body.momenta(&velocities, &centre).linear);
+        let mut loose = velocities.clone();
+        for c in 0..D {
+            let of_held = velocities.iter().zip(&held).filter(|(_, held)| held[c]);
+            let of_held: Vec<f64> = of_held.map(|(velocity, _)| velocity[c]).collect();
+            let (shift, rigid) = if of_held.is_empty() {
+                (lack[c] / mass, wanted.linear[c] / mass)
+            } else {
+                (0.0, of_held.iter().sum::<f64>() / of_held.len() as f64)
+            };
+            for ((velocity, loose), held) in velocities.iter_mut().zip(&mut loose).zip(&held) {
+                velocity[c] += shift;
+                loose[c] = if held[c] { 0.0 } else { velocity[c] - rigid };
+            }
+        }
+        Motion { velocities, loose }
     }
 
     /// Kinetic energy of a block with these velocities of its nodes, J.
@@ -584,17 +638,17 @@ struct Carry<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Carry<'a, D> {
-    /// Block by block: `of` a transfer where there is one, else as it is.
+    /// Block by block: `of` it and its transfer where there is one, else as it is.
     fn vectors<const C: usize>(
         &self,
         all: &[[f64; C]],
-        of: impl Fn(&Transfer<'a, D>, &[[f64; C]]) -> Vec<[f64; C]>,
+        of: impl Fn(usize, &Transfer<'a, D>, &[[f64; C]]) -> Vec<[f64; C]>,
     ) -> Vec<[f64; C]> {
         let mut new = Vec::with_capacity(self.new.nodes.len());
         for (number, block) in self.old.blocks.iter().enumerate() {
             let own = &all[as_usize(&block.nodes)];
             match self.transfers.get(&number) {
-                Some(transfer) => new.extend(of(transfer, own)),
+                Some(transfer) => new.extend(of(number, transfer, own)),
                 None => new.extend(own),
             }
         }
@@ -602,7 +656,7 @@ impl<'a, const D: usize> Carry<'a, D> {
     }
 
     fn values<const C: usize>(&self, all: &[[f64; C]]) -> Vec<[f64; C]> {
-        self.vectors(all, Transfer::values)
+        self.vectors(all, |_, transfer, of| transfer.values(of))
     }
 
     fn scalars(&self, all: &[f64]) -> Vec<f64> {

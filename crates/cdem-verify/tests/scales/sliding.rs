@@ -1,0 +1,68 @@
+//! Contacts that slide and roll along a block: zones go with them.
+
+use cdem::sample::FieldValues;
+use cdem_verify::{Balance, load, run};
+
+/// Halvings of the element of the last block but `from` cells that is nearest to a point.
+fn refinement_at(simulation: &mut cdem::Simulation, point: [f64; 3]) -> i32 {
+    let frame = simulation.frame();
+    let field = frame.cell_fields.iter().find(|f| f.name == "refinement");
+    let Some(FieldValues::Whole(halvings)) = field.map(|field| &field.values) else {
+        panic!("frames tell refinement");
+    };
+    let mut first = 0;
+    let apart = |p: &[f64; 3]| (p[0] - point[0]).hypot(p[1] - point[1]);
+    let cells = frame.kinds.iter().zip(halvings).map(|(kind, &halvings)| {
+        let nodes = &frame.connectivity[first..][..kind.node_count()];
+        first += kind.node_count();
+        let apart = nodes
+            .iter()
+            .map(|&node| apart(&frame.points[node as usize]));
+        (apart.fold(f64::INFINITY, f64::min), halvings)
+    });
+    let nearest = cells.min_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    nearest.expect("there are elements").1
+}
+
+/// Each foot slides over more than twenty elements of the strip. Along it the sled has what
+/// Coulomb says of what it has across.
+#[test]
+fn feet_slide_along_a_strip() {
+    let mut simulation = load("sliding-feet").start();
+    let (gravity, friction) = ([1.703_488_608, 9.660_964_057], 5_f64.to_radians().tan());
+    let mut balance = Balance::new(&mut simulation);
+    let (mut most, mut checked) = (0, 0);
+    run(&mut simulation, |simulation| {
+        let row = balance.look(simulation);
+        most = most.max(row.elements);
+        if row.contacts == 2 && row.step % 20 == 0 {
+            let feet = simulation.contact_frame().points;
+            for foot in feet {
+                checked += 1;
+                let halvings = refinement_at(simulation, foot);
+                assert_eq!(halvings, 2, "{foot:?} {row:?}");
+            }
+        }
+    });
+    let sled = &simulation.block_rows()[1];
+    let time = simulation.time();
+    let pressed = sled.velocity[1] + 0.03 + gravity[1] * time;
+    let free = 24.0 + gravity[0] * time;
+    let exact = free - friction * pressed;
+    let contacts = simulation.live_contacts();
+    println!(
+        "slid {:.2} and {:.2} m, {most} elements at most; {:.6} m/s along the strip, exact {exact:.6}, \
+         without friction {free:.6}; remesh loss {:.1e}, {balance:?}",
+        contacts[0].slip,
+        contacts[1].slip,
+        sled.velocity[0],
+        simulation.history().remesh_loss,
+    );
+    assert!(checked > 60, "{checked}");
+    assert!(contacts.iter().all(|contact| contact.slip > 20.0 * 0.25));
+    assert!((sled.velocity[0] / exact - 1.0).abs() < 1e-3);
+    // A strip that was refined all along it would have thousands.
+    assert!(most < 1200, "{most}");
+    assert!(balance.momentum < 1e-12, "{balance:?}");
+    assert!(balance.residual < 1e-3, "{balance:?}");
+}
