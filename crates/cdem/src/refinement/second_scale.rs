@@ -16,8 +16,20 @@ use crate::vector::{dot, norm, scale, sub};
 /// costs energy, so they are seldom (design, section 3).
 const SHED: u64 = 8;
 
-/// Share of the mass of a cube of an element's size that moves with a point of its block:
-/// half of the elements around a node inside would have it all.
+/// Halvings of the coarser side after which both are as fine as they may be, however they
+/// differ: there are no more time levels.
+const LEVELS: u32 = 64;
+
+/// Layers of small elements between what touches and elements that are larger by as much as
+/// they may, about.
+const LAYERS: f64 = 8.0;
+
+/// Elements of a block at one touch, about, from which on it is made no finer: of faces that
+/// meet flush in space, each halving would take four times as many.
+const CROWD: f64 = 8192.0;
+
+/// Share of the mass of a cube of an element's size that a node inside a face of its block
+/// has: half of the elements around a node inside the block, which has it all.
 const MOVED: f64 = 0.5;
 
 /// Size of elements that are pressed on at a point, over that of their block and the
@@ -39,6 +51,8 @@ pub(crate) struct SecondScale<const D: usize> {
     widths: Vec<f64>,
     zones: Vec<Vec<Zone<D>>>,
     covers: Vec<Option<Cover<D>>>,
+    /// The last coarse step for which each block may have any.
+    stays: Vec<u64>,
     /// Blocks of which zones have come that their cover does not have.
     waiting: Vec<usize>,
     /// Energy that changes of level have made in each block, J; negative, have taken.
@@ -73,6 +87,8 @@ pub(crate) struct Encounter<const D: usize> {
     pub(crate) unified: f64,
     /// Size of the elements there as they were before refinement, m.
     pub(crate) sizes: [f64; 2],
+    /// What mass a node there had then, kg.
+    pub(crate) masses: [f64; 2],
 }
 
 /// Another cover for a block, and the zones that it is made for.
@@ -87,26 +103,44 @@ type MakeCover<const D: usize> =
     fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Option<Option<Cover<D>>>;
 
 impl<const D: usize> Encounter<D> {
+    /// How long and, in space, how wide what touches is, m.
+    fn extents(all: &[Self]) -> [f64; 2] {
+        let Some(first) = all.first() else {
+            return [0.0; 2];
+        };
+        let farthest = |aside: &dyn Fn([f64; D]) -> [f64; D]| {
+            let ways = all.iter().map(|e| aside(sub(&e.point, &first.point)));
+            let longest = ways.max_by(|a, b| norm(a).total_cmp(&norm(b)));
+            longest.map_or((0.0, [0.0; D]), |way| (norm(&way), way))
+        };
+        let (length, way) = farthest(&|way| way);
+        if D == 2 || length == 0.0 {
+            return [length, 0.0];
+        }
+        let line = scale(1.0 / length, &way);
+        let (width, _) = farthest(&|way| sub(&way, &scale(dot(&way, &line), &line)));
+        [length, width]
+    }
+
     /// Whether some are of faces that meet flush: not all at one place or, in space, along
     /// one line.
     pub(crate) fn are_flush(all: &[Self]) -> bool {
-        let Some(first) = all.first() else {
-            return false;
-        };
-        let least = first.sizes[0].min(first.sizes[1]) * FLUSH;
-        let from = |origin: &[f64; D], line: Option<&[f64; D]>| {
-            let apart = all.iter().map(|e| {
-                let way = sub(&e.point, origin);
-                let along = line.map_or(0.0, |line| dot(&way, line));
-                let way = line.map_or(way, |line| sub(&way, &scale(along, line)));
-                (norm(&way), way)
-            });
-            apart
-                .max_by(|a, b| a.0.total_cmp(&b.0))
-                .unwrap_or((0.0, [0.0; D]))
-        };
-        let (length, way) = from(&first.point, None);
-        length > least && (D == 2 || from(&first.point, Some(&scale(1.0 / length, &way))).0 > least)
+        let least = all
+            .first()
+            .map_or(0.0, |first| first.sizes[0].min(first.sizes[1]) * FLUSH);
+        let [length, width] = Self::extents(all);
+        length > least && (D == 2 || width > least)
+    }
+}
+
+/// About how many elements of some `size`, m, and what leads to them are around what is so
+/// long and so wide, m: some layers of two triangles or six tetrahedra a cell.
+fn crowd<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
+    let [across, wide] = extents.map(|extent| extent / size + LAYERS);
+    if D == 2 {
+        2.0 * across * LAYERS
+    } else {
+        6.0 * across * wide * LAYERS / 2.0
     }
 }
 
@@ -133,6 +167,7 @@ impl<const D: usize> SecondScale<D> {
             extent: contact.zone,
             zones: vec![Vec::new(); count],
             covers: vec![None; count],
+            stays: vec![0; count],
             waiting: Vec::new(),
             debts: vec![0.0; count],
             impacts: BTreeMap::new(),
@@ -156,6 +191,25 @@ impl<const D: usize> SecondScale<D> {
     pub(crate) fn base_size(&self, roots: impl Iterator<Item = u32>) -> f64 {
         let size = |root: u32| self.foundation.size(root);
         roots.map(size).fold(0.0, f64::max)
+    }
+
+    /// Mass of a node at a place of a block before refinement, kg: of a node number of the
+    /// block that is there, its own; where there is none, that of one inside a face among
+    /// elements of some `size`, m.
+    pub(crate) fn base_mass(
+        &self,
+        block: usize,
+        number: usize,
+        place: &[f64; D],
+        size: f64,
+    ) -> f64 {
+        let nodes = &self.foundation.mesh.blocks[block].nodes;
+        let node = nodes.start as usize + number;
+        if number < nodes.len() && self.foundation.mesh.nodes[node] == *place {
+            self.foundation.masses.nodal[node]
+        } else {
+            MOVED * self.foundation.density(block) * size.powi(D as i32)
+        }
     }
 
     fn wave_speed(&self, block: usize) -> f64 {
@@ -204,7 +258,7 @@ impl<const D: usize> SecondScale<D> {
                     Extent::Wavefront => self.wave_speed(block) * encounter.unified,
                 },
                 finest,
-                grading: if is_flush { GENTLE } else { GRADING },
+                grading: if is_flush && D == 2 { GENTLE } else { GRADING },
                 until,
             };
             let mut known = self.zones[block].iter_mut();
@@ -241,6 +295,11 @@ impl<const D: usize> SecondScale<D> {
         }
     }
 
+    /// Keeps the zones of a block until a step, as far as they are kept themselves.
+    pub(crate) fn stay(&mut self, block: usize, until: u64) {
+        self.stays[block] = self.stays[block].max(until);
+    }
+
     /// Energy of the impact of two blocks that includes a touch of some energy, J, and goes
     /// on until a step: what opens and closes again in it is no impact of its own.
     pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
@@ -261,12 +320,24 @@ impl<const D: usize> SecondScale<D> {
             let sizes = |e| self.sizes(e, level, PRESSED / across);
             encounters.iter().map(sizes).collect()
         };
+        let extents = Encounter::extents(encounters);
+        let is_too_much = |sizes: &[[f64; 2]]| {
+            let finest = sizes
+                .iter()
+                .flatten()
+                .copied()
+                .fold(f64::INFINITY, f64::min);
+            crowd::<D>(extents, finest) > CROWD
+        };
+        let finest = sizes_at(LEVELS);
         let mut sizes = sizes_at(0);
-        for level in 1..=2 * self.max_level {
-            if self.loss(encounters, &sizes) <= self.energy_loss * energy {
+        for level in 1..=LEVELS {
+            let finer = sizes_at(level);
+            let is_enough = self.loss(encounters, &sizes) <= self.energy_loss * energy;
+            if is_enough || sizes == finest || is_too_much(&finer) {
                 break;
             }
-            sizes = sizes_at(level);
+            sizes = finer;
         }
         sizes
     }
@@ -277,7 +348,9 @@ impl<const D: usize> SecondScale<D> {
         let Encounter { blocks, sizes, .. } = encounter;
         let speed = blocks.map(|block| self.wave_speed(block));
         let transits = [sizes[0] / speed[0], sizes[1] / speed[1]];
-        let transit = transits[0].max(transits[1]) * 0.5_f64.powi(level as i32);
+        let moves = (0..2).filter(|&side| !self.foundation.is_fixed(blocks[side]));
+        let longest = moves.map(|side| transits[side]).fold(0.0, f64::max);
+        let transit = longest * 0.5_f64.powi(level as i32);
         let halved = 0.5_f64.powi(self.max_level as i32);
         [0, 1].map(|side| {
             let pressed = pressed * encounter.speed / speed[side] * self.widths[blocks[side]];
@@ -301,13 +374,11 @@ impl<const D: usize> SecondScale<D> {
     /// What two points lose that become one, (5) of the paper, J.
     fn loss_at(&self, encounter: &Encounter<D>, sizes: &[f64; 2]) -> f64 {
         let inverse = |side: usize| {
-            let density = self.foundation.density(encounter.blocks[side]);
-            let mass = MOVED * density * sizes[side].powi(D as i32);
             if self.foundation.is_fixed(encounter.blocks[side]) {
-                0.0
-            } else {
-                1.0 / mass
+                return 0.0;
             }
+            let halved = sizes[side] / encounter.sizes[side];
+            1.0 / (encounter.masses[side] * halved.powi(D as i32))
         };
         0.5 * encounter.speed * encounter.speed / (inverse(0) + inverse(1))
     }
@@ -350,12 +421,13 @@ impl<const D: usize> SecondScale<D> {
 
     /// The zones that are still needed, of blocks of which some are not.
     fn left(&self, number: u64) -> Vec<(usize, Vec<Zone<D>>)> {
-        let is_needed = |zone: &&Zone<D>| zone.until >= number;
-        let blocks = self.zones.iter().enumerate();
-        let blocks = blocks.filter(|(_, zones)| !zones.iter().all(|zone| is_needed(&zone)));
-        blocks
-            .map(|(block, zones)| (block, zones.iter().filter(is_needed).copied().collect()))
-            .collect()
+        let blocks = self.zones.iter().zip(&self.stays).enumerate();
+        let left = blocks.filter_map(|(block, (zones, &stays))| {
+            let needed = zones.iter().filter(|zone| zone.until.min(stays) >= number);
+            let needed: Vec<Zone<D>> = needed.copied().collect();
+            (needed.len() < zones.len()).then_some((block, needed))
+        });
+        left.collect()
     }
 
     /// Whether a change is one.

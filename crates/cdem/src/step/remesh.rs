@@ -36,8 +36,10 @@ const SLIGHT: f64 = 1e-2;
 /// its blocks: twice there and back.
 const IMPACT: f64 = 4.0;
 
-/// Time for which a zone stays after its contact, the same way.
+/// Time for which a zone stays while its blocks touch elsewhere, the same way; and after
+/// they have parted.
 const STAY: f64 = 1.0;
+const PARTED: f64 = 0.25;
 
 /// Move of a surface as it goes over to a coarser mesh, over the tolerance of contact, that
 /// no contact on it feels.
@@ -191,6 +193,7 @@ impl<const D: usize> Run<D> {
                 second.impact([a.min(b), a.max(b)], 0.0, until);
                 for (block, rest) in place.blocks.iter().zip(&place.rest) {
                     second.keep(*block as usize, rest, place.slip, until);
+                    second.stay(*block as usize, self.until(PARTED * transit));
                 }
             }
         }
@@ -243,6 +246,9 @@ impl<const D: usize> Run<D> {
         for (encounter, sizes) in encounters.iter().zip(sizes) {
             second.ask(encounter, sizes, are_flush, until);
         }
+        for block in blocks {
+            second.stay(block as usize, self.until(PARTED * transit));
+        }
     }
 
     fn encounter(&self, second: &SecondScale<D>, place: &Place<D>) -> Encounter<D> {
@@ -251,15 +257,22 @@ impl<const D: usize> Run<D> {
             parts.map_or(element, |parts| parts.root[element as usize])
         };
         let around = |node: u32| self.around.of(node).iter().map(|&element| root(element));
+        let blocks = place.blocks.map(|block| block as usize);
+        let sizes = place.nodes.map(|node| second.base_size(around(node)));
+        let mass = |side: usize| {
+            let number = place.nodes[side] as usize - self.model.nodes(blocks[side]).start;
+            second.base_mass(blocks[side], number, &place.rest[side], sizes[side])
+        };
         Encounter {
-            blocks: place.blocks.map(|block| block as usize),
+            blocks,
+            masses: [mass(0), mass(1)],
             is_first_of_node: true,
             places: place.rest,
             point: place.point,
             normal: place.normal,
             speed: place.speed,
             unified: self.model.step - place.wait % self.model.step,
-            sizes: place.nodes.map(|node| second.base_size(around(node))),
+            sizes,
         }
     }
 
