@@ -9,6 +9,8 @@
 mod base;
 mod cell;
 mod cover;
+#[cfg(test)]
+mod cover_tests;
 mod forest;
 mod foundation;
 mod inside;

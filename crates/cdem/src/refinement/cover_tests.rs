@@ -1,0 +1,144 @@
+//! Zones that come and go at random: what each cover keeps of its block, and that one mesh
+//! is always a refinement of the other.
+
+use std::collections::BTreeSet;
+
+use fastrand::Rng;
+
+use super::cover::Cover;
+use super::tests::volume;
+use super::zone::Zone;
+use super::{SecondScale, Transfer};
+use crate::element::tests::kinds;
+use crate::mesh::{ElementKind, tests};
+use crate::model::Model;
+use crate::scene::{ContactModel, Damping, Geometry, Mass, Material, MaterialModel};
+use crate::space::{PLANE, SOLID, Space};
+
+/// Two boxes of some elements, of which the first is refined; its masses are as they come.
+fn boxes<const D: usize>(kind: ElementKind, rng: &mut Rng, space: Space<D>) -> SecondScale<D> {
+    let block = |name: &str, from: f64, divisions: Vec<usize>| {
+        let mut min = vec![0.0; D];
+        min[0] = from;
+        let geometry = Geometry::Box {
+            max: min.iter().map(|x| x + 1.0).collect(),
+            min,
+            divisions,
+            element: kind,
+        };
+        tests::block(name, geometry)
+    };
+    let divisions = (0..D).map(|_| rng.usize(1..=3)).collect();
+    let mut one = block("one", 0.0, divisions);
+    one.mass = [Mass::Auto, Mass::Lumped][rng.usize(..2)];
+    let mut scene = tests::scene(D, vec![one, block("other", 3.0, vec![1; D])]);
+    scene.material.push(Material {
+        name: "rock".to_owned(),
+        model: MaterialModel::Elastic,
+        young_modulus: 1.0,
+        poisson_ratio: 0.2,
+        density: 1.0,
+        damping: Damping::default(),
+    });
+    scene.contact.model = ContactModel::TwoScale;
+    let mesh = tests::shapes(scene.block.clone()).expect("boxes mesh");
+    let built = Model::build(&mut scene, mesh, space).expect("the scene is whole");
+    built.second_scale.expect("two blocks on two scales")
+}
+
+fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
+    Zone {
+        centre: std::array::from_fn(|_| [0.0, rng.f64(), 1.0][rng.usize(..3)]),
+        radius: [0.0, 0.1][rng.usize(..2)],
+        finest: 0.5_f64.powi(rng.i32(1..=7 - D as i32)),
+        grading: 0.5,
+        until: 0,
+    }
+}
+
+/// Mass and centre are those of the block; so is the volume, to round-off of a sum.
+fn check<const D: usize>(second: &SecondScale<D>, cover: &Cover<D>, case: &str) {
+    let overlay = &cover.overlay;
+    let mass: f64 = cover.mass.iter().sum();
+    assert!((mass - 1.0).abs() < 1e-14, "{case}: {mass}");
+    for c in 0..D {
+        let moment = overlay.points.iter().zip(&cover.mass);
+        let centre: f64 = moment.map(|(point, mass)| mass * point[c]).sum();
+        assert!((centre - 0.5).abs() < 1e-13, "{case}: {centre}");
+    }
+    let mesh = &second.foundation.mesh;
+    let corners = |nodes: &[u32], points: &[[f64; D]]| -> Vec<[f64; D]> {
+        nodes.iter().map(|&node| points[node as usize]).collect()
+    };
+    let roots: BTreeSet<u32> = overlay.replaced.iter().copied().collect();
+    let kept = mesh.blocks[0].elements.len() - roots.len();
+    // All base elements of a box are alike in volume.
+    let share = kept as f64 / mesh.blocks[0].elements.len() as f64;
+    let volumes = overlay.elements.iter().map(|sub| {
+        let volume = volume(&corners(sub.element.nodes(), &overlay.points));
+        assert!(volume > 0.0, "{case}");
+        sub.weight * volume
+    });
+    let whole = volumes.sum::<f64>() + share;
+    assert!((whole - 1.0).abs() < 1e-13, "{case}: {whole}");
+}
+
+/// Zones come and go `count` times; in the end all are gone, and so is the cover.
+fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
+    for kind in kinds::<D>() {
+        let mut rng = Rng::with_seed(11);
+        let (mut changes, mut refused) = (0, 0);
+        while changes < count {
+            let second = boxes(kind, &mut rng, space);
+            let foundation = &second.foundation;
+            let (mut zones, mut cover): (Vec<Zone<D>>, Option<Cover<D>>) = (Vec::new(), None);
+            for _ in 0..20 {
+                let is_more = zones.len() < 2 || (zones.len() < 5 && rng.bool());
+                let mut next = zones.clone();
+                let wanted = if is_more {
+                    next.push(zone(&mut rng));
+                    Cover::finer(foundation, 0, &next, cover.as_ref())
+                } else {
+                    next.swap_remove(rng.usize(..next.len()));
+                    Cover::coarser(foundation, 0, &next, cover.as_ref())
+                };
+                let Some(other) = wanted else {
+                    refused += 1;
+                    continue;
+                };
+                let case = format!("{kind:?} {changes}");
+                if cover.is_some() || other.is_some() {
+                    let lame = foundation.lame(0);
+                    let transfer = Transfer::between(cover.as_ref(), other.as_ref(), lame);
+                    assert!(transfer.is_some(), "{case}: one refines the other");
+                }
+                if let Some(other) = &other {
+                    check(&second, other, &case);
+                }
+                (zones, cover) = (next, other);
+                changes += 1;
+            }
+            let gone = Cover::coarser(foundation, 0, &[], cover.as_ref());
+            assert!(gone.is_some_and(|cover| cover.is_none()));
+            assert_eq!(second.mesh(), foundation.mesh);
+        }
+        assert!(refused * 10 < changes, "{kind:?}: {refused} of {changes}");
+    }
+}
+
+#[test]
+fn zones_in_the_plane_come_and_go() {
+    come_and_go(PLANE, 200);
+}
+
+#[test]
+fn zones_in_space_come_and_go() {
+    come_and_go(SOLID, 40);
+}
+
+#[test]
+#[ignore = "slow study: ten thousand changes of mesh"]
+fn zones_come_and_go_ten_thousand_times() {
+    come_and_go(PLANE, 4000);
+    come_and_go(SOLID, 1000);
+}
