@@ -7,4 +7,6 @@ mod bars;
 mod boxed;
 mod meetings;
 mod paper;
+mod prisms;
 mod sliding;
+mod table;

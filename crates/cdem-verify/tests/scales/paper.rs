@@ -1,63 +1,24 @@
 //! The paper's case on two scales: two triangular prisms, each of one element.
 
 use cdem::mesh::ElementKind;
-use cdem::scene::{ContactModel, Mass, Rotation};
-use cdem_verify::{Balance, Body, Case, load, mesh_of, run};
+use cdem::scene::Rotation;
+use nalgebra::Vector3;
 
-/// What a run of the two prisms comes to.
-#[derive(Debug)]
-struct Outcome {
-    touch: f64,
-    parted: f64,
-    /// Speed of the struck block along the flight of the other, m/s.
-    struck: f64,
-    /// Most elements in the run, and those at its end.
-    elements: [u64; 2],
-    balance: Balance,
-}
+use crate::prisms::{Outcome, Prisms};
 
-fn collide(mut simulation: cdem::Simulation, along: [f64; 3]) -> Outcome {
-    let mut balance = Balance::new(&mut simulation);
-    let mut most = 0;
-    run(&mut simulation, |simulation| {
-        most = most.max(balance.look(simulation).elements);
-    });
-    let end = simulation.history();
-    let contacts = simulation.ended_contacts();
-    assert_eq!(simulation.live_contacts(), []);
-    let touch = contacts.iter().map(|c| c.time_on).fold(f64::MAX, f64::min);
-    let parted = contacts.iter().filter_map(|c| c.time_off);
-    let velocity = simulation.block_rows()[1].velocity;
-    let struck = velocity.iter().zip(along).map(|(v, n)| v * n).sum();
-    Outcome {
-        touch,
-        parted: parted.fold(0.0, f64::max),
-        struck,
-        elements: [most, end.elements],
-        balance,
-    }
-}
+/// Speed of the struck prism where both are refined throughout, m/s: wedges and
+/// tetrahedra whose sides are cut 16 and 32 times agree on it to 2e-4 m/s. The study at
+/// the end has the figures.
+const CONVERGED: f64 = 2.9857;
 
-fn two_scale(energy_loss: f64, angle: f64) -> Case {
-    let mut case = load("two-prisms");
-    case.scene.contact.model = ContactModel::TwoScale;
-    case.scene.contact.energy_loss = energy_loss;
-    case.scene.contact.tolerance = None;
-    let (sin, cos) = angle.sin_cos();
-    for block in &mut case.scene.block {
-        block.mass = Mass::Auto;
-        block.rotate = Rotation {
-            axis: [0.0, 0.0, 1.0],
-            angle,
-        };
-    }
-    case.block("i").velocity[..2].copy_from_slice(&[3.0 * cos, 3.0 * sin]);
-    case
-}
+/// Refined deep, some touches wait for the end of their substep: those of which points come
+/// no deeper than a hundredth of the tolerance, 1e-6 m, at 3 m/s.
+const WAIT: f64 = 3.4e-7;
 
 impl Outcome {
-    fn check(&self, elements: u64) {
-        assert!((self.touch - 1.0 / 3.0).abs() < 1e-9, "{self:?}");
+    fn check(&self, elements: u64, wait: f64) {
+        // To round-off of 700 steps, 1e-9 s; and what it may wait.
+        assert!((self.touch - 1.0 / 3.0).abs() < 1e-9 + wait, "{self:?}");
         // Until about 0.340 s (the paper's Fig. 16).
         assert!((0.338..0.342).contains(&self.parted), "{self:?}");
         let balance = &self.balance;
@@ -69,54 +30,115 @@ impl Outcome {
     }
 }
 
+fn collide(element: ElementKind, energy_loss: f64, turn: Rotation) -> Outcome {
+    let prisms = Prisms {
+        turn,
+        ..Prisms::whole(element)
+    };
+    let outcome = prisms.run(&prisms.two_scale(energy_loss));
+    println!(
+        "{}, energy_loss {energy_loss}, turned by {:.1} about {:?}: {outcome:?}",
+        element.name(),
+        prisms.turn.angle,
+        prisms.turn.axis,
+    );
+    outcome
+}
+
 /// In the plane, flying anywhere: the struck block leaves as the issue of refinement is
 /// told to let it.
 #[test]
 fn triangles_bounce_at_every_angle() {
     for (energy_loss, wanted) in [(0.01, 2.94), (0.002, 2.97)] {
         for number in 0..5 {
-            let angle = 1.3 * f64::from(number);
-            let along = [angle.cos(), angle.sin(), 0.0];
-            let outcome = collide(two_scale(energy_loss, angle).start(), along);
-            println!("energy_loss {energy_loss}, angle {angle:.1}: {outcome:?}");
-            outcome.check(2);
+            let turn = Rotation {
+                axis: [0.0, 0.0, 1.0],
+                angle: 1.3 * f64::from(number),
+            };
+            let outcome = collide(ElementKind::Tri3, energy_loss, turn);
+            outcome.check(2, 0.0);
             assert!(outcome.struck > wanted, "{outcome:?}");
         }
     }
 }
 
-/// In space, as wedges of one metre.
-#[test]
-fn wedges_bounce() {
-    let triangles = [
-        [
-            [-6.928_203_230_275_509, -4.0],
-            [0.0, 0.0],
-            [-6.928_203_230_275_509, 4.0],
-        ],
-        [[1.0, -4.0], [7.928_203_230_275_509, 0.0], [1.0, 4.0]],
-    ];
-    let wedge = |triangle: [[f64; 2]; 3]| {
-        let at = |z: f64| triangle.map(|[x, y]| [x, y, z]);
-        Body {
-            kind: ElementKind::Wedge6,
-            corners: at(0.0).into_iter().chain(at(1.0)).collect(),
-            pieces: 1,
-        }
+/// Prisms in space, of one wedge or of three tetrahedra.
+const SOLIDS: [(ElementKind, u64); 2] = [(ElementKind::Wedge6, 2), (ElementKind::Tet4, 6)];
+
+/// About an axis across the flight, and any.
+fn turns() -> [Rotation; 3] {
+    let turn = |axis: [f64; 3], angle| Rotation {
+        axis: Vector3::from(axis).normalize().into(),
+        angle,
     };
-    let [i, j] = triangles.map(wedge);
-    let bodies = [("block_i", i), ("block_j", j)];
-    let mut case = two_scale(0.1, 0.0);
-    case.scene.dimension = 3;
-    case.scene.time.end = 0.36;
-    for block in &mut case.scene.block {
-        block.velocity.resize(3, 0.0);
-        block.angular_velocity = vec![0.0; 3];
-        block.translate = vec![0.0; 3];
+    [
+        turn([0.0, 1.0, 0.0], 0.5),
+        turn([0.36, 0.48, 0.8], 2.0),
+        turn([1.0, -2.0, 3.0], -1.1),
+    ]
+}
+
+/// The struck one leaves with a share of what it does where all is refined.
+fn bounce(energy_loss: f64, share: f64, turn: &Rotation, wait: f64) {
+    for (element, elements) in SOLIDS {
+        let outcome = collide(element, energy_loss, turn.clone());
+        outcome.check(elements, wait);
+        assert!(outcome.struck > share * CONVERGED, "{outcome:?}");
     }
-    case.scene.gravity = cdem::scene::Schedule::Constant(vec![0.0; 3]);
-    let outcome = collide(case.start_from(|_| mesh_of(&bodies)), [1.0, 0.0, 0.0]);
-    println!("wedges: {outcome:?}");
-    outcome.check(2);
-    assert!(outcome.struck > 2.9, "{outcome:?}");
+}
+
+/// Flying anywhere in space; ten times the loss of the default is allowed, to be quick.
+#[test]
+fn prisms_bounce_at_every_angle() {
+    for turn in &turns() {
+        bounce(0.1, 0.985, turn, 0.0);
+    }
+}
+
+#[test]
+fn prisms_bounce() {
+    bounce(0.01, 0.985, &turns()[1], 0.0);
+}
+
+#[test]
+#[ignore = "slow study: a minute and a half, flying anywhere with the default"]
+fn prisms_bounce_at_every_angle_with_the_default() {
+    for turn in &turns() {
+        bounce(0.01, 0.985, turn, 0.0);
+    }
+}
+
+#[test]
+#[ignore = "slow study: ten minutes, refined by three levels more than the default"]
+fn prisms_bounce_almost_without_loss() {
+    bounce(0.002, 0.995, &turns()[2], WAIT);
+}
+
+/// Where the bound comes from: elements as thick as wide. The finer the corner, the softer
+/// it is, by as much with each halving: no length but that of elements says where a point
+/// bears. Blocks then part later, and what is left of their vibration changes a little.
+#[test]
+#[ignore = "slow study: prisms of up to 65 thousand elements each"]
+fn prisms_refined_throughout_agree() {
+    for (element, pieces) in [
+        (ElementKind::Wedge6, 16),
+        (ElementKind::Wedge6, 32),
+        (ElementKind::Wedge6, 64),
+        (ElementKind::Tet4, 16),
+        (ElementKind::Tet4, 32),
+    ] {
+        let prisms = Prisms {
+            pieces,
+            layers: pieces / 8,
+            gap: 0.01,
+            ..Prisms::whole(element)
+        };
+        let mut case = prisms.case();
+        case.scene.time.end = 0.025;
+        let outcome = prisms.run(&case);
+        println!("{}, {pieces} pieces: {outcome:?}", element.name());
+        // A third of the half percent that is asked of the refined.
+        let off = outcome.struck - CONVERGED;
+        assert!(off.abs() < 0.005, "{outcome:?}");
+    }
 }

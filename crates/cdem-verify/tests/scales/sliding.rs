@@ -35,7 +35,7 @@ fn feet_slide_along_a_strip() {
     run(&mut simulation, |simulation| {
         let row = balance.look(simulation);
         most = most.max(row.elements);
-        if row.contacts == 2 && row.step % 20 == 0 {
+        if row.contacts == 2 && row.step.is_multiple_of(20) {
             let feet = simulation.contact_frame().points;
             for foot in feet {
                 checked += 1;
