@@ -207,14 +207,16 @@ def layout(width, height, count):
     return -(-count // columns), columns, (panel, panel * min(max(height / width, 0.02), 2.0))
 
 
-def draw_snapshots(frames, field, file, command):
-    """Draw frames with one colour scale; the picture remembers its command."""
+def draw_snapshots(frames, field, file, made_by, window=None, scheme=None):
+    """Draw frames with one colour scale; the picture remembers what made it. All of them
+    and in fitting colours, but for a window, its lower left and upper right corner, and
+    a scheme, as `colours` makes them."""
     corners = np.concatenate([polygon for frame in frames for polygon in frame.polygons])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    margin = 0.03 * max(high - low)
+    low, high = np.array(window) if window else (corners.min(axis=0), corners.max(axis=0))
+    margin = 0.0 if window else 0.03 * max(high - low)
     values = np.concatenate([frame.values for frame in frames])
     named = field in NAMED
-    colour_map, least, most = colours(values, named)
+    colour_map, least, most = scheme or colours(values, named)
     scale = ScalarMappable(Normalize(least, most), colour_map)
 
     width, height = high - low + 2 * margin
@@ -236,7 +238,7 @@ def draw_snapshots(frames, field, file, command):
     if named:
         bar.set_ticks(range(int(values.min()), int(values.max()) + 1, 1 + int(np.ptp(values)) // 20))
         bar.minorticks_off()
-    figure.savefig(file, dpi=150, metadata={"Description": f"tools/picture.py {command}"})
+    figure.savefig(file, dpi=150, metadata={"Description": made_by})
     pyplot.close(figure)
 
 
@@ -286,7 +288,8 @@ def main(arguments=None):
     try:
         chosen = choose(series(wanted.results), wanted.snapshots, wanted.at)
         frames = [read(time, file, wanted.field, wanted.view) for time, file in chosen]
-        draw_snapshots(frames, wanted.field, wanted.output or beside(wanted.results), shlex.join(arguments))
+        made_by = f"tools/picture.py {shlex.join(arguments)}"
+        draw_snapshots(frames, wanted.field, wanted.output or beside(wanted.results), made_by)
         if wanted.energies:
             draw_energies(wanted.results, wanted.energies)
     except Mistake as mistake:
