@@ -27,7 +27,7 @@ WINDOW = ((-2.4, -2.6), (5.0, 2.6))
 # One scale for all; in the middle of it, what two equal blocks have as one.
 SCHEME = ("coolwarm", 0.0, 3.0)
 # Colours that a picture is left with: the book stays small.
-COLOURS = 64
+COLOURS = 255
 # What is shown of Figure 16 once more, enlarged, s.
 CLOSE = (0.330, 0.345)
 
@@ -68,7 +68,7 @@ def draw_displacements(results, file):
     figure, panels = pyplot.subplots(1, 2, figsize=(9.6, 3.8), layout="constrained")
     for block, rows in displacements(results).items():
         (line,) = panels[0].plot(*rows.T, label=f"block {block}", linewidth=1.4)
-        near = rows[(rows[:, 0] >= CLOSE[0]) & (rows[:, 0] <= CLOSE[1])]
+        near = rows[(rows[:, 0] > CLOSE[0] - 1e-6) & (rows[:, 0] < CLOSE[1] + 1e-6)]
         panels[1].plot(1e3 * near[:, 0], 1e3 * (near[:, 1] - near[0, 1]), ".-", color=line.get_color(), linewidth=1.0)
     panels[0].set(xlabel="time, s", ylabel="displacement along x, m")
     panels[0].legend(frameon=False)
