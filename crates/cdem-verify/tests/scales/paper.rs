@@ -109,7 +109,7 @@ fn prisms_bounce_at_every_angle_with_the_default() {
 }
 
 #[test]
-#[ignore = "slow study: ten minutes, refined by three levels more than the default"]
+#[ignore = "slow study: ten minutes, elements half as large as with the default"]
 fn prisms_bounce_almost_without_loss() {
     bounce(0.002, 0.995, &turns()[2], WAIT);
 }
@@ -118,7 +118,7 @@ fn prisms_bounce_almost_without_loss() {
 /// it is, by as much with each halving: no length but that of elements says where a point
 /// bears. Blocks then part later, and what is left of their vibration changes a little.
 #[test]
-#[ignore = "slow study: prisms of up to 65 thousand elements each"]
+#[ignore = "slow study: three minutes, up to 65 thousand elements"]
 fn prisms_refined_throughout_agree() {
     for (element, pieces) in [
         (ElementKind::Wedge6, 16),
