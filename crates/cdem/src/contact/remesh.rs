@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::contact::island::Island;
 use crate::contact::live::{Live, Record};
 use crate::contact::search::{Patches, Search};
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Feature, Pair, Positions, Surface};
 use crate::contact::{Contacts, Moment};
 use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
@@ -18,6 +18,8 @@ pub(crate) struct Place<const D: usize> {
     /// Where at rest, m, and a node of the feature there: of main and target.
     pub(crate) rest: [[f64; D]; 2],
     pub(crate) nodes: [u32; 2],
+    /// Whether each feature is an edge in space.
+    pub(crate) are_edges: [bool; 2],
     /// Where, and out of the target.
     pub(crate) point: [f64; D],
     pub(crate) normal: [f64; D],
@@ -89,9 +91,11 @@ impl<const D: usize> Contacts<D> {
             surface.target_nodes(pair.target),
         ];
         let nodes = nodes.map(|nodes| nodes[0]);
+        let marks = surface.marks(pair, foot, rest);
         Place {
             blocks: nodes.map(|node| self.terms.block_of[node as usize]),
-            rest: surface.marks(pair, foot, rest).map(|mark| mark.place),
+            are_edges: marks.map(|mark| matches!(mark.on, Feature::Edge(_))),
+            rest: marks.map(|mark| mark.place),
             nodes,
             point: surface.point(pair, at),
             normal,

@@ -29,6 +29,7 @@ pub use error::{BlockFault, MeshError};
 pub(crate) use kind::CORNERS;
 pub use kind::ElementKind;
 pub use overlap::{Overlap, overlap};
+pub(crate) use quality::volume;
 pub use raw::{CellKind, RawCells, RawGroup, RawMesh};
 pub(crate) use shape::MOST_ELEMENTS;
 

@@ -69,8 +69,7 @@ pub(super) fn reversed(element: Element) -> Element {
 
 /// Area or volume of an element of `kind` with nodes at `corners`, by the
 /// quadrature at which it is judged.
-#[cfg(test)]
-pub(super) fn volume<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> f64 {
+pub(crate) fn volume<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> f64 {
     let weight = match kind {
         ElementKind::Tri3 => 0.5,
         ElementKind::Quad4 | ElementKind::Hex8 => 1.0,

@@ -9,7 +9,7 @@ use crate::contact::surface::Surface;
 use crate::element::{self, BlockProperties, ElementSet, stable_step};
 use crate::mass::Masses;
 use crate::material::Elastic;
-use crate::mesh::{Element, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, volume};
 use crate::model::build::{properties, thickness};
 use crate::model::pace::CAREFUL;
 use crate::scene::Scene;
@@ -80,13 +80,28 @@ impl<const D: usize> Foundation<D> {
 
     /// Size of an element, m.
     pub(super) fn size(&self, element: u32) -> f64 {
+        size(&self.corners(element))
+    }
+
+    /// Mass of the cell of squares or cubes that an element is a part of, kg: of elements
+    /// like it, a node inside the block has as much.
+    pub(super) fn cell_mass(&self, block: usize, element: u32) -> f64 {
+        let kind = self.mesh.elements[element as usize].kind;
+        let parts = match kind {
+            ElementKind::Quad4 | ElementKind::Hex8 => 1.0,
+            ElementKind::Tri3 | ElementKind::Wedge6 => 2.0,
+            ElementKind::Tet4 => 6.0,
+        };
+        parts * self.density(block) * volume(kind, &self.corners(element))
+    }
+
+    fn corners(&self, element: u32) -> Vec<[f64; D]> {
         let nodes = self.mesh.elements[element as usize].nodes().iter();
-        let corners: Vec<_> = nodes.map(|&node| self.mesh.nodes[node as usize]).collect();
-        size(&corners)
+        nodes.map(|&node| self.mesh.nodes[node as usize]).collect()
     }
 
     /// Mass of a block over its volume, kg/m^D.
-    pub(super) fn density(&self, block: usize) -> f64 {
+    fn density(&self, block: usize) -> f64 {
         thickness::<D>(&self.scene) * self.material(block).density
     }
 

@@ -28,9 +28,10 @@ const LAYERS: f64 = 8.0;
 /// meet flush in space, each halving would take four times as many.
 const CROWD: f64 = 8192.0;
 
-/// Share of the mass of a cube of an element's size that a node inside a face of its block
-/// has: half of the elements around a node inside the block, which has it all.
-const MOVED: f64 = 0.5;
+/// Mass of a node inside a face of its block, and of one on a straight edge in space, over
+/// that of one inside the block.
+const ON_FACE: f64 = 0.5;
+const ON_EDGE: f64 = 0.25;
 
 /// Size of elements that are pressed on at a point, over that of their block and the
 /// approach over the speed of compression waves, at least. Strain grows towards the point
@@ -194,22 +195,23 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// Mass of a node at a place of a block before refinement, kg: of a node number of the
-    /// block that is there, its own; where there is none, that of one inside a face among
-    /// elements of some `size`, m.
+    /// block that is there, its own; where there is none, that of one inside a face, or on an
+    /// edge in space, among elements like those of `roots`.
     pub(crate) fn base_mass(
         &self,
         block: usize,
         number: usize,
         place: &[f64; D],
-        size: f64,
+        (roots, is_edge): (impl Iterator<Item = u32>, bool),
     ) -> f64 {
+        let share = if is_edge { ON_EDGE } else { ON_FACE };
         let nodes = &self.foundation.mesh.blocks[block].nodes;
         let node = nodes.start as usize + number;
         if number < nodes.len() && self.foundation.mesh.nodes[node] == *place {
-            self.foundation.masses.nodal[node]
-        } else {
-            MOVED * self.foundation.density(block) * size.powi(D as i32)
+            return self.foundation.masses.nodal[node];
         }
+        let of_cells = roots.map(|root| self.foundation.cell_mass(block, root));
+        share * of_cells.fold(0.0, f64::max)
     }
 
     fn wave_speed(&self, block: usize) -> f64 {

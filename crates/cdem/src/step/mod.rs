@@ -4,6 +4,7 @@
 //! (forces), contacts hold or part, and nodes drift: free flight up to a first
 //! touch, unified after it.
 
+mod keep;
 pub(crate) mod kick;
 pub(crate) mod ledger;
 #[cfg(test)]
@@ -11,6 +12,7 @@ mod level_tests;
 pub(crate) mod levels;
 pub(crate) mod outlook;
 pub(crate) mod plan;
+mod refine;
 mod remesh;
 mod split;
 mod synchronise;

@@ -1,0 +1,276 @@
+//! The second scale in time: blocks are refined before they collide, and as they were
+//! again after it (design, section 6; [Li2015], section 5). Here: where, when, how finely.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Run;
+use crate::contact::remesh::Place;
+use crate::contact::surface::Positions;
+use crate::mesh::Mesh;
+use crate::refinement::{Change, Encounter, SecondScale, Transfer};
+use crate::vector::{add_scaled, cross, dot, norm, pad, scale, sub};
+
+/// How far collisions are foreseen, in coarse steps: velocities change by less than half
+/// in one, but where other collisions are in between.
+const AHEAD: f64 = 1.5;
+
+/// Looks at what new nodes on refined faces meet in the same step, at most.
+const LOOKS: usize = 8;
+
+/// Approach over what gravity makes in a coarse step, up to which it is no impact: what
+/// rests comes and goes with such speeds.
+const RESTING: f64 = 4.0;
+
+/// Way of an approach in the time that waves take across the larger block, over the
+/// tolerance of contact, up to which it is no impact.
+const SLIGHT: f64 = 1e-2;
+
+/// Time for which a contact is an impact, over that which waves take across the larger of
+/// its blocks: twice there and back.
+const IMPACT: f64 = 4.0;
+
+/// Time for which a zone stays while its blocks touch elsewhere, the same way; and after
+/// they have parted.
+const STAY: f64 = 1.0;
+const PARTED: f64 = 0.25;
+
+/// Move of a surface as it goes over to a coarser mesh, over the tolerance of contact, that
+/// no contact on it feels.
+const SLIGHT_JUMP: f64 = 0.1;
+
+impl<const D: usize> Run<D> {
+    /// Section 6: refines blocks where they are about to collide. Returns what the ledger
+    /// lacked before, J, if any mesh has changed.
+    pub(super) fn refine(&mut self) -> Option<f64> {
+        let mut second = self.second_scale.take()?;
+        let mut before = None;
+        for block in second.debtors() {
+            before.get_or_insert_with(|| self.balance());
+            let paid = self.pay(block, second.debt(block));
+            second.owe(block, -paid);
+        }
+        for _ in 0..LOOKS {
+            self.ask_for_zones(&mut second);
+            let changes = second.changes(self.state.number);
+            let changes = self.without_harm(&second, changes);
+            if changes.is_empty() {
+                break;
+            }
+            before.get_or_insert_with(|| self.balance());
+            self.remesh(&mut second, changes);
+            self.find_contacts();
+        }
+        self.second_scale = Some(second);
+        before
+    }
+
+    /// The mesh without what is refined now.
+    pub(crate) fn base_mesh(&self) -> &Mesh<D> {
+        let second = self.second_scale.as_ref();
+        second.map_or(&self.model.mesh, |second| &second.foundation.mesh)
+    }
+
+    /// How many blocks are refined now.
+    pub(crate) fn refined_blocks(&self) -> u64 {
+        let covers = self.second_scale.iter().flat_map(SecondScale::covers);
+        covers.filter(|cover| cover.is_some()).count() as u64
+    }
+
+    /// Changes but those to coarser meshes that would move a surface into, or away from,
+    /// what is beside it, or would need more energy than there is.
+    fn without_harm(&self, second: &SecondScale<D>, changes: Vec<Change<D>>) -> Vec<Change<D>> {
+        let Some(contacts) = &self.contacts else {
+            return changes;
+        };
+        let mut jumps = vec![0.0; self.model.mesh.nodes.len()];
+        let can_be = |change: &Change<D>| {
+            let of_block = self.jumps(second, change);
+            let is_possible = of_block.is_some();
+            let nodes = self.model.nodes(change.block);
+            for (jump, of_node) in jumps[nodes].iter_mut().zip(of_block.unwrap_or_default()) {
+                if of_node > SLIGHT_JUMP * contacts.tolerance() {
+                    *jump = of_node;
+                }
+            }
+            is_possible
+        };
+        let mut changes: Vec<Change<D>> = changes.into_iter().filter(can_be).collect();
+        if jumps.iter().any(|&jump| jump > 0.0) {
+            let close = contacts.has_close(self.model.positions(&self.state), &jumps);
+            changes.retain(|change| !close[change.block]);
+        }
+        changes
+    }
+
+    /// How far the nodes of a block move with a change, m; nothing where that would need
+    /// more energy than there is.
+    fn jumps(&self, second: &SecondScale<D>, change: &Change<D>) -> Option<Vec<f64>> {
+        let (block, cover) = (change.block, change.cover.as_ref());
+        let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
+        let transfer = Transfer::between(old, cover, foundation.lame(block))?;
+        if transfer.is_finer() {
+            return Some(Vec::new());
+        }
+        let own = &self.state.displacement[self.model.nodes(block)];
+        let after = transfer.displacements(own, &self.held(block));
+        let strain_energy = foundation.strain_energy(block, cover, &after);
+        let is_enough = self.bound_energy_of(block) + strain_energy <= self.energy_of(block);
+        is_enough.then(|| transfer.jumps(own, &after))
+    }
+
+    /// What the ledger lacks, J, but for what was there at the start.
+    pub(super) fn balance(&mut self) -> f64 {
+        let instant = self.instant();
+        self.history(&instant, 0.0).energy_residual
+    }
+
+    /// Asks for zones where blocks are about to collide, and keeps them where they do.
+    fn ask_for_zones(&self, second: &mut SecondScale<D>) {
+        let Some(contacts) = &self.contacts else {
+            return;
+        };
+        let at = self.model.positions(&self.state);
+        let zero = vec![[0.0; D]; self.model.mesh.nodes.len()];
+        let rest = Positions::new(&self.model.mesh.nodes, &zero);
+        let horizon = AHEAD * self.model.step;
+        let mut of_pair: BTreeMap<[u32; 2], Vec<Place<D>>> = BTreeMap::new();
+        for place in contacts.ahead(at, &self.state.velocity, rest, horizon) {
+            let [a, b] = place.blocks;
+            of_pair.entry([a.min(b), a.max(b)]).or_default().push(place);
+        }
+        for (blocks, places) in &of_pair {
+            self.ask_for_encounter(second, *blocks, places, contacts.tolerance());
+        }
+        for place in contacts.present(at, rest) {
+            let transit = self.transit(second, place.blocks);
+            let since = place.since.unwrap_or_default();
+            if self.time() - since <= IMPACT * transit {
+                let until = self.until(STAY * transit);
+                let [a, b] = place.blocks;
+                second.impact([a.min(b), a.max(b)], 0.0, until);
+                for (block, rest) in place.blocks.iter().zip(&place.rest) {
+                    second.keep(*block as usize, rest, place.slip, until);
+                    second.stay(*block as usize, self.until(PARTED * transit));
+                }
+            }
+        }
+    }
+
+    /// The coarse step that is so many seconds from now.
+    fn until(&self, duration: f64) -> u64 {
+        self.state.number + (duration / self.model.step).ceil() as u64 + 1
+    }
+
+    /// Time that waves take across the larger of two blocks, s.
+    fn transit(&self, second: &SecondScale<D>, blocks: [u32; 2]) -> f64 {
+        let of = |block: u32| second.crossing(block as usize);
+        let moves = blocks
+            .into_iter()
+            .filter(|&b| !self.model.blocks[b as usize].fixed);
+        moves.map(of).fold(0.0, f64::max)
+    }
+
+    fn ask_for_encounter(
+        &self,
+        second: &mut SecondScale<D>,
+        blocks: [u32; 2],
+        places: &[Place<D>],
+        tolerance: f64,
+    ) {
+        let transit = self.transit(second, blocks);
+        let gravity = norm(&self.model.gravity_at(self.time()));
+        let slight = f64::max(
+            RESTING * gravity * self.model.step,
+            SLIGHT * tolerance / transit,
+        );
+        let mut nodes = BTreeSet::new();
+        let encounters: Vec<Encounter<D>> = places
+            .iter()
+            .filter(|place| place.speed > slight)
+            .map(|place| Encounter {
+                is_first_of_node: nodes.insert(place.nodes[0]),
+                ..self.encounter(second, place)
+            })
+            .collect();
+        let Some(mobility) = self.mobility(&encounters) else {
+            return;
+        };
+        let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
+        let until = self.until(STAY * transit);
+        let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
+        let sizes = second.depth(&encounters, energy);
+        let are_flush = Encounter::are_flush(&encounters);
+        for (encounter, sizes) in encounters.iter().zip(sizes) {
+            second.ask(encounter, sizes, are_flush, until);
+        }
+        for block in blocks {
+            second.stay(block as usize, self.until(PARTED * transit));
+        }
+    }
+
+    fn encounter(&self, second: &SecondScale<D>, place: &Place<D>) -> Encounter<D> {
+        let root = |element: u32| {
+            let parts = self.model.mesh.parts.as_ref();
+            parts.map_or(element, |parts| parts.root[element as usize])
+        };
+        let around = |node: u32| self.around.of(node).iter().map(|&element| root(element));
+        let blocks = place.blocks.map(|block| block as usize);
+        let sizes = place.nodes.map(|node| second.base_size(around(node)));
+        let mass = |side: usize| {
+            let number = place.nodes[side] as usize - self.model.nodes(blocks[side]).start;
+            let roots = around(place.nodes[side]);
+            let of = (roots, place.are_edges[side]);
+            second.base_mass(blocks[side], number, &place.rest[side], of)
+        };
+        Encounter {
+            blocks,
+            masses: [mass(0), mass(1)],
+            is_first_of_node: true,
+            places: place.rest,
+            point: place.point,
+            normal: place.normal,
+            speed: place.speed,
+            unified: self.model.step - place.wait % self.model.step,
+            sizes,
+        }
+    }
+
+    /// Inverse mass seen by both blocks as rigid bodies in the middle of some encounters,
+    /// along their mean normal, 1/kg; of none, nothing.
+    fn mobility(&self, encounters: &[Encounter<D>]) -> Option<f64> {
+        let first = encounters.first()?;
+        let count = encounters.len() as f64;
+        let (mut point, mut normal) = ([0.0; D], [0.0; D]);
+        for encounter in encounters {
+            add_scaled(&mut point, 1.0 / count, &encounter.point);
+            let sign = if encounter.blocks == first.blocks {
+                1.0
+            } else {
+                -1.0
+            };
+            add_scaled(&mut normal, sign, &encounter.normal);
+        }
+        let normal = if norm(&normal) > 0.0 {
+            scale(1.0 / norm(&normal), &normal)
+        } else {
+            first.normal
+        };
+        let of = |&block: &usize| self.rigid_mobility(block, &point, &normal);
+        Some(first.blocks.iter().map(of).sum())
+    }
+
+    /// Inverse mass of a rigid block at a point along a direction, 1/kg.
+    fn rigid_mobility(&self, block: usize, point: &[f64; D], normal: &[f64; D]) -> f64 {
+        if self.model.blocks[block].fixed {
+            return 0.0;
+        }
+        let at = self.model.positions(&self.state);
+        let nodes = self.model.nodes(block);
+        let points: Vec<[f64; D]> = nodes.clone().map(|node| at.at(node as u32)).collect();
+        let body = self.body(block, &points);
+        let (mass, centre) = body.centre();
+        let turn = cross(&pad(&sub(point, &centre)), &pad(normal));
+        let spin = body.spin_of(&turn);
+        1.0 / mass + dot(&turn, &spin)
+    }
+}
