@@ -5,6 +5,8 @@
 
 mod bars;
 mod boxed;
+mod cost;
+mod impact;
 mod meetings;
 mod paper;
 mod prisms;
