@@ -137,8 +137,8 @@ fn judge(dimension: usize, seed: u64) -> u64 {
         balance.momentum < 1e-12 && balance.angular_momentum < 1e-12,
         "{seed}: {balance:?}"
     );
-    // Of blocks of few elements (design, section 7).
-    let bound = if most > 40 { bound } else { 2e-2 };
+    // Of two blocks of few elements each (design, section 7).
+    let bound = if most > 80 { bound } else { 2e-2 };
     assert!(
         balance.residual < bound && balance.rise < bound,
         "{seed}: {balance:?}"

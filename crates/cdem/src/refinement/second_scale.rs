@@ -56,7 +56,7 @@ pub(crate) struct SecondScale<const D: usize> {
     stays: Vec<u64>,
     /// Blocks of which zones have come that their cover does not have.
     waiting: Vec<usize>,
-    /// Energy that changes of level have made in each block, J; negative, have taken.
+    /// Energy that changes of level have made in each block, J.
     debts: Vec<f64>,
     /// Of pairs of blocks that collide.
     impacts: BTreeMap<[u32; 2], Impact>,
@@ -232,6 +232,14 @@ impl<const D: usize> SecondScale<D> {
     /// A change of level has made so much energy in a block, J.
     pub(crate) fn owe(&mut self, block: usize, energy: f64) {
         self.debts[block] += energy;
+    }
+
+    /// What changes of level have taken from blocks in a coarse step is lost: no later one may
+    /// give it back, when it would be a gain out of nowhere.
+    pub(crate) fn forget_credit(&mut self) {
+        for debt in &mut self.debts {
+            *debt = debt.max(0.0);
+        }
     }
 
     /// Time that compression waves take across a block, s.

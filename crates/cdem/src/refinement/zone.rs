@@ -19,7 +19,7 @@ pub(crate) struct Zone<const D: usize> {
 
 /// Size of an element over its distance from what is finest, at most (design, section 6):
 /// masses of coarser ones cannot be fitted.
-pub(crate) const GRADING: f64 = 0.5;
+pub(crate) const GRADING: f64 = 1.0;
 
 /// The same where blocks meet flush: a plane wave does not thin out, and of a front each
 /// halving of the mesh throws back what is too short for it. With half as much it is

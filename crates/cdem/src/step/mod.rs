@@ -168,6 +168,9 @@ impl<const D: usize> Run<D> {
     /// islands of pairs.
     pub(crate) fn prepare(&mut self) {
         let join = self.find_contacts();
+        if self.plan.elements.is_empty() {
+            self.assign_levels();
+        }
         let before = self.refine();
         if join || self.plan.elements.is_empty() {
             self.assign_levels();

@@ -49,6 +49,7 @@ impl<const D: usize> Run<D> {
             let paid = self.pay(block, second.debt(block));
             second.owe(block, -paid);
         }
+        second.forget_credit();
         for _ in 0..LOOKS {
             self.ask_for_zones(&mut second);
             let changes = second.changes(self.state.number);
