@@ -56,7 +56,7 @@ pub(crate) struct SecondScale<const D: usize> {
     stays: Vec<u64>,
     /// Blocks of which zones have come that their cover does not have.
     waiting: Vec<usize>,
-    /// Energy that changes of level have made in each block, J.
+    /// Energy that changes of level, and of positions, have made in each block, J.
     debts: Vec<f64>,
     /// Of pairs of blocks that collide.
     impacts: BTreeMap<[u32; 2], Impact>,
@@ -218,24 +218,24 @@ impl<const D: usize> SecondScale<D> {
         self.foundation.material(block).p_wave_speed()
     }
 
-    /// Blocks in which changes of level have made energy.
+    /// Blocks that owe some.
     pub(crate) fn debtors(&self) -> Vec<usize> {
         let blocks = 0..self.debts.len();
         blocks.filter(|&block| self.debts[block] > 0.0).collect()
     }
 
-    /// Energy that changes of level have made in a block, J.
+    /// Energy that a block owes, J.
     pub(crate) fn debt(&self, block: usize) -> f64 {
         self.debts[block]
     }
 
-    /// A change of level has made so much energy in a block, J.
+    /// A change of level, or of positions, has made so much energy in a block, J.
     pub(crate) fn owe(&mut self, block: usize, energy: f64) {
         self.debts[block] += energy;
     }
 
-    /// What changes of level have taken from blocks in a coarse step is lost: no later one may
-    /// give it back, when it would be a gain out of nowhere.
+    /// What such changes have taken from blocks in a coarse step is lost: no later one may give
+    /// it back, when it would be a gain out of nowhere.
     pub(crate) fn forget_credit(&mut self) {
         for debt in &mut self.debts {
             *debt = debt.max(0.0);

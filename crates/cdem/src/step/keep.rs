@@ -113,14 +113,16 @@ impl<const D: usize> Run<D> {
         self.kinetic_energy_of(block, &motion.but_loose(1.0))
     }
 
-    /// Gives a block its momenta back, and takes what energy it has gained. What holds a
-    /// block gives it the momentum that it lacks then.
-    pub(super) fn give_back(&mut self, block: usize, before: &Before<D>) {
+    /// Gives a block its momenta back, and takes what energy it has gained; returns how much
+    /// more that was than it can give now, J. What holds a block gives it the momentum that
+    /// it lacks then.
+    pub(super) fn give_back(&mut self, block: usize, before: &Before<D>) -> f64 {
         let nodes = self.model.nodes(block);
         let motion = self.with_momenta(block, before);
         self.state.velocity[nodes].copy_from_slice(&motion.velocities);
         self.bear(block, &before.momenta);
-        self.pay(block, self.energy_of(block) - before.energy);
+        let gained = self.energy_of(block) - before.energy;
+        gained.max(0.0) - self.pay(block, gained)
     }
 
     /// Books what a block that is held has been given of momentum, and had not before.

@@ -222,7 +222,14 @@ impl<const D: usize> Run<D> {
             return;
         }
         let gravity = self.model.gravity_at(self.time());
-        let strain_energy = self.model.strain_energy(&self.state.displacement);
+        let strain_energies = |run: &Self| -> Vec<f64> {
+            let (model, displacement) = (&run.model, &run.state.displacement);
+            let blocks = 0..model.blocks.len();
+            blocks
+                .map(|block| model.strain_energy_of(block, displacement))
+                .collect()
+        };
+        let before = strain_energies(self);
         for (node, shift) in &moves {
             let n = *node as usize;
             let weight = scale(self.model.inertia.mass()[n], &gravity);
@@ -235,8 +242,13 @@ impl<const D: usize> Run<D> {
             add_scaled(&mut self.state.displacement[n], 1.0, shift);
         }
         self.corrections.count += 1;
-        self.ledger.correction_loss +=
-            strain_energy - self.model.strain_energy(&self.state.displacement);
+        let after = strain_energies(self);
+        self.ledger.correction_loss += before.iter().sum::<f64>() - after.iter().sum::<f64>();
+        if let Some(second) = &mut self.second_scale {
+            for (block, (old, new)) in before.iter().zip(&after).enumerate() {
+                second.owe(block, new - old);
+            }
+        }
     }
 
     /// Section 3: levels, with one buffer layer that crosses contacts.

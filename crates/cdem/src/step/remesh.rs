@@ -59,25 +59,8 @@ impl<const D: usize> Run<D> {
                 .collect(),
         };
         let origins = carry.origins();
-        let mut state = State {
-            number: old_state.number,
-            displacement: carry.vectors(&old_state.displacement, |block, transfer, of| {
-                transfer.displacements(of, &held[&block])
-            }),
-            carry: carry.values(&old_state.carry),
-            velocity: carry.vectors(&old_state.velocity, |_, transfer, of| {
-                transfer.velocities(of)
-            }),
-            element_interval: origins.means(&old_state.element_interval),
-            node_interval: carry.scalars(&old_state.node_interval),
-            contact_force: carry.values(&old_state.contact_force),
-        };
-        let mut impulses = Impulses::new(self.model.mesh.nodes.len());
-        impulses.before = carry.vectors(&self.impulses.before, |_, transfer, of| {
-            transfer.velocities(of)
-        });
-        impulses.interval = carry.scalars(&self.impulses.interval);
-        self.impulses = impulses;
+        let mut state = carry.state(&old_state, &origins, &held);
+        self.impulses = carry.impulses(&self.impulses);
         for (block, transfer) in &transfers {
             if !transfer.is_finer() {
                 let gathered = transfer.gather(momenta[block].clone());
@@ -89,32 +72,48 @@ impl<const D: usize> Run<D> {
         }
         self.model
             .remember(&old_elements, &origins, &state.displacement);
-        let zeros = [&old_mesh, &self.model.mesh].map(|mesh| vec![[0.0; D]; mesh.nodes.len()]);
         self.state = state;
-        for (&block, before) in blocks.iter().zip(&before) {
-            self.give_back(block, before);
+        let unpaid = blocks.iter().zip(&before);
+        let unpaid: Vec<f64> = unpaid
+            .map(|(&block, before)| self.give_back(block, before))
+            .collect();
+        for (&block, unpaid) in blocks.iter().zip(unpaid) {
+            second.owe(block, unpaid);
         }
-        let mut changed = vec![false; covers.len()];
-        blocks.iter().for_each(|&block| changed[block] = true);
-        if let Some(contacts) = &mut self.contacts {
-            let mesh = &self.model.mesh;
-            let surface = second.foundation.surface(mesh, contacts.tolerance());
-            let old = Sight {
-                at: Positions::new(&old_mesh.nodes, &old_state.displacement),
-                rest: Positions::new(&old_mesh.nodes, &zeros[0]),
-            };
-            let new = Sight {
-                at: Positions::new(&mesh.nodes, &self.state.displacement),
-                rest: Positions::new(&mesh.nodes, &zeros[1]),
-            };
-            let inertia = &self.model.inertia;
-            contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
-        }
+        self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
         let mesh = &self.model.mesh;
         self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
         self.node_impulse = carry_touched(&old_mesh, mesh, &self.node_impulse);
         self.touched = (0..mesh.nodes.len() as u32).collect();
         self.plan = Plan::default();
+    }
+
+    /// Contact goes on with blocks that have had another mesh and other displacements, m.
+    fn remesh_contacts(
+        &mut self,
+        second: &SecondScale<D>,
+        blocks: &[usize],
+        (old_mesh, old_displacement): (&Mesh<D>, &[[f64; D]]),
+    ) {
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
+        let mesh = &self.model.mesh;
+        let zeros = [old_mesh, mesh].map(|mesh| vec![[0.0; D]; mesh.nodes.len()]);
+        let old = Sight {
+            at: Positions::new(&old_mesh.nodes, old_displacement),
+            rest: Positions::new(&old_mesh.nodes, &zeros[0]),
+        };
+        let new = Sight {
+            at: Positions::new(&mesh.nodes, &self.state.displacement),
+            rest: Positions::new(&mesh.nodes, &zeros[1]),
+        };
+        let mut changed = vec![false; self.model.blocks.len()];
+        blocks.iter().for_each(|&block| changed[block] = true);
+        let surface = second.foundation.surface(mesh, contacts.tolerance());
+        let time = self.state.number as f64 * self.model.step;
+        let inertia = &self.model.inertia;
+        contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
     }
 
     /// Brings the history of the elements of some blocks up to now.
@@ -229,6 +228,35 @@ impl<'a, const D: usize> Carry<'a, D> {
     fn scalars(&self, all: &[f64]) -> Vec<f64> {
         let all: Vec<[f64; 1]> = all.iter().map(|&x| [x]).collect();
         self.values(&all).into_iter().map(|[x]| x).collect()
+    }
+
+    /// The state of an old mesh on the new one; velocities of blocks that are coarser want
+    /// their momenta yet.
+    fn state(
+        &self,
+        old: &State<D>,
+        origins: &Origins,
+        held: &BTreeMap<usize, Vec<[bool; D]>>,
+    ) -> State<D> {
+        State {
+            number: old.number,
+            displacement: self.vectors(&old.displacement, |block, transfer, of| {
+                transfer.displacements(of, &held[&block])
+            }),
+            carry: self.values(&old.carry),
+            velocity: self.vectors(&old.velocity, |_, transfer, of| transfer.velocities(of)),
+            element_interval: origins.means(&old.element_interval),
+            node_interval: self.scalars(&old.node_interval),
+            contact_force: self.values(&old.contact_force),
+        }
+    }
+
+    /// What a report between two steps needs of the last kick.
+    fn impulses(&self, old: &Impulses<D>) -> Impulses<D> {
+        let mut impulses = Impulses::new(self.new.nodes.len());
+        impulses.before = self.vectors(&old.before, |_, transfer, of| transfer.velocities(of));
+        impulses.interval = self.scalars(&old.interval);
+        impulses
     }
 
     /// For each new element, the old ones that it has come of.
