@@ -270,6 +270,7 @@ fn an_impact_that_leaves_a_sheet_stops() {
         element = "hex8"
         material = "rock"
         [contact]
+        model = "unified-node"
         friction_angle = 30
     "#;
     let ended = Place::with_scene(scene).cdem("run scene.toml");

@@ -355,7 +355,7 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactModel {
-    /// Unified nodes on refined sub-elements; not there yet.
+    /// Unified nodes, on sub-elements where blocks collide.
     TwoScale,
     /// Unified nodes on the given mesh.
     UnifiedNode,

@@ -356,7 +356,7 @@ pub(crate) struct Contact {
 impl Default for Contact {
     fn default() -> Self {
         Self {
-            model: ContactModel::UnifiedNode,
+            model: ContactModel::TwoScale,
             tolerance: None,
             friction_angle: Quantity::default(),
             cohesion: Quantity::default(),
