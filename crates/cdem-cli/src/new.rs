@@ -25,11 +25,26 @@ macro_rules! files {
     };
 }
 
-const TEMPLATES: [Template; 5] = [
+const TEMPLATES: [Template; 8] = [
     Template {
         name: "two-prisms-2d",
         about: "A triangular block hits another with its corner: the paper's own case",
         files: files!("two-prisms-2d": "README.md", "scene.toml", "prisms.geo", "prisms.msh"),
+    },
+    Template {
+        name: "two-prisms-3d",
+        about: "The same in space: a prism hits another with its edge",
+        files: files!("two-prisms-3d": "README.md", "scene.toml", "prisms.geo", "prisms.msh"),
+    },
+    Template {
+        name: "crowd-2d",
+        about: "Two swarms of coarse stones fly into each other and keep their energy",
+        files: files!("crowd-2d": "README.md", "scene.toml", "stones.geo", "stones.msh"),
+    },
+    Template {
+        name: "crowd-3d",
+        about: "Four swarms of rocks, one element each, meet in space",
+        files: files!("crowd-3d": "README.md", "scene.toml", "rocks.msh"),
     },
     Template {
         name: "bars-2d",
