@@ -6,9 +6,11 @@
 mod bars;
 mod boxed;
 mod cost;
+mod flicker;
 mod impact;
 mod meetings;
 mod paper;
 mod prisms;
+mod rockfall;
 mod sliding;
 mod table;

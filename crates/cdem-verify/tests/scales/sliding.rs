@@ -1,9 +1,9 @@
-//! Contacts that slide and roll along a block: zones go with them.
+//! Contacts that slide along a block: zones go with them.
 
 use cdem::sample::FieldValues;
 use cdem_verify::{Balance, load, run};
 
-/// Halvings of the element of the last block but `from` cells that is nearest to a point.
+/// Most halvings of the elements nearest to a point.
 fn refinement_at(simulation: &mut cdem::Simulation, point: [f64; 3]) -> i32 {
     let frame = simulation.frame();
     let field = frame.cell_fields.iter().find(|f| f.name == "refinement");
