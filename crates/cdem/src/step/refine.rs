@@ -17,9 +17,11 @@ const AHEAD: f64 = 1.5;
 /// Looks at what new nodes on refined faces meet in the same step, at most.
 const LOOKS: usize = 8;
 
-/// Approach over what gravity makes in a coarse step, up to which it is no impact: what
-/// rests comes and goes with such speeds.
+/// Approach over what gravity makes in a coarse step, and in the time that waves take across
+/// the larger block, up to which it is no impact: what rests comes and goes with the one,
+/// what settles with the other, whose own vibration has four times that period.
 const RESTING: f64 = 4.0;
+const SETTLING: f64 = 4.0;
 
 /// Way of an approach in the time that waves take across the larger block, over the
 /// tolerance of contact, up to which it is no impact.
@@ -181,7 +183,7 @@ impl<const D: usize> Run<D> {
         let transit = self.transit(second, blocks);
         let gravity = norm(&self.model.gravity_at(self.time()));
         let slight = f64::max(
-            RESTING * gravity * self.model.step,
+            gravity * f64::max(RESTING * self.model.step, SETTLING * transit),
             SLIGHT * tolerance / transit,
         );
         let mut nodes = BTreeSet::new();
