@@ -194,9 +194,9 @@ fn accuracy_for_its_cost() {
     // Soft springs have the right contact time on one mesh, and a wrong one on all finer.
     let (two_scale, rivals) = study(&EDGE_ON_EDGE);
     assert!(two_scale < rivals[0], "{two_scale} {rivals:?}");
-    // Even with unified nodes, to the steps in which meshes become finer.
+    // Not the best by updates, though by wall time: the book says why.
     let (two_scale, rivals) = study(&CORNER_ON_FACE);
-    assert!(two_scale < 1.5 * rivals[0], "{two_scale} {rivals:?}");
+    assert!(two_scale < 2.0 * rivals[0], "{two_scale} {rivals:?}");
     // Flush bars gain nothing: 0.066, which is not to become more.
     let (two_scale, _) = study(&BARS);
     assert!(two_scale < 0.08, "{two_scale}");
