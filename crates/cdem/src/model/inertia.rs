@@ -209,11 +209,16 @@ impl<const D: usize> Inertia<D> {
     }
 
     /// Gives the free components of the nodes from `first` on the velocities that these
-    /// momenta ask for, N·s, held ones being what they are.
-    pub(crate) fn solve(&self, first: usize, momenta: &[[f64; D]], velocity: &mut [[f64; D]]) {
+    /// momenta ask for, N·s, beside some others, m/s, of which they are none.
+    pub(crate) fn solve(
+        &self,
+        first: usize,
+        (momenta, beside): (&[[f64; D]], &[[f64; D]]),
+        velocity: &mut [[f64; D]],
+    ) {
         for (k, of_node) in velocity.iter_mut().enumerate() {
             let held = self.held(first + k);
-            let mut wanted = [0.0; D];
+            let mut wanted = beside[k];
             for (other, inverse) in self.column(first + k) {
                 for c in 0..D {
                     wanted[c] += inverse[c] * momenta[other as usize - first][c];

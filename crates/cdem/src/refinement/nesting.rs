@@ -21,12 +21,19 @@ pub(crate) struct Nesting<'a, const D: usize> {
 impl<'a, const D: usize> Nesting<'a, D> {
     /// `None` for `coarse` is the base mesh. `None` if a coarse node is no fine one.
     pub(crate) fn new(fine: &'a Overlay<D>, coarse: Option<&Overlay<D>>) -> Option<Self> {
-        // The same parents have given the same node the same bits.
-        let bits = |point: &[f64; D]| point.map(f64::to_bits);
-        let places = (0..).zip(&fine.points).skip(fine.base_count);
-        let places: HashMap<_, u32> = places.map(|(n, point)| (bits(point), n)).collect();
-        let new = coarse.map_or(&[][..], |coarse| &coarse.points[coarse.base_count..]);
-        let new = new.iter().map(|point| places.get(&bits(point)).copied());
+        // The same parents have given the same node the same bits; on the two faces of a
+        // crack there are others there.
+        let key = |overlay: &'_ Overlay<D>, new: usize| {
+            let place = overlay.points[overlay.base_count + new].map(f64::to_bits);
+            (place, overlay.hulls[new].clone())
+        };
+        let numbers = fine.base_count as u32..;
+        let places = (0..fine.hulls.len()).map(|new| key(fine, new)).zip(numbers);
+        let places: HashMap<_, u32> = places.collect();
+        let new = coarse.into_iter().flat_map(|coarse| {
+            let all = 0..coarse.hulls.len();
+            all.map(|new| places.get(&key(coarse, new)).copied())
+        });
         let base = (0..fine.base_count as u32).map(Some);
         let fine_of: Vec<u32> = base.chain(new).collect::<Option<_>>()?;
         let mut coarse_of = vec![None; fine.points.len()];

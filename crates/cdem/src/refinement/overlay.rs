@@ -22,7 +22,7 @@ pub(crate) struct Overlay<const D: usize> {
     /// The element in which each new node lies, of those that are no simplices.
     pub(super) inside: Vec<Option<Within>>,
     /// The nodes before between which each new node lies, its parents being in turn.
-    hulls: Vec<Vec<u32>>,
+    pub(super) hulls: Vec<Vec<u32>>,
     /// Elements of the mesh that are replaced, ascending.
     pub(crate) replaced: Vec<u32>,
     /// What replaces them, in the same order.

@@ -394,21 +394,21 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// The covers that may change before coarse step `number`: more zones where they have
-    /// been asked for; now and then, fewer where they are needed no more.
-    pub(crate) fn changes(&mut self, number: u64) -> Vec<Change<D>> {
+    /// been asked for; now and then, if it is the `first` look of the step, fewer where they
+    /// are needed no more.
+    pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<Change<D>> {
         self.impacts.retain(|_, impact| impact.until >= number);
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_unstable();
         waiting.dedup();
-        let changes = if !waiting.is_empty() {
-            let with = |block: usize| (block, self.zones[block].clone());
-            let zones = waiting.into_iter().map(with).collect();
-            self.covers_for(zones, Cover::finer)
-        } else if number.is_multiple_of(SHED) {
-            self.covers_for(self.left(number), Cover::coarser)
-        } else {
-            Vec::new()
-        };
+        let with = |&block: &usize| (block, self.zones[block].clone());
+        let more = waiting.iter().map(with).collect();
+        let mut changes = self.covers_for(more, Cover::finer);
+        if first && number.is_multiple_of(SHED) {
+            let mut fewer = self.left(number);
+            fewer.retain(|(block, _)| waiting.binary_search(block).is_err());
+            changes.extend(self.covers_for(fewer, Cover::coarser));
+        }
         let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
         for change in same {
             self.zones[change.block] = change.zones;

@@ -14,7 +14,7 @@ pub(super) struct Before<const D: usize> {
 }
 
 /// How a block moves.
-struct Motion<const D: usize> {
+pub(super) struct Motion<const D: usize> {
     /// Velocities of its nodes, m/s.
     velocities: Vec<[f64; D]>,
     /// What of them goes with none of its momenta, and is not held.
@@ -23,7 +23,7 @@ struct Motion<const D: usize> {
 
 impl<const D: usize> Motion<D> {
     /// Velocities without a share of the loose ones, m/s.
-    fn but_loose(&self, share: f64) -> Vec<[f64; D]> {
+    pub(super) fn but_loose(&self, share: f64) -> Vec<[f64; D]> {
         let all = self.velocities.iter().zip(&self.loose);
         all.map(|(velocity, loose)| sub(velocity, &scale(share, loose)))
             .collect()
@@ -156,7 +156,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Motion of a block that has been given the momenta it had, as far as it is not held.
-    fn with_momenta(&self, block: usize, before: &Before<D>) -> Motion<D> {
+    pub(super) fn with_momenta(&self, block: usize, before: &Before<D>) -> Motion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
         let held = self.held(block);

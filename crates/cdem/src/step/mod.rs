@@ -99,6 +99,7 @@ impl<const D: usize> Run<D> {
             second_scale,
         };
         run.prepare();
+        run.ledger = Ledger::default();
         run
     }
 
@@ -108,7 +109,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Gives the free components of all nodes the velocity of `field` at their
-    /// rest position.
+    /// rest position, before the first step.
     pub(crate) fn set_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         for (node, velocity) in self.state.velocity.iter_mut().enumerate() {
             let held = self.model.inertia.held(node);
@@ -118,6 +119,7 @@ impl<const D: usize> Run<D> {
             }
         }
         self.prepare();
+        self.ledger = Ledger::default();
     }
 
     /// One coarse step.

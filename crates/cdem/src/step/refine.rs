@@ -40,6 +40,9 @@ const PARTED: f64 = 0.25;
 /// no contact on it feels.
 const SLIGHT_JUMP: f64 = 0.1;
 
+/// Share of its energy that a block may owe and not pay: round-off of what it has paid.
+const ROUND_OFF: f64 = 1e-12;
+
 impl<const D: usize> Run<D> {
     /// Section 6: refines blocks where they are about to collide. Returns what the ledger
     /// lacked before, J, if any mesh has changed.
@@ -47,14 +50,19 @@ impl<const D: usize> Run<D> {
         let mut second = self.second_scale.take()?;
         let mut before = None;
         for block in second.debtors() {
-            before.get_or_insert_with(|| self.balance());
-            let paid = self.pay(block, second.debt(block));
-            second.owe(block, -paid);
+            let debt = second.debt(block);
+            if debt > ROUND_OFF * self.energy_of(block) {
+                before.get_or_insert_with(|| self.balance());
+                let paid = self.pay(block, debt);
+                second.owe(block, -paid);
+            } else {
+                second.owe(block, -debt);
+            }
         }
         second.forget_credit();
-        for _ in 0..LOOKS {
+        for look in 0..LOOKS {
             self.ask_for_zones(&mut second);
-            let changes = second.changes(self.state.number);
+            let changes = second.changes(self.state.number, look == 0);
             let changes = self.without_harm(&second, changes);
             if changes.is_empty() {
                 break;
@@ -123,8 +131,13 @@ impl<const D: usize> Run<D> {
 
     /// What the ledger lacks, J, but for what was there at the start.
     pub(super) fn balance(&mut self) -> f64 {
+        // The search goes by what the last kick was, which a look at an instant changes.
+        let before = self.impulses.before.clone();
+        let interval = self.impulses.interval.clone();
         let instant = self.instant();
-        self.history(&instant, 0.0).energy_residual
+        let balance = self.history(&instant, 0.0).energy_residual;
+        (self.impulses.before, self.impulses.interval) = (before, interval);
+        balance
     }
 
     /// Asks for zones where blocks are about to collide, and keeps them where they do.

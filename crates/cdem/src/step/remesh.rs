@@ -15,6 +15,7 @@ use crate::refinement::predecessors;
 use crate::refinement::{Change, Cover, SecondScale, Transfer};
 use crate::step::kick::Impulses;
 use crate::step::plan::Plan;
+use crate::vector::sub;
 
 impl<const D: usize> Run<D> {
     /// Gives blocks other covers, and all that moves to their new nodes.
@@ -33,9 +34,14 @@ impl<const D: usize> Run<D> {
         let covers = second.covers();
         let time = self.time();
         let old_mesh = self.model.mesh.clone();
+        let bound: BTreeMap<usize, Vec<[f64; D]>> = blocks
+            .iter()
+            .zip(&before)
+            .map(|(&block, before)| (block, self.with_momenta(block, before).but_loose(1.0)))
+            .collect();
+        let momenta = self.loose_momenta(&bound);
         let old_state = std::mem::take(&mut self.state);
         self.bring_up(&blocks, &old_state);
-        let momenta = self.momenta_of(&blocks, &old_mesh, &old_state);
         let old_elements = Elements {
             mesh: &old_mesh,
             sets: std::mem::take(&mut self.model.sets),
@@ -61,14 +67,12 @@ impl<const D: usize> Run<D> {
         let origins = carry.origins();
         let mut state = carry.state(&old_state, &origins, &held);
         self.impulses = carry.impulses(&self.impulses);
-        for (block, transfer) in &transfers {
-            if !transfer.is_finer() {
-                let gathered = transfer.gather(momenta[block].clone());
-                let nodes = self.model.nodes(*block);
-                self.model
-                    .inertia
-                    .solve(nodes.start, &gathered, &mut state.velocity[nodes]);
-            }
+        for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
+            let nodes = self.model.nodes(*block);
+            let bound = transfer.velocities(&bound[block]);
+            let gathered = transfer.gather(momenta[block].clone());
+            let inertia = &self.model.inertia;
+            inertia.solve(nodes.start, (&gathered, &bound), &mut state.velocity[nodes]);
         }
         self.model
             .remember(&old_elements, &origins, &state.displacement);
@@ -135,19 +139,20 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Momenta of the nodes of blocks, N·s, before their mesh changes.
-    fn momenta_of(
+    /// Momenta of the nodes of blocks beside those of their `bound` motion, m/s, in N·s: what
+    /// goes with the momenta of a block is the same for whoever flies beside it.
+    fn loose_momenta(
         &self,
-        blocks: &[usize],
-        mesh: &Mesh<D>,
-        state: &State<D>,
+        bound: &BTreeMap<usize, Vec<[f64; D]>>,
     ) -> BTreeMap<usize, Vec<[f64; D]>> {
-        let of = |&block: &usize| {
-            let nodes = mesh.blocks[block].nodes.clone();
-            let momentum = |node: u32| self.model.inertia.momentum(node as usize, &state.velocity);
+        let of = |(&block, bound): (&usize, &Vec<[f64; D]>)| {
+            let nodes = self.model.nodes(block);
+            let first = nodes.start;
+            let loose = |node: usize| sub(&self.state.velocity[node], &bound[node - first]);
+            let momentum = |node: usize| self.model.inertia.weighted(node, loose);
             (block, nodes.map(momentum).collect())
         };
-        blocks.iter().map(of).collect()
+        bound.iter().map(of).collect()
     }
 }
 
