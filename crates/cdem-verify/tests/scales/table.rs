@@ -101,7 +101,8 @@ fn triangles_refined_to_each_level() {
         let rows = table(ElementKind::Tri3, mass, 6);
         // A block that is refined elsewhere vibrates otherwise: 0.3 % of 3 m/s.
         check_physics(&rows, 0.01);
-        check_cost(rows.iter().map(|row| &row[0]), 100.0, 1.0);
+        // 55 at most: the default is finer at level 1 than asked for, to fit the masses.
+        check_cost(rows.iter().map(|row| &row[0]), 60.0, 1.0);
         let [zone, all] = &rows[6];
         assert!(10 * zone.updates < all.updates, "{zone:?} {all:?}");
     }
@@ -110,7 +111,7 @@ fn triangles_refined_to_each_level() {
 /// In space a zone ends at a line, along which there are twice as many with each level.
 /// Throughout a block there are eight times as many once they are as thick as wide.
 #[test]
-#[ignore = "slow study: a minute or two, the table in space"]
+#[ignore = "slow study: ten seconds, the table in space"]
 fn prisms_refined_to_each_level() {
     for (element, mass, levels) in [
         (ElementKind::Wedge6, Mass::Auto, 4),
@@ -120,6 +121,7 @@ fn prisms_refined_to_each_level() {
         let rows = table(element, mass, levels);
         // As in the plane, but of elements eight times as wide as thick: 1 % of 3 m/s.
         check_physics(&rows, 0.03);
-        check_cost(rows.iter().map(|row| &row[0]), 700.0, 2.0);
+        // 210 at the first level, 603 at the second.
+        check_cost(rows.iter().map(|row| &row[0]), 350.0, 2.0);
     }
 }
