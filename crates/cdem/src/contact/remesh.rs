@@ -106,9 +106,9 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Which blocks would have nodes move on these `ways`, m, where others are no farther
-    /// away than that.
-    pub(crate) fn has_close(&self, at: Positions<D>, ways: &[f64]) -> Vec<bool> {
+    /// Which nodes, and others of their features, would move on these `ways`, m, where other
+    /// blocks are no farther away than that.
+    pub(crate) fn close(&self, at: Positions<D>, ways: &[f64]) -> Vec<bool> {
         let longest = |nodes: &[u32]| {
             let of = nodes.iter().map(|&node| ways[node as usize]);
             of.fold(0.0, f64::max)
@@ -127,7 +127,7 @@ impl<const D: usize> Contacts<D> {
             .terms
             .patches
             .overlapping(surface, at, &margin, &wanted);
-        let mut close = vec![false; margins.len()];
+        let mut close = vec![false; ways.len()];
         for pair in pairs {
             let sides = [
                 surface.main_nodes(pair.main),
@@ -137,7 +137,9 @@ impl<const D: usize> Contacts<D> {
             let reach = of_sides[0] + of_sides[1] + 2.0 * self.terms.tolerance;
             if of_sides != [0.0; 2] && surface.apart(pair, at) <= reach {
                 for (nodes, way) in sides.iter().zip(of_sides) {
-                    close[self.terms.block_of[nodes[0] as usize] as usize] |= way > 0.0;
+                    nodes
+                        .iter()
+                        .for_each(|&node| close[node as usize] |= way > 0.0);
                 }
             }
         }

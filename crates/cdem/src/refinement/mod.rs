@@ -36,6 +36,6 @@ pub(crate) use cover::Cover;
 use forest::Forest;
 pub(crate) use foundation::Foundation;
 pub(crate) use momenta::{Body, Momenta};
-pub(crate) use overlay::{MakeOverlay, plane_overlay, solid_overlay};
+pub(crate) use overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
 pub(crate) use second_scale::{Change, Encounter, SecondScale};
 pub(crate) use transfer::{Transfer, predecessors};

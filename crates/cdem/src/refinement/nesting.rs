@@ -158,6 +158,32 @@ impl<'a, const D: usize> Nesting<'a, D> {
     }
 }
 
+impl<const D: usize> Overlay<D> {
+    /// Where its nodes would go by their displacements without deformation, m, but for those
+    /// that are `kept` where they are: least elastic energy, for small strain in a body that
+    /// is turned as it is on the mean.
+    pub(crate) fn slack(
+        &self,
+        displacement: &[[f64; D]],
+        kept: &[bool],
+        lame: [f64; 2],
+    ) -> Vec<[f64; D]> {
+        let stiffness = Stiffness::new(self, displacement, lame);
+        let forces = |field: &[[f64; D]]| {
+            let mut forces = stiffness.forces(field);
+            let fixed = forces.iter_mut().zip(kept).filter(|(_, kept)| **kept);
+            fixed.for_each(|(force, _)| *force = [0.0; D]);
+            forces
+        };
+        let turned = self.points.iter().map(|point| stiffness.turned(point));
+        let unturned = displacement.iter().zip(&self.points).zip(turned);
+        let back: Vec<[f64; D]> = unturned
+            .map(|((moved, point), turned)| sub(&turned, &add(point, moved)))
+            .collect();
+        conjugate_gradients(&forces(&back), forces)
+    }
+}
+
 /// Stress of what turns without strain, over that of shear strain.
 const TURN: f64 = 0.01;
 
@@ -167,6 +193,8 @@ struct Stiffness<'a, const D: usize> {
     /// Gradients of the shape functions in space, 1/m, and volume, m^D.
     elements: Vec<(Vec<[f64; D]>, f64)>,
     lame: [f64; 2],
+    /// How the body is turned.
+    turn: DMatrix<f64>,
 }
 
 impl<'a, const D: usize> Stiffness<'a, D> {
@@ -178,18 +206,23 @@ impl<'a, const D: usize> Stiffness<'a, D> {
         let parts = deformation.svd(true, true);
         let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
         let turn = turn.unwrap_or_else(|| DMatrix::identity(D, D));
-        let turned = |gradient: &[f64; D]| -> [f64; D] {
-            std::array::from_fn(|i| (0..D).map(|j| turn[(i, j)] * gradient[j]).sum())
+        let mut stiffness = Self {
+            overlay,
+            elements: Vec::new(),
+            lame,
+            turn,
         };
         let elements = overlay.gradients().map(|(gradients, volume)| {
-            let gradients = gradients.iter().map(turned);
+            let gradients = gradients.iter().map(|gradient| stiffness.turned(gradient));
             (gradients.collect(), volume)
         });
-        Self {
-            elements: elements.collect(),
-            overlay,
-            lame,
-        }
+        stiffness.elements = elements.collect();
+        stiffness
+    }
+
+    /// A vector of the body at rest as it is turned.
+    fn turned(&self, vector: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|i| (0..D).map(|j| self.turn[(i, j)] * vector[j]).sum())
     }
 
     /// Forces on the nodes that hold a field of displacements, N.

@@ -358,3 +358,49 @@ fn linear_fields_of_plane_meshes_stay() {
 fn linear_fields_of_solid_meshes_stay() {
     linear_fields_stay::<3, Tetrahedron>();
 }
+
+/// Without its deformation an overlay that is turned and bent is only turned; a node that
+/// is kept stays.
+fn slack_is_rigid<const D: usize, C: Cell>() {
+    for kind in kinds::<D>() {
+        for seed in 0..10 {
+            let mut rng = Rng::with_seed(seed);
+            let ground = Ground::<D>::random(kind, &mut rng);
+            let forest = ground.refined::<C>(&mut rng);
+            let Some(overlay) = Overlay::new(&ground.mesh, ground.base(), 0, &forest) else {
+                continue;
+            };
+            let bent = random::<D>(overlay.points.len(), &mut rng);
+            let field = |(point, bent): (&[f64; D], &[f64; D])| {
+                // A quarter turn.
+                let mut field = [-point[1] - point[0], point[0] - point[1], 0.0];
+                add_scaled(&mut field, 1e-3, &pad(bent));
+                std::array::from_fn(|c| field[c])
+            };
+            let field: Vec<[f64; D]> = overlay.points.iter().zip(&bent).map(field).collect();
+            let mut kept = vec![false; field.len()];
+            kept[overlay.elements[0].element.nodes()[0] as usize] = seed % 2 == 0;
+            let shift = overlay.slack(&field, &kept, LAME);
+            for (_, shift) in kept.iter().zip(&shift).filter(|(kept, _)| **kept) {
+                assert_eq!(*shift, [0.0; D]);
+            }
+            let at = moved(&overlay.points, &moved(&field, &shift));
+            for piece in &overlay.elements {
+                let [a, b] = [0, 1].map(|i| piece.element.nodes()[i] as usize);
+                let length = |of: &[[f64; D]]| norm(&sub(&of[a], &of[b]));
+                let off = length(&at) / length(&overlay.points) - 1.0;
+                assert!(off.abs() < 1e-9, "{kind:?} {seed}: {off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn slack_of_plane_overlays_is_rigid() {
+    slack_is_rigid::<2, Triangle>();
+}
+
+#[test]
+fn slack_of_solid_overlays_is_rigid() {
+    slack_is_rigid::<3, Tetrahedron>();
+}

@@ -13,6 +13,16 @@ pub(super) struct Before<const D: usize> {
     energy: f64,
 }
 
+impl<const D: usize> Before<D> {
+    /// The same with less energy, by so many J.
+    pub(super) fn less(self, energy: f64) -> Self {
+        Self {
+            energy: self.energy - energy,
+            ..self
+        }
+    }
+}
+
 /// How a block moves.
 pub(super) struct Motion<const D: usize> {
     /// Velocities of its nodes, m/s.
@@ -196,7 +206,7 @@ impl<const D: usize> Run<D> {
 
 /// The share s between 0 and 1 for which `kinetic` s² + `work` s is less than all of both
 /// by `gained`; where there is none, that for which it is least.
-fn share(kinetic: f64, work: f64, gained: f64) -> Option<f64> {
+pub(super) fn share(kinetic: f64, work: f64, gained: f64) -> Option<f64> {
     let least = -0.5 * work / kinetic;
     let square = least * least + (kinetic + work - gained) / kinetic;
     let share = least + square.max(0.0).sqrt();

@@ -14,6 +14,7 @@ pub(crate) mod outlook;
 pub(crate) mod plan;
 mod refine;
 mod remesh;
+mod slacken;
 mod split;
 mod synchronise;
 

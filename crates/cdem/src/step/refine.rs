@@ -41,7 +41,7 @@ const PARTED: f64 = 0.25;
 const SLIGHT_JUMP: f64 = 0.1;
 
 /// Share of its energy that a block may owe and not pay: round-off of what it has paid.
-const ROUND_OFF: f64 = 1e-12;
+pub(super) const ROUND_OFF: f64 = 1e-12;
 
 impl<const D: usize> Run<D> {
     /// Section 6: refines blocks where they are about to collide. Returns what the ledger
@@ -107,8 +107,8 @@ impl<const D: usize> Run<D> {
         };
         let mut changes: Vec<Change<D>> = changes.into_iter().filter(can_be).collect();
         if jumps.iter().any(|&jump| jump > 0.0) {
-            let close = contacts.has_close(self.model.positions(&self.state), &jumps);
-            changes.retain(|change| !close[change.block]);
+            let close = contacts.close(self.model.positions(&self.state), &jumps);
+            changes.retain(|change| !close[self.model.nodes(change.block)].contains(&true));
         }
         changes
     }

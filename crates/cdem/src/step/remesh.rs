@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::Run;
 use super::keep::Before;
+use super::refine::ROUND_OFF;
 use crate::around::Around;
 use crate::contact::remesh::Sight;
 use crate::contact::surface::Positions;
@@ -81,15 +82,28 @@ impl<const D: usize> Run<D> {
         let unpaid: Vec<f64> = unpaid
             .map(|(&block, before)| self.give_back(block, before))
             .collect();
+        self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
+            let unpaid = self.pay_of_deformation(second, block, unpaid);
             second.owe(block, unpaid);
         }
-        self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
         let mesh = &self.model.mesh;
         self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
         self.node_impulse = carry_touched(&old_mesh, mesh, &self.node_impulse);
         self.touched = (0..mesh.nodes.len() as u32).collect();
         self.plan = Plan::default();
+    }
+
+    /// Takes some energy, J, of the deformation of a block that is refined; returns how much
+    /// it has too much yet.
+    fn pay_of_deformation(&mut self, second: &SecondScale<D>, block: usize, energy: f64) -> f64 {
+        match &second.covers()[block] {
+            Some(cover) if energy > ROUND_OFF * self.energy_of(block) => {
+                let lame = second.foundation.lame(block);
+                self.slacken(block, &cover.overlay, lame, energy)
+            }
+            _ => energy,
+        }
     }
 
     /// Contact goes on with blocks that have had another mesh and other displacements, m.
