@@ -95,6 +95,12 @@ impl<'a, const D: usize> Nesting<'a, D> {
         self.fine_of.iter().map(of).collect()
     }
 
+    /// What coarse nodes have, at the same nodes of the fine mesh; nothing at the others.
+    pub(crate) fn scatter(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
+        let of = |number: &Option<u32>| number.map_or([0.0; D], |number| coarse[number as usize]);
+        self.coarse_of.iter().map(of).collect()
+    }
+
     /// Coarse nodes between which no other node of the fine mesh lies.
     pub(crate) fn stays(&self) -> Vec<bool> {
         let mut stays = vec![true; self.coarse_of.len()];
@@ -203,9 +209,7 @@ impl<'a, const D: usize> Stiffness<'a, D> {
         let mean = overlay.mean_gradient(displacement);
         let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         let deformation = DMatrix::from_fn(D, D, |i, j| identity(i, j) + mean[i][j]);
-        let parts = deformation.svd(true, true);
-        let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
-        let turn = turn.unwrap_or_else(|| DMatrix::identity(D, D));
+        let turn = rotation(deformation);
         let mut stiffness = Self {
             overlay,
             elements: Vec::new(),
@@ -253,6 +257,14 @@ impl<'a, const D: usize> Stiffness<'a, D> {
         }
         forces
     }
+}
+
+/// The rotation in a deformation.
+pub(super) fn rotation(deformation: DMatrix<f64>) -> DMatrix<f64> {
+    let size = deformation.nrows();
+    let parts = deformation.svd(true, true);
+    let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
+    turn.unwrap_or_else(|| DMatrix::identity(size, size))
 }
 
 /// Relative residual at which conjugate gradients end, and steps at most for each unknown.

@@ -310,6 +310,10 @@ fn goes_and_comes_back<const D: usize, C: Cell>() {
             let there = product(&spread, &other);
             let here = product(&values, &nesting.gather(other));
             assert!((there - here).abs() < 1e-11, "{kind:?} {seed}");
+            // Impulses are the same where they are the same nodes, and in sum.
+            let scattered = nesting.scatter(&values);
+            assert_eq!(nesting.pick(&scattered), values, "{kind:?} {seed}");
+            assert_eq!(nesting.gather(scattered), values, "{kind:?} {seed}");
         }
     }
 }

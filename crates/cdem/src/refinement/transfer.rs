@@ -80,6 +80,15 @@ impl<'a, const D: usize> Transfer<'a, D> {
         moves.map(|(old, new)| norm(&sub(new, old))).collect()
     }
 
+    /// Impulses on nodes, N·s: they stay where they are, or go to those between which they are.
+    pub(crate) fn impulses(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
+        if self.is_finer {
+            self.nesting.scatter(of)
+        } else {
+            self.nesting.gather(of.to_vec())
+        }
+    }
+
     /// Momenta of nodes, N·s: of those that go, to those between which they lie. To be had
     /// of velocities of finer nodes for coarser ones alone.
     pub(crate) fn gather(&self, of: Vec<[f64; D]>) -> Vec<[f64; D]> {

@@ -68,6 +68,8 @@ impl<const D: usize> Run<D> {
         let origins = carry.origins();
         let mut state = carry.state(&old_state, &origins, &held);
         self.impulses = carry.impulses(&self.impulses);
+        self.node_impulse =
+            carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
         for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
             let nodes = self.model.nodes(*block);
             let bound = transfer.velocities(&bound[block]);
@@ -89,7 +91,6 @@ impl<const D: usize> Run<D> {
         }
         let mesh = &self.model.mesh;
         self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
-        self.node_impulse = carry_touched(&old_mesh, mesh, &self.node_impulse);
         self.touched = (0..mesh.nodes.len() as u32).collect();
         self.plan = Plan::default();
     }
@@ -326,20 +327,6 @@ impl Origins {
         };
         self.iter().map(mean).collect()
     }
-}
-
-fn carry_touched<const D: usize>(
-    old: &Mesh<D>,
-    new: &Mesh<D>,
-    impulse: &[[f64; D]],
-) -> Vec<[f64; D]> {
-    let mut carried = vec![[0.0; D]; new.nodes.len()];
-    for (old, new) in old.blocks.iter().zip(&new.blocks) {
-        let count = old.nodes.len().min(new.nodes.len());
-        let [old, new] = [old, new].map(|block| block.nodes.start as usize);
-        carried[new..new + count].copy_from_slice(&impulse[old..old + count]);
-    }
-    carried
 }
 
 fn as_usize(range: &Range<u32>) -> Range<usize> {
