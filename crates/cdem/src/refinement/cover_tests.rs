@@ -12,11 +12,17 @@ use super::{SecondScale, Transfer};
 use crate::element::tests::kinds;
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
-use crate::scene::{ContactModel, Damping, Geometry, Mass, Material, MaterialModel};
+use crate::scene::{ContactModel, Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
 use crate::space::{PLANE, SOLID, Space};
+use crate::vector::sub;
 
 /// Two boxes of some elements, of which the first is refined; its masses are as they come.
-fn boxes<const D: usize>(kind: ElementKind, rng: &mut Rng, space: Space<D>) -> SecondScale<D> {
+fn boxes<const D: usize>(
+    kind: ElementKind,
+    rng: &mut Rng,
+    space: Space<D>,
+    kinematics: Kinematics,
+) -> SecondScale<D> {
     let block = |name: &str, from: f64, divisions: Vec<usize>| {
         let mut min = vec![0.0; D];
         min[0] = from;
@@ -30,6 +36,7 @@ fn boxes<const D: usize>(kind: ElementKind, rng: &mut Rng, space: Space<D>) -> S
     };
     let divisions = (0..D).map(|_| rng.usize(1..=3)).collect();
     let mut one = block("one", 0.0, divisions);
+    one.kinematics = kinematics;
     one.mass = [Mass::Auto, Mass::Lumped][rng.usize(..2)];
     let mut scene = tests::scene(D, vec![one, block("other", 3.0, vec![1; D])]);
     scene.material.push(Material {
@@ -97,7 +104,7 @@ fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
         let mut rng = Rng::with_seed(11);
         let (mut changes, mut refused) = (0, 0);
         while changes < count {
-            let second = boxes(kind, &mut rng, space);
+            let second = boxes(kind, &mut rng, space, Kinematics::Total);
             let foundation = &second.foundation;
             let (mut zones, mut cover): (Vec<Zone<D>>, Option<Cover<D>>) = (Vec::new(), None);
             for _ in 0..20 {
@@ -149,4 +156,47 @@ fn zones_in_space_come_and_go() {
 fn zones_come_and_go_ten_thousand_times() {
     come_and_go(PLANE, 4000);
     come_and_go(SOLID, 1000);
+}
+
+/// However far a block has turned, its strain energy is that of its strain.
+fn turns_are_no_strain<const D: usize>(space: Space<D>) {
+    const STRETCH: f64 = 1e-4;
+    for kind in kinds::<D>() {
+        for kinematics in [Kinematics::Total, Kinematics::Incremental] {
+            let second = boxes(kind, &mut Rng::with_seed(7), space, kinematics);
+            let foundation = &second.foundation;
+            let nodes = &foundation.mesh.blocks[0].nodes;
+            let nodes = &foundation.mesh.nodes[nodes.start as usize..nodes.end as usize];
+            let energy_at = |degrees: f64| {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                let displacement = nodes.iter().map(|point| {
+                    let mut moved = *point;
+                    let along = (1.0 + STRETCH) * point[0];
+                    moved[0] = cos * along - sin * point[1];
+                    moved[1] = sin * along + cos * point[1];
+                    sub(&moved, point)
+                });
+                foundation.strain_energy(0, None, &displacement.collect::<Vec<_>>())
+            };
+            let straight = energy_at(0.0);
+            assert!(straight > 0.0);
+            for degrees in [30.0, 90.0, 179.0, 180.0, 270.0] {
+                let off = energy_at(degrees) / straight - 1.0;
+                assert!(
+                    off.abs() < 1e-6,
+                    "{kind:?} {kinematics:?} {degrees}: {off:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn turns_in_the_plane_are_no_strain() {
+    turns_are_no_strain(PLANE);
+}
+
+#[test]
+fn turns_in_space_are_no_strain() {
+    turns_are_no_strain(SOLID);
 }

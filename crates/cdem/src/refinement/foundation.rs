@@ -1,6 +1,7 @@
 //! What overlays are made over.
 
 use super::cover::Cover;
+use super::nesting::rotation;
 use super::overlay::{Overlay, Wanted};
 use super::zone::size;
 use super::{Base, refined};
@@ -15,6 +16,8 @@ use crate::model::pace::CAREFUL;
 use crate::scene::Scene;
 use crate::space::Space;
 use crate::step::levels::level_of;
+use crate::vector::{add, scale, sub};
+use nalgebra::{DMatrix, DVector};
 
 /// The blocks as they were before refinement.
 pub(crate) struct Foundation<const D: usize> {
@@ -142,7 +145,7 @@ impl<const D: usize> Foundation<D> {
     }
 
     /// Strain energy of a block with a cover or without one, J, that has been deformed in
-    /// one go.
+    /// one go, and turned then.
     pub(crate) fn strain_energy(
         &self,
         block: usize,
@@ -151,11 +154,12 @@ impl<const D: usize> Foundation<D> {
     ) -> f64 {
         let overlay = cover.map(|cover| &cover.overlay);
         let mesh = refined::of_block(&self.mesh, block, overlay);
+        let deformation = turned_back(&mesh.nodes, displacement);
         let sets = self.sets(block, &mesh);
         let all = sets
             .iter()
             .flat_map(|set| (0..set.len()).map(move |i| (set, i)));
-        all.map(|(set, i)| set.strain_energy(i, displacement)).sum()
+        all.map(|(set, i)| set.strain_energy(i, &deformation)).sum()
     }
 
     fn build(&self, properties: &[BlockProperties], mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
@@ -168,4 +172,30 @@ impl<const D: usize> Foundation<D> {
             thickness,
         )
     }
+}
+
+/// Displacements, m, without the rotation of the body: incremental elements take it for the
+/// path of a deformation.
+fn turned_back<const D: usize>(points: &[[f64; D]], displacement: &[[f64; D]]) -> Vec<[f64; D]> {
+    let count = points.len() as f64;
+    let mean = |field: &[[f64; D]]| {
+        let sum = field.iter().fold([0.0; D], |sum, x| add(&sum, x));
+        scale(1.0 / count, &sum)
+    };
+    let (centre, shift) = (mean(points), mean(displacement));
+    let arms = points.iter().map(|point| sub(point, &centre));
+    let moved = arms.clone().zip(displacement);
+    let moved = moved.map(|(arm, moved)| add(&arm, &sub(moved, &shift)));
+    let mut products = DMatrix::zeros(D, D);
+    for (arm, moved) in arms.clone().zip(moved.clone()) {
+        products +=
+            DVector::from_column_slice(&moved) * DVector::from_column_slice(&arm).transpose();
+    }
+    let turn = rotation(products);
+    let back = |moved: &[f64; D]| -> [f64; D] {
+        std::array::from_fn(|i| (0..D).map(|j| turn[(j, i)] * moved[j]).sum())
+    };
+    arms.zip(moved)
+        .map(|(arm, moved)| sub(&back(&moved), &arm))
+        .collect()
 }
