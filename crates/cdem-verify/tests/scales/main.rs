@@ -7,6 +7,7 @@ mod bars;
 mod boxed;
 mod cost;
 mod flicker;
+mod held;
 mod impact;
 mod meetings;
 mod paper;

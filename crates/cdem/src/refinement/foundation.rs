@@ -108,11 +108,6 @@ impl<const D: usize> Foundation<D> {
         thickness::<D>(&self.scene) * self.material(block).density
     }
 
-    /// Whether a block never moves.
-    pub(super) fn is_fixed(&self, block: usize) -> bool {
-        self.scene.block[self.mesh.blocks[block].source].fixed
-    }
-
     /// λ, in the plane of its stress or strain, and μ of a block, Pa.
     pub(crate) fn lame(&self, block: usize) -> [f64; 2] {
         let material = self.material(block);

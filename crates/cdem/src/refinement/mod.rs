@@ -26,6 +26,7 @@ mod star;
 #[cfg(test)]
 mod tests;
 mod transfer;
+mod twist;
 mod zone;
 
 pub(crate) use base::Base;
@@ -39,3 +40,4 @@ pub(crate) use momenta::{Body, Momenta};
 pub(crate) use overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
 pub(crate) use second_scale::{Change, Encounter, SecondScale};
 pub(crate) use transfer::{Transfer, predecessors};
+pub(crate) use twist::Twists;

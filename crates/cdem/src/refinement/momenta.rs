@@ -49,12 +49,6 @@ impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Body<'_, D, M> {
         (mass, add(&origin, &scale(1.0 / mass, &first)))
     }
 
-    /// Rate at which it turns with an angular momentum about its centre, rad/s.
-    pub(crate) fn spin_of(&self, angular: &[f64; 3]) -> [f64; 3] {
-        let (_, centre) = self.centre();
-        self.spin(&centre, angular)
-    }
-
     fn spin(&self, centre: &[f64; D], angular: &[f64; 3]) -> [f64; 3] {
         let about = |axis: usize| {
             let mut spin = [0.0; 3];

@@ -58,6 +58,8 @@ pub(crate) struct SecondScale<const D: usize> {
     waiting: Vec<usize>,
     /// Energy that changes of level, and of positions, have made in each block, J.
     debts: Vec<f64>,
+    /// Blocks that do not move, or only as is prescribed.
+    still: Vec<bool>,
     /// Of pairs of blocks that collide.
     impacts: BTreeMap<[u32; 2], Impact>,
 }
@@ -171,6 +173,7 @@ impl<const D: usize> SecondScale<D> {
             stays: vec![0; count],
             waiting: Vec::new(),
             debts: vec![0.0; count],
+            still: vec![false; count],
             impacts: BTreeMap::new(),
             foundation,
         }
@@ -218,6 +221,16 @@ impl<const D: usize> SecondScale<D> {
         self.foundation.material(block).p_wave_speed()
     }
 
+    /// Whether a block does not move, or only as is prescribed.
+    pub(crate) fn is_still(&self, block: usize) -> bool {
+        self.still[block]
+    }
+
+    /// Says of each block whether it does not move, or only as is prescribed.
+    pub(crate) fn set_still(&mut self, still: Vec<bool>) {
+        self.still = still;
+    }
+
     /// Blocks that owe some.
     pub(crate) fn debtors(&self) -> Vec<usize> {
         let blocks = 0..self.debts.len();
@@ -258,7 +271,7 @@ impl<const D: usize> SecondScale<D> {
     ) {
         for (side, finest) in sizes.into_iter().enumerate() {
             let block = encounter.blocks[side];
-            if finest >= encounter.sizes[side] || self.foundation.is_fixed(block) {
+            if finest >= encounter.sizes[side] || self.is_still(block) {
                 continue;
             }
             let zone = Zone {
@@ -358,7 +371,7 @@ impl<const D: usize> SecondScale<D> {
         let Encounter { blocks, sizes, .. } = encounter;
         let speed = blocks.map(|block| self.wave_speed(block));
         let transits = [sizes[0] / speed[0], sizes[1] / speed[1]];
-        let moves = (0..2).filter(|&side| !self.foundation.is_fixed(blocks[side]));
+        let moves = (0..2).filter(|&side| !self.is_still(blocks[side]));
         let longest = moves.map(|side| transits[side]).fold(0.0, f64::max);
         let transit = longest * 0.5_f64.powi(level as i32);
         let halved = 0.5_f64.powi(self.max_level as i32);
@@ -384,7 +397,7 @@ impl<const D: usize> SecondScale<D> {
     /// What two points lose that become one, (5) of the paper, J.
     fn loss_at(&self, encounter: &Encounter<D>, sizes: &[f64; 2]) -> f64 {
         let inverse = |side: usize| {
-            if self.foundation.is_fixed(encounter.blocks[side]) {
+            if self.is_still(encounter.blocks[side]) {
                 return 0.0;
             }
             let halved = sizes[side] / encounter.sizes[side];

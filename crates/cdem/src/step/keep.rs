@@ -3,7 +3,7 @@
 
 use super::Run;
 use crate::element::MAX_NODES;
-use crate::refinement::{Body, Momenta};
+use crate::refinement::{Body, Momenta, Twists};
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
 
 /// A block before a change of its mesh.
@@ -184,24 +184,32 @@ impl<const D: usize> Run<D> {
                 velocities,
             };
         }
-        let (mass, centre) = body.centre();
-        let lack = sub(&wanted.linear, &body.momenta(&velocities, &centre).linear);
-        let mut loose = velocities.clone();
-        for c in 0..D {
-            let of_held = velocities.iter().zip(&held).filter(|(_, held)| held[c]);
-            let of_held: Vec<f64> = of_held.map(|(velocity, _)| velocity[c]).collect();
-            let (shift, rigid) = if of_held.is_empty() {
-                (lack[c] / mass, wanted.linear[c] / mass)
-            } else {
-                (0.0, of_held.iter().sum::<f64>() / of_held.len() as f64)
-            };
-            for ((velocity, loose), held) in velocities.iter_mut().zip(&mut loose).zip(&held) {
-                velocity[c] += shift;
-                loose[c] = if held[c] { 0.0 } else { velocity[c] - rigid };
-            }
-        }
+        let twists = Twists::new(&body, before.centre, &held);
+        twists.give_back(&mut velocities, &wanted);
+        let mut bound = carried(&velocities, &held);
+        twists.give_back(&mut bound, &wanted);
+        let loose = velocities.iter().zip(&bound).map(|(v, b)| sub(v, b));
+        let loose = loose.collect();
         Motion { velocities, loose }
     }
+}
+
+/// Velocities of nodes that go with what is held: these, and on the mean beside it.
+fn carried<const D: usize>(velocities: &[[f64; D]], held: &[[bool; D]]) -> Vec<[f64; D]> {
+    let mean: [f64; D] = std::array::from_fn(|c| {
+        let of_held = velocities.iter().zip(held).filter(|(_, held)| held[c]);
+        let (sum, count) = of_held.fold((0.0, 0), |(sum, n), (v, _)| (sum + v[c], n + 1));
+        if count == 0 {
+            0.0
+        } else {
+            sum / f64::from(count)
+        }
+    });
+    let nodes = velocities.iter().zip(held);
+    let of_node = |(velocity, held): (&[f64; D], &[bool; D])| {
+        std::array::from_fn(|c| if held[c] { velocity[c] } else { mean[c] })
+    };
+    nodes.map(of_node).collect()
 }
 
 /// The share s between 0 and 1 for which `kinetic` s² + `work` s is less than all of both

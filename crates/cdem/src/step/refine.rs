@@ -7,8 +7,8 @@ use super::Run;
 use crate::contact::remesh::Place;
 use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
-use crate::refinement::{Change, Encounter, SecondScale, Transfer};
-use crate::vector::{add_scaled, cross, dot, norm, pad, scale, sub};
+use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
+use crate::vector::{add_scaled, norm, scale};
 
 /// How far collisions are foreseen, in coarse steps: velocities change by less than half
 /// in one, but where other collisions are in between.
@@ -48,6 +48,7 @@ impl<const D: usize> Run<D> {
     /// lacked before, J, if any mesh has changed.
     pub(super) fn refine(&mut self) -> Option<f64> {
         let mut second = self.second_scale.take()?;
+        second.set_still(self.still_blocks());
         let mut before = None;
         for block in second.debtors() {
             let debt = second.debt(block);
@@ -180,9 +181,7 @@ impl<const D: usize> Run<D> {
     /// Time that waves take across the larger of two blocks, s.
     fn transit(&self, second: &SecondScale<D>, blocks: [u32; 2]) -> f64 {
         let of = |block: u32| second.crossing(block as usize);
-        let moves = blocks
-            .into_iter()
-            .filter(|&b| !self.model.blocks[b as usize].fixed);
+        let moves = blocks.into_iter().filter(|&b| !second.is_still(b as usize));
         moves.map(of).fold(0.0, f64::max)
     }
 
@@ -271,12 +270,25 @@ impl<const D: usize> Run<D> {
         } else {
             first.normal
         };
-        let of = |&block: &usize| self.rigid_mobility(block, &point, &normal);
-        Some(first.blocks.iter().map(of).sum())
+        let of_both = |is_free: bool| {
+            let of = |&block: &usize| self.rigid_mobility(block, &point, &normal, is_free);
+            first.blocks.iter().map(of).sum::<f64>()
+        };
+        // Two that are held against each other collide as far as they are elastic.
+        Some(of_both(false))
+            .filter(|mobility| *mobility > 0.0)
+            .or_else(|| Some(of_both(true)))
     }
 
-    /// Inverse mass of a rigid block at a point along a direction, 1/kg.
-    fn rigid_mobility(&self, block: usize, point: &[f64; D], normal: &[f64; D]) -> f64 {
+    /// Inverse mass of a rigid block at a point along a direction, 1/kg; if it `is_free`, as
+    /// though nothing held it.
+    fn rigid_mobility(
+        &self,
+        block: usize,
+        point: &[f64; D],
+        normal: &[f64; D],
+        is_free: bool,
+    ) -> f64 {
         if self.model.blocks[block].fixed {
             return 0.0;
         }
@@ -284,9 +296,22 @@ impl<const D: usize> Run<D> {
         let nodes = self.model.nodes(block);
         let points: Vec<[f64; D]> = nodes.clone().map(|node| at.at(node as u32)).collect();
         let body = self.body(block, &points);
-        let (mass, centre) = body.centre();
-        let turn = cross(&pad(&sub(point, &centre)), &pad(normal));
-        let spin = body.spin_of(&turn);
-        1.0 / mass + dot(&turn, &spin)
+        let (_, centre) = body.centre();
+        let held = if is_free {
+            vec![[false; D]; points.len()]
+        } else {
+            self.held(block)
+        };
+        Twists::new(&body, centre, &held).mobility(point, normal)
+    }
+
+    /// Blocks that do not move, or move as is prescribed in all their nodes.
+    fn still_blocks(&self) -> Vec<bool> {
+        let is_still = |block: usize| {
+            let inertia = &self.model.inertia;
+            self.model.blocks[block].fixed
+                || self.model.nodes(block).all(|node| inertia.is_held(node))
+        };
+        (0..self.model.blocks.len()).map(is_still).collect()
     }
 }

@@ -1,0 +1,68 @@
+//! Blocks of which some or all motion is prescribed.
+
+use cdem::scene::{Boundary, BoundaryTarget, ContactModel, Motion, Schedule};
+use cdem_verify::{Balance, Case, load, run};
+use nalgebra::Vector3;
+
+/// Prescribes some components of the velocity of a block, m/s.
+fn hold(case: &mut Case, block: &str, velocity: [Option<f64>; 3]) {
+    case.scene.boundary.push(Boundary {
+        target: BoundaryTarget::Block(block.to_owned()),
+        motion: Motion::Velocity(velocity.map(|v| v.map(Schedule::Constant))),
+        start: 0.0,
+        end: None,
+    });
+}
+
+/// Two boxes that slide between smooth planes turn about what is across these freely: no
+/// change of mesh takes any of that.
+#[test]
+fn boxes_between_planes_keep_their_spin() {
+    let mut case = load("ties");
+    case.scene.time.end = 0.1;
+    case.scene.contact.model = ContactModel::TwoScale;
+    for (name, place, degrees) in [("below", 0.0, 0.0), ("above", 1.25, 30.0_f64)] {
+        let block = case.block(name);
+        block.translate = vec![place, 0.3 * place, 0.0];
+        block.rotate.axis = Vector3::z().into();
+        block.rotate.angle = degrees.to_radians();
+        hold(&mut case, name, [None, None, Some(0.0)]);
+    }
+    let above = case.block("above");
+    above.velocity = vec![-5.0, 0.0, 0.0];
+    above.angular_velocity = vec![0.0, 0.0, 3.0];
+    let mut simulation = case.start();
+    let mut balance = Balance::new(&mut simulation);
+    let start = simulation.history();
+    let (mut changes, mut elements, mut lost) = (0, start.elements, 0.0_f64);
+    run(&mut simulation, |simulation| {
+        let row = balance.look(simulation);
+        changes += u64::from(row.elements != elements);
+        elements = row.elements;
+        let off = row.angular_momentum[2] / start.angular_momentum[2] - 1.0;
+        lost = lost.max(off.abs());
+    });
+    println!("{changes} changes of mesh, of the spin {lost:.1e} lost");
+    assert!(changes > 1 && elements == start.elements, "{changes}");
+    assert!(lost < 1e-12, "{lost:e}");
+}
+
+/// A plate all of whose nodes are moved is as it was; what it hits is refined.
+#[test]
+fn driven_plates_are_not_refined() {
+    let mut case = load("meetings");
+    case.scene.contact.model = ContactModel::TwoScale;
+    hold(&mut case, "below", [Some(0.0), Some(1.0), None]);
+    let mut simulation = case.start();
+    let start = simulation.history().elements;
+    let (mut most, mut blocks) = (0, 0);
+    run(&mut simulation, |simulation| {
+        let row = simulation.history();
+        most = most.max(row.elements);
+        blocks = blocks.max(row.refined_blocks);
+    });
+    assert!(
+        most > start && blocks == 1,
+        "{blocks} blocks, {most} elements"
+    );
+}
