@@ -40,7 +40,8 @@ const PARTED: f64 = 0.25;
 /// no contact on it feels.
 const SLIGHT_JUMP: f64 = 0.1;
 
-/// Share of its energy that a block may owe and not pay: round-off of what it has paid.
+/// Share of its energy that a block may owe and not pay, and of the mobility of two blocks
+/// that they have though they are held: round-off.
 pub(super) const ROUND_OFF: f64 = 1e-12;
 
 impl<const D: usize> Run<D> {
@@ -274,10 +275,9 @@ impl<const D: usize> Run<D> {
             let of = |&block: &usize| self.rigid_mobility(block, &point, &normal, is_free);
             first.blocks.iter().map(of).sum::<f64>()
         };
-        // Two that are held against each other collide as far as they are elastic.
-        Some(of_both(false))
-            .filter(|mobility| *mobility > 0.0)
-            .or_else(|| Some(of_both(true)))
+        let [held, free] = [false, true].map(of_both);
+        // Two that are both held where they meet collide as far as they are elastic.
+        Some(if held > ROUND_OFF * free { held } else { free })
     }
 
     /// Inverse mass of a rigid block at a point along a direction, 1/kg; if it `is_free`, as
