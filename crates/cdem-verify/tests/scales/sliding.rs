@@ -1,28 +1,8 @@
 //! Contacts that slide along a block: zones go with them.
 
-use cdem::sample::FieldValues;
 use cdem_verify::{Balance, load, run};
 
-/// Most halvings of the elements nearest to a point.
-fn refinement_at(simulation: &mut cdem::Simulation, point: [f64; 3]) -> i32 {
-    let frame = simulation.frame();
-    let field = frame.cell_fields.iter().find(|f| f.name == "refinement");
-    let Some(FieldValues::Whole(halvings)) = field.map(|field| &field.values) else {
-        panic!("frames tell refinement");
-    };
-    let mut first = 0;
-    let apart = |p: &[f64; 3]| (p[0] - point[0]).hypot(p[1] - point[1]);
-    let cells = frame.kinds.iter().zip(halvings).map(|(kind, &halvings)| {
-        let nodes = &frame.connectivity[first..][..kind.node_count()];
-        first += kind.node_count();
-        let apart = nodes
-            .iter()
-            .map(|&node| apart(&frame.points[node as usize]));
-        (apart.fold(f64::INFINITY, f64::min), halvings)
-    });
-    let nearest = cells.min_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-    nearest.expect("there are elements").1
-}
+use crate::halvings::halvings_at;
 
 /// Each foot slides over more than twenty elements of the strip. Along it the sled has what
 /// Coulomb says of what it has across.
@@ -41,7 +21,7 @@ fn feet_slide_along_a_strip() {
             let feet = simulation.contact_frame().points;
             for foot in feet {
                 checked += 1;
-                let halvings = refinement_at(simulation, foot);
+                let halvings = halvings_at(simulation, foot);
                 assert_eq!(halvings, 2, "{foot:?} {row:?}");
             }
         }
