@@ -77,7 +77,7 @@ fn simplex<const D: usize, const N: usize, const Q: usize>(
     gradients: &Nodal<D, N>,
     mass: &[f64; N],
 ) -> f64 {
-    let (lambda, mu) = (element.moduli.lambda, element.moduli.mu);
+    let (lambda, mu) = (element.lame.lambda, element.lame.mu);
     let k = ((0.5 * D as f64 * lambda / mu + 1.0).sqrt() - 1.0) / D as f64;
     let scale = 2.0 * mu * element.volumes[0];
     let mut matrix = Matrix6::zeros();

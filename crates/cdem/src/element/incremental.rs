@@ -1,8 +1,9 @@
 //! The paper's (2): incremental kinematics with objective rotation of stress.
 
 use super::Past;
-use super::geometry::{self, Nodal, View};
-use super::set::{Formulation, StressIntegral};
+use super::geometry::{self, Moduli, Nodal, View};
+use super::lanes::Real;
+use super::set::{Formulation, MAX_RECORD, StressIntegral};
 use super::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
@@ -22,108 +23,107 @@ use crate::scene::Kinematics;
 /// An element's record: displacements relative to its first node and nodal
 /// forces at its last kick (N·D each), Cauchy stress of its Gauss points
 /// (Q·D·D), work done on it.
-pub(super) struct Incremental {
-    history: Vec<f64>,
-}
-
-/// What an increment adds to an element's record.
-pub(super) struct Increment<const D: usize, const Q: usize> {
-    stress: [Tensor<D>; Q],
-    work: f64,
-}
+pub(super) struct Incremental;
 
 /// A record, cut into its parts.
-struct Record<'a, const D: usize> {
-    displacement: &'a [[f64; D]],
-    force: &'a [[f64; D]],
-    stress: &'a [[f64; D]],
-    work: f64,
+struct Record<'a, const D: usize, T = f64> {
+    displacement: &'a [[T; D]],
+    force: &'a [[T; D]],
+    stress: &'a [[T; D]],
+    work: T,
 }
 
-const fn record_length<const D: usize, const N: usize, const Q: usize>() -> usize {
-    2 * N * D + Q * D * D + 1
-}
-
-impl Incremental {
-    /// Undeformed, stress-free elements.
-    pub(super) fn new<const D: usize, const N: usize, const Q: usize>(count: usize) -> Self {
+impl<'a, const D: usize, T: Real> Record<'a, D, T> {
+    #[inline(always)]
+    fn of(nodes: usize, record: &'a [T]) -> Self {
+        let (vectors, work) = record.as_chunks::<D>();
+        let (displacement, rest) = vectors.split_at(nodes);
+        let (force, stress) = rest.split_at(nodes);
         Self {
-            history: vec![0.0; count * record_length::<D, N, Q>()],
-        }
-    }
-
-    fn record<const D: usize, const N: usize, const Q: usize>(&self, i: usize) -> Record<'_, D> {
-        let length = record_length::<D, N, Q>();
-        let (vectors, work) = self.history[i * length..][..length].as_chunks::<D>();
-        let (displacement, rest) = vectors.split_at(N);
-        let (force, stress) = rest.split_at(N);
-        Record {
             displacement,
             force,
             stress,
             work: work[0],
         }
     }
+
+    /// Cauchy stress of Gauss point `q`.
+    #[inline(always)]
+    fn stress(&self, q: usize) -> Tensor<D, T> {
+        tensor::filled(|i, j| self.stress[q * D + i][j])
+    }
+}
+
+/// Makes these a record's displacements, forces and stresses, and adds to its work.
+#[inline(always)]
+fn keep<const D: usize, const N: usize, const Q: usize, T: Real>(
+    record: &mut [T],
+    (u, force): (&Nodal<D, N, T>, &Nodal<D, N, T>),
+    (stress, work): (&[Tensor<D, T>; Q], T),
+) {
+    let (vectors, total) = record.as_chunks_mut::<D>();
+    let (displacement, rest) = vectors.split_at_mut(N);
+    let (last_force, last_stress) = rest.split_at_mut(N);
+    displacement.copy_from_slice(u);
+    last_force.copy_from_slice(force);
+    last_stress.copy_from_slice(stress.as_flattened());
+    total[0] += work;
 }
 
 impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Incremental {
-    type Update = Increment<D, Q>;
-
     const KINEMATICS: Kinematics = Kinematics::Incremental;
 
-    fn respond(
-        &self,
-        i: usize,
-        element: View<D, N, Q>,
-        u: &Nodal<D, N>,
-    ) -> (Nodal<D, N>, Increment<D, Q>) {
-        let record = self.record::<D, N, Q>(i);
-        let (mut middle, mut step) = ([[0.0; D]; N], [[0.0; D]; N]);
+    const RECORD: usize = 2 * N * D + Q * D * D + 1;
+
+    #[inline(always)]
+    fn respond<T: Real>(
+        element: View<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        record: &mut [T],
+    ) -> Nodal<D, N, T> {
+        let last = Record::<D, T>::of(N, record);
+        let half = u[0][0].constant(0.5);
+        let (mut middle, mut step) = (*u, *u);
         for a in 0..N {
             for k in 0..D {
-                let last = record.displacement[a][k];
-                middle[a][k] = 0.5 * (last + u[a][k]);
+                let last = last.displacement[a][k];
+                middle[a][k] = half * (last + u[a][k]);
                 step[a][k] = u[a][k] - last;
             }
         }
-        let mut force = [[0.0; D]; N];
-        let mut stress = [[[0.0; D]; D]; Q];
+        let mut force = geometry::zero(u);
+        let mut stress = [[[half; D]; D]; Q];
         for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
             let increment = current_gradient(gradients, &middle, &step);
-            let old = tensor::filled(|i, j| record.stress[q * D + i][j]);
-            let half = element.moduli.stress(&tensor::symmetric(&increment));
-            let half = tensor::scaled(0.5, &half);
-            stress[q] = tensor::sum(&rotated(&tensor::sum(&old, &half), &increment), &half);
+            let added = element.lame.stress(&tensor::symmetric(&increment));
+            let added = tensor::scaled(half, &added);
+            let turned = rotated(&tensor::sum(&last.stress(q), &added), &increment);
+            stress[q] = tensor::sum(&turned, &added);
             let first_piola = first_piola(&stress[q], gradients, u);
             geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
         }
         geometry::balance(&mut force);
-        let mut work = 0.0;
+        let mut work = half.constant(0.0);
         for a in 0..N {
             for k in 0..D {
-                work -= 0.5 * (record.force[a][k] + force[a][k]) * step[a][k];
+                work -= half * (last.force[a][k] + force[a][k]) * step[a][k];
             }
         }
-        (force, Increment { stress, work })
-    }
-
-    fn commit(&mut self, i: usize, u: &Nodal<D, N>, force: &Nodal<D, N>, step: Increment<D, Q>) {
-        let length = record_length::<D, N, Q>();
-        let (vectors, work) = self.history[i * length..][..length].as_chunks_mut::<D>();
-        let (displacement, rest) = vectors.split_at_mut(N);
-        let (old_force, stress) = rest.split_at_mut(N);
-        displacement.copy_from_slice(u);
-        old_force.copy_from_slice(force);
-        stress.copy_from_slice(step.stress.as_flattened());
-        work[0] += step.work;
+        keep(record, (u, &force), (&stress, work));
+        force
     }
 
     /// σ̇ = C:d with the rate of deformation d.
-    fn force_rate(element: View<D, N, Q>, u: &Nodal<D, N>, velocity: &Nodal<D, N>) -> Nodal<D, N> {
-        let mut force = [[0.0; D]; N];
+    #[inline(always)]
+    fn force_rate<T: Real>(
+        element: View<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        velocity: &Nodal<D, N, T>,
+    ) -> Nodal<D, N, T> {
+        let mut force = geometry::zero(u);
         for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
             let rate = current_gradient(gradients, u, velocity);
-            let stress = element.moduli.stress(&tensor::symmetric(&rate));
+            let stress = element.lame.stress(&tensor::symmetric(&rate));
             let first_piola = first_piola(&stress, gradients, u);
             geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
         }
@@ -131,34 +131,44 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         force
     }
 
-    fn strain_energy(&self, i: usize, element: View<D, N, Q>, u: &Nodal<D, N>) -> f64 {
-        self.record::<D, N, Q>(i).work + self.respond(i, element, u).1.work
+    fn strain_energy(element: View<D, N, Q>, u: &Nodal<D, N>, record: &[f64]) -> f64 {
+        let mut now = [0.0; MAX_RECORD];
+        let now = &mut now[..record.len()];
+        now.copy_from_slice(record);
+        <Self as Formulation<D, N, Q>>::respond(element, u, now);
+        Record::<D>::of(N, now).work
     }
 
-    fn stress(&self, i: usize, element: View<D, N, Q>, u: &Nodal<D, N>) -> StressIntegral<D> {
-        let (_, increment) = self.respond(i, element, u);
+    fn stress(
+        element: View<D, N, Q>,
+        moduli: &Moduli,
+        u: &Nodal<D, N>,
+        record: &[f64],
+    ) -> StressIntegral<D> {
+        let mut now = [0.0; MAX_RECORD];
+        let now = &mut now[..record.len()];
+        now.copy_from_slice(record);
+        <Self as Formulation<D, N, Q>>::respond(element, u, now);
+        let now = Record::<D>::of(N, now);
         let mut integral = StressIntegral::default();
         for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
             let jacobian = tensor::determinant(&deformation_gradient(gradients, u));
-            let kirchhoff = tensor::scaled(jacobian, &increment.stress[q]);
-            let across = element.moduli.out_of_plane * tensor::trace(&kirchhoff);
+            let kirchhoff = tensor::scaled(jacobian, &now.stress(q));
+            let across = moduli.out_of_plane * tensor::trace(&kirchhoff);
             integral.add(volume, jacobian, &kirchhoff, across);
         }
         integral
     }
 
-    fn past(&self, i: usize, element: View<D, N, Q>) -> Option<Past<D>> {
-        let record = self.record::<D, N, Q>(i);
+    fn past(element: View<D, N, Q>, moduli: &Moduli, record: &[f64]) -> Option<Past<D>> {
+        let record = Record::<D>::of(N, record);
         let volume: f64 = element.volumes.iter().sum();
         let mean = |k: usize, l: usize| {
             let points = element.volumes.iter().enumerate();
             let all = points.map(|(q, share)| share * record.stress[q * D + k][l]);
             all.sum::<f64>() / volume
         };
-        let held = |(q, share): (usize, &f64)| {
-            let stress: Tensor<D> = tensor::filled(|k, l| record.stress[q * D + k][l]);
-            share * element.moduli.energy(&stress)
-        };
+        let held = |(q, share): (usize, &f64)| share * moduli.energy(&record.stress(q));
         let held: f64 = element.volumes.iter().enumerate().map(held).sum();
         Some(Past {
             stress: tensor::filled(mean),
@@ -167,7 +177,13 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         })
     }
 
-    fn set_past(&mut self, i: usize, element: View<D, N, Q>, past: &Past<D>, u: &Nodal<D, N>) {
+    fn set_past(
+        element: View<D, N, Q>,
+        moduli: &Moduli,
+        past: &Past<D>,
+        u: &Nodal<D, N>,
+        record: &mut [f64],
+    ) {
         let mut force = [[0.0; D]; N];
         for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
             let first_piola = first_piola(&past.stress, gradients, u);
@@ -175,58 +191,57 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         }
         geometry::balance(&mut force);
         let volume: f64 = element.volumes.iter().sum();
-        let known = self.record::<D, N, Q>(i).work;
-        let past = Increment {
-            stress: [past.stress; Q],
-            work: volume * (past.excess / past.volume + element.moduli.energy(&past.stress))
-                - known,
-        };
-        self.commit(i, u, &force, past);
-    }
-
-    fn history(&self) -> &[f64] {
-        &self.history
-    }
-
-    fn history_mut(&mut self) -> &mut [f64] {
-        &mut self.history
+        let known = Record::<D>::of(N, record).work;
+        let work = volume * (past.excess / past.volume + moduli.energy(&past.stress)) - known;
+        keep(record, (u, &force), (&[past.stress; Q], work));
     }
 }
 
-fn deformation_gradient<const D: usize, const N: usize>(
-    gradients: &Nodal<D, N>,
-    u: &Nodal<D, N>,
-) -> Tensor<D> {
-    tensor::sum(&tensor::identity(), &geometry::gradient(gradients, u))
+#[inline(always)]
+fn deformation_gradient<const D: usize, const N: usize, T: Real>(
+    gradients: &Nodal<D, N, T>,
+    u: &Nodal<D, N, T>,
+) -> Tensor<D, T> {
+    tensor::sum(
+        &tensor::identity(u[0][0]),
+        &geometry::gradient(gradients, u),
+    )
 }
 
 /// Gradient of `field` on the configuration displaced by `u`.
-fn current_gradient<const D: usize, const N: usize>(
-    gradients: &Nodal<D, N>,
-    u: &Nodal<D, N>,
-    field: &Nodal<D, N>,
-) -> Tensor<D> {
+#[inline(always)]
+fn current_gradient<const D: usize, const N: usize, T: Real>(
+    gradients: &Nodal<D, N, T>,
+    u: &Nodal<D, N, T>,
+    field: &Nodal<D, N, T>,
+) -> Tensor<D, T> {
     let (inverse, _) = tensor::inverse(&deformation_gradient(gradients, u));
     tensor::product(&geometry::gradient(gradients, field), &inverse)
 }
 
 /// P = J σ F⁻ᵀ on the configuration displaced by `u`.
-fn first_piola<const D: usize, const N: usize>(
-    stress: &Tensor<D>,
-    gradients: &Nodal<D, N>,
-    u: &Nodal<D, N>,
-) -> Tensor<D> {
+#[inline(always)]
+fn first_piola<const D: usize, const N: usize, T: Real>(
+    stress: &Tensor<D, T>,
+    gradients: &Nodal<D, N, T>,
+    u: &Nodal<D, N, T>,
+) -> Tensor<D, T> {
     let (inverse, jacobian) = tensor::inverse(&deformation_gradient(gradients, u));
     let scaled = tensor::scaled(jacobian, stress);
     tensor::product_transposed(&scaled, &inverse)
 }
 
 /// Q σ Qᵀ with Q = (I − ½W)⁻¹ (I + ½W), W the skew part of the increment.
-fn rotated<const D: usize>(stress: &Tensor<D>, increment: &Tensor<D>) -> Tensor<D> {
-    let half = |sign: f64| -> Tensor<D> {
-        let spin = |i: usize, j: usize| 0.25 * (increment[i][j] - increment[j][i]);
-        let unit = tensor::identity::<D>();
-        tensor::filled(|i, j| unit[i][j] + sign * spin(i, j))
+#[inline(always)]
+fn rotated<const D: usize, T: Real>(
+    stress: &Tensor<D, T>,
+    increment: &Tensor<D, T>,
+) -> Tensor<D, T> {
+    let like = increment[0][0];
+    let unit: Tensor<D, T> = tensor::identity(like);
+    let half = |sign: f64| -> Tensor<D, T> {
+        let spin = |i: usize, j: usize| like.constant(0.25) * (increment[i][j] - increment[j][i]);
+        tensor::filled(|i, j| unit[i][j] + like.constant(sign) * spin(i, j))
     };
     let (inverse, _) = tensor::inverse(&half(-1.0));
     let rotation = tensor::product(&inverse, &half(1.0));

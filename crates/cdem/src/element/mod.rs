@@ -12,6 +12,8 @@
 mod frequency;
 mod geometry;
 mod incremental;
+mod kick;
+mod lanes;
 mod set;
 pub(crate) mod shape;
 pub(crate) mod tensor;
@@ -150,6 +152,10 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Cauchy stress of element `i`, averaged over its current volume:
     /// xx yy zz xy yz zx, Pa; zz of plane strain is there in 2-D too.
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6];
+
+    /// Whether element `i` is strained by no more than `most`, in the norm of Green's strain
+    /// at all Gauss points, and not inside out: no principal stretch is beyond √(1 ± 2 most).
+    fn is_strained_within(&self, i: usize, displacement: &[[f64; D]], most: f64) -> bool;
 
     /// Extremes of the deformation of element `i`.
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;
@@ -294,11 +300,8 @@ impl<const D: usize> Model<'_, D> {
             self.thickness,
         );
         match kinematics {
-            Kinematics::Total => Box::new(Set::new(geometry, Total)),
-            Kinematics::Incremental => {
-                let history = Incremental::new::<D, N, Q>(members.len());
-                Box::new(Set::new(geometry, history))
-            }
+            Kinematics::Total => Box::new(Set::<D, N, Q, Total>::new(geometry)),
+            Kinematics::Incremental => Box::new(Set::<D, N, Q, Incremental>::new(geometry)),
         }
     }
 }

@@ -1,84 +1,72 @@
 //! The one implementation of [`ElementSet`].
 
+use std::marker::PhantomData;
+
 use super::frequency;
-use super::geometry::{self, Geometry, Nodal, View};
+use super::geometry::{self, Geometry, Moduli, Nodal, View};
+use super::kick::{History, Kick};
+use super::lanes::{Real, Single};
 use super::tensor::{self, Tensor};
+use super::total::green_lagrange;
 use super::{Deformation, ElementSet, Past};
 use crate::scene::Kinematics;
 use crate::vector::sub;
 
-/// How an element turns nodal displacements into forces.
+/// Most numbers in a record: of a hexahedron with incremental kinematics.
+pub(super) const MAX_RECORD: usize = 121;
+
+/// How elements turn nodal displacements into forces.
 ///
 /// Nodal displacements and velocities are relative to the element's first
-/// node.
+/// node. A record is what an element keeps from kick to kick.
 pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     Send + Sync
 {
-    /// What a kick changes in the history.
-    type Update;
-
     /// Its name in scenes.
     const KINEMATICS: Kinematics;
 
-    /// Nodal forces of element `i`, N, and what to commit with them.
-    fn respond(
-        &self,
-        i: usize,
-        element: View<D, N, Q>,
-        displacement: &Nodal<D, N>,
-    ) -> (Nodal<D, N>, Self::Update);
+    /// Numbers in the record of an element.
+    const RECORD: usize;
 
-    /// Makes `displacement` and `force` of a response the element's last.
-    fn commit(
-        &mut self,
-        i: usize,
-        displacement: &Nodal<D, N>,
-        force: &Nodal<D, N>,
-        update: Self::Update,
-    );
+    /// Nodal forces, N; brings the record up to this response.
+    fn respond<T: Real>(
+        element: View<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        record: &mut [T],
+    ) -> Nodal<D, N, T>;
 
     /// What strain rates change of the nodal forces in a second, N/s; times β,
     /// the forces of stiffness-proportional damping.
-    fn force_rate(
-        element: View<D, N, Q>,
-        displacement: &Nodal<D, N>,
-        velocity: &Nodal<D, N>,
-    ) -> Nodal<D, N>;
+    fn force_rate<T: Real>(
+        element: View<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        velocity: &Nodal<D, N, T>,
+    ) -> Nodal<D, N, T>;
 
-    /// Strain energy of element `i`, J.
-    fn strain_energy(&self, i: usize, element: View<D, N, Q>, displacement: &Nodal<D, N>) -> f64;
+    /// Strain energy, J.
+    fn strain_energy(element: View<D, N, Q>, displacement: &Nodal<D, N>, record: &[f64]) -> f64;
 
-    /// Cauchy stress of element `i`, integrated.
+    /// Cauchy stress, integrated.
     fn stress(
-        &self,
-        i: usize,
         element: View<D, N, Q>,
+        moduli: &Moduli,
         displacement: &Nodal<D, N>,
+        record: &[f64],
     ) -> StressIntegral<D>;
 
-    /// What element `i` knows of its past, if that matters.
-    fn past(&self, _i: usize, _element: View<D, N, Q>) -> Option<Past<D>> {
+    /// What an element knows of its past, if that matters.
+    fn past(_element: View<D, N, Q>, _moduli: &Moduli, _record: &[f64]) -> Option<Past<D>> {
         None
     }
 
-    /// Gives element `i`, deformed by `displacement` now, that past.
+    /// Gives an element, deformed by `displacement` now, that past.
     fn set_past(
-        &mut self,
-        _i: usize,
         _element: View<D, N, Q>,
+        _moduli: &Moduli,
         _past: &Past<D>,
         _displacement: &Nodal<D, N>,
+        _record: &mut [f64],
     ) {
-    }
-
-    /// The records of all elements, if any, of the same length each.
-    fn history(&self) -> &[f64] {
-        &[]
-    }
-
-    /// The same, to be changed.
-    fn history_mut(&mut self) -> &mut [f64] {
-        &mut []
     }
 }
 
@@ -121,60 +109,32 @@ impl<const D: usize> StressIntegral<D> {
 /// Elements of one shape in one formulation.
 pub(super) struct Set<const D: usize, const N: usize, const Q: usize, F> {
     geometry: Geometry<D, N, Q>,
-    formulation: F,
+    /// The records of all elements.
+    history: Vec<f64>,
+    formulation: PhantomData<F>,
 }
 
 impl<const D: usize, const N: usize, const Q: usize, F> Set<D, N, Q, F>
 where
     F: Formulation<D, N, Q>,
 {
-    pub(super) fn new(geometry: Geometry<D, N, Q>, formulation: F) -> Self {
+    /// Undeformed, stress-free elements.
+    pub(super) fn new(geometry: Geometry<D, N, Q>) -> Self {
         Self {
+            history: vec![0.0; F::RECORD * geometry.mesh_elements().len()],
             geometry,
-            formulation,
+            formulation: PhantomData,
         }
     }
 
     /// `field` at the nodes of element `i`, less that of its first node.
     #[inline]
     fn relative(&self, i: usize, field: &[[f64; D]]) -> Nodal<D, N> {
-        let nodes = self.geometry.nodes(i);
-        let first = field[nodes[0] as usize];
-        let mut relative = [[0.0; D]; N];
-        for a in 0..N {
-            for k in 0..D {
-                relative[a][k] = field[nodes[a] as usize][k] - first[k];
-            }
-        }
-        relative
+        self.geometry.relative(Single, &[i as u32], field)
     }
 
-    #[inline]
-    fn scatter(&self, i: usize, interval: f64, force: &Nodal<D, N>, impulse: &mut [[f64; D]]) {
-        for (node, force) in self.geometry.nodes(i).iter().zip(force) {
-            let target = &mut impulse[*node as usize];
-            for k in 0..D {
-                target[k] += interval * force[k];
-            }
-        }
-    }
-
-    #[inline]
-    fn scatter_viscous(
-        &self,
-        i: usize,
-        interval: f64,
-        displacement: &Nodal<D, N>,
-        velocity: &[[f64; D]],
-        viscous: &mut [[f64; D]],
-    ) {
-        let element = self.geometry.view(i);
-        let damping = element.moduli.damping;
-        if damping > 0.0 {
-            let velocity = self.relative(i, velocity);
-            let rate = F::force_rate(element, displacement, &velocity);
-            self.scatter(i, damping * interval, &rate, viscous);
-        }
+    fn record_of(&self, i: usize) -> &[f64] {
+        &self.history[i * F::RECORD..][..F::RECORD]
     }
 }
 
@@ -207,19 +167,16 @@ where
         impulse: &mut [[f64; D]],
         viscous: &mut [[f64; D]],
     ) {
-        assert_eq!(
-            due.len(),
-            interval.len(),
-            "one interval for each element due"
-        );
-        for (&i, &interval) in due.iter().zip(interval) {
-            let i = i as usize;
-            let u = self.relative(i, displacement);
-            let (force, update) = self.formulation.respond(i, self.geometry.view(i), &u);
-            self.scatter(i, interval, &force, impulse);
-            self.scatter_viscous(i, interval, &u, velocity, viscous);
-            self.formulation.commit(i, &u, &force, update);
+        Kick::<D, N, Q, F> {
+            geometry: &self.geometry,
+            history: History::Kept(&mut self.history),
+            displacement,
+            velocity,
+            impulse,
+            viscous,
+            formulation: PhantomData,
         }
+        .run(due, interval);
     }
 
     fn peek(
@@ -231,29 +188,29 @@ where
         impulse: &mut [[f64; D]],
         viscous: &mut [[f64; D]],
     ) {
-        assert_eq!(
-            due.len(),
-            interval.len(),
-            "one interval for each element due"
-        );
-        for (&i, &interval) in due.iter().zip(interval) {
-            let i = i as usize;
-            let u = self.relative(i, displacement);
-            let (force, _) = self.formulation.respond(i, self.geometry.view(i), &u);
-            self.scatter(i, interval, &force, impulse);
-            self.scatter_viscous(i, interval, &u, velocity, viscous);
+        Kick::<D, N, Q, F> {
+            geometry: &self.geometry,
+            history: History::Seen(&self.history),
+            displacement,
+            velocity,
+            impulse,
+            viscous,
+            formulation: PhantomData,
         }
+        .run(due, interval);
     }
 
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64 {
         let u = self.relative(i, displacement);
-        self.formulation.strain_energy(i, self.geometry.view(i), &u)
+        F::strain_energy(self.geometry.view(i), &u, self.record_of(i))
     }
 
     fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]) {
         let u = self.relative(i, displacement);
-        let (now, _) = self.formulation.respond(i, self.geometry.view(i), &u);
-        force[..N].copy_from_slice(&now);
+        let mut record = [0.0; MAX_RECORD];
+        let record = &mut record[..F::RECORD];
+        record.copy_from_slice(self.record_of(i));
+        force[..N].copy_from_slice(&F::respond(self.geometry.view(i), &u, record));
     }
 
     fn force_rate(
@@ -270,9 +227,19 @@ where
 
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6] {
         let u = self.relative(i, displacement);
-        self.formulation
-            .stress(i, self.geometry.view(i), &u)
-            .average()
+        let (element, moduli) = (self.geometry.view(i), self.geometry.moduli(i));
+        F::stress(element, moduli, &u, self.record_of(i)).average()
+    }
+
+    fn is_strained_within(&self, i: usize, displacement: &[[f64; D]], most: f64) -> bool {
+        let u = self.relative(i, displacement);
+        let gradients = self.geometry.view(i).gradients.iter();
+        let mut displaced = gradients.map(|gradients| geometry::gradient(gradients, &u));
+        displaced.all(|h| {
+            let strain = green_lagrange(&h);
+            let jacobian = tensor::determinant(&tensor::sum(&tensor::identity(1.0), &h));
+            jacobian > 0.0 && tensor::contraction(&strain, &strain) <= most * most
+        })
     }
 
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation {
@@ -283,7 +250,7 @@ where
             max_stretch: 0.0,
         };
         for gradients in self.geometry.view(i).gradients {
-            let f = tensor::sum(&tensor::identity(), &geometry::gradient(gradients, &u));
+            let f = tensor::sum(&tensor::identity(1.0), &geometry::gradient(gradients, &u));
             let right_cauchy = tensor::transposed_product(&f, &f);
             let (low, high) = tensor::extreme_principal_values(&right_cauchy);
             extremes.min_jacobian = extremes.min_jacobian.min(tensor::determinant(&f));
@@ -325,28 +292,26 @@ where
     }
 
     fn record(&self, i: usize) -> &[f64] {
-        let all = self.formulation.history();
-        let length = all.len() / self.len();
-        &all[i * length..][..length]
+        self.record_of(i)
     }
 
     fn set_record(&mut self, i: usize, record: &[f64]) {
-        let all = self.formulation.history_mut();
-        all[i * record.len()..][..record.len()].copy_from_slice(record);
+        self.history[i * F::RECORD..][..F::RECORD].copy_from_slice(record);
     }
 
     fn past(&self, i: usize) -> Option<Past<D>> {
-        self.formulation.past(i, self.geometry.view(i))
+        let (element, moduli) = (self.geometry.view(i), self.geometry.moduli(i));
+        F::past(element, moduli, self.record_of(i))
     }
 
     fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]) {
         let u = self.relative(i, displacement);
-        self.formulation
-            .set_past(i, self.geometry.view(i), past, &u);
+        let (element, moduli) = (self.geometry.view(i), self.geometry.moduli(i));
+        let record = &mut self.history[i * F::RECORD..][..F::RECORD];
+        F::set_past(element, moduli, past, &u, record);
     }
 
     fn memory(&self) -> usize {
-        let history = size_of_val(self.formulation.history());
-        Geometry::<D, N, Q>::memory() + history / self.len().max(1)
+        Geometry::<D, N, Q>::memory() + F::RECORD * size_of::<f64>()
     }
 }

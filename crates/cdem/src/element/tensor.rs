@@ -1,13 +1,15 @@
 //! Second-order tensors of two or three dimensions.
 
+use super::lanes::Real;
+
 /// A second-order tensor, rows first.
-pub(crate) type Tensor<const D: usize> = [[f64; D]; D];
+pub(crate) type Tensor<const D: usize, T = f64> = [[T; D]; D];
 
 /// The tensor of these entries, by plain loops: the arrays' own `map` and
 /// `from_fn` stay calls where the optimiser does not see the whole crate.
-#[inline]
-pub(crate) fn filled<const D: usize>(entry: impl Fn(usize, usize) -> f64) -> Tensor<D> {
-    let mut tensor = [[0.0; D]; D];
+#[inline(always)]
+pub(crate) fn filled<const D: usize, T: Copy>(entry: impl Fn(usize, usize) -> T) -> Tensor<D, T> {
+    let mut tensor = [[entry(0, 0); D]; D];
     for i in 0..D {
         for j in 0..D {
             tensor[i][j] = entry(i, j);
@@ -17,8 +19,8 @@ pub(crate) fn filled<const D: usize>(entry: impl Fn(usize, usize) -> f64) -> Ten
 }
 
 /// Σ term(k) over the components.
-#[inline]
-fn contracted<const D: usize>(term: impl Fn(usize) -> f64) -> f64 {
+#[inline(always)]
+fn contracted<const D: usize, T: Real>(term: impl Fn(usize) -> T) -> T {
     let mut sum = term(0);
     for k in 1..D {
         sum += term(k);
@@ -27,78 +29,84 @@ fn contracted<const D: usize>(term: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// s·a.
-#[inline]
-pub(super) fn scaled<const D: usize>(s: f64, a: &Tensor<D>) -> Tensor<D> {
+#[inline(always)]
+pub(super) fn scaled<const D: usize, T: Real>(s: T, a: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| s * a[i][j])
 }
 
-/// The unit tensor.
-#[inline]
-pub(crate) fn identity<const D: usize>() -> Tensor<D> {
-    filled(|i, j| if i == j { 1.0 } else { 0.0 })
+/// The unit tensor of numbers like one.
+#[inline(always)]
+pub(crate) fn identity<const D: usize, T: Real>(like: T) -> Tensor<D, T> {
+    filled(|i, j| like.constant(if i == j { 1.0 } else { 0.0 }))
 }
 
 /// a + b.
-#[inline]
-pub(crate) fn sum<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
+#[inline(always)]
+pub(crate) fn sum<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| a[i][j] + b[i][j])
 }
 
 /// a·b.
-#[inline]
-pub(crate) fn product<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    filled(|i, j| contracted::<D>(|k| a[i][k] * b[k][j]))
+#[inline(always)]
+pub(crate) fn product<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> Tensor<D, T> {
+    filled(|i, j| contracted::<D, T>(|k| a[i][k] * b[k][j]))
 }
 
 /// aᵀ·b.
-#[inline]
-pub(crate) fn transposed_product<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    filled(|i, j| contracted::<D>(|k| a[k][i] * b[k][j]))
+#[inline(always)]
+pub(crate) fn transposed_product<const D: usize, T: Real>(
+    a: &Tensor<D, T>,
+    b: &Tensor<D, T>,
+) -> Tensor<D, T> {
+    filled(|i, j| contracted::<D, T>(|k| a[k][i] * b[k][j]))
 }
 
 /// a·bᵀ.
-#[inline]
-pub(crate) fn product_transposed<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    filled(|i, j| contracted::<D>(|k| a[i][k] * b[j][k]))
+#[inline(always)]
+pub(crate) fn product_transposed<const D: usize, T: Real>(
+    a: &Tensor<D, T>,
+    b: &Tensor<D, T>,
+) -> Tensor<D, T> {
+    filled(|i, j| contracted::<D, T>(|k| a[i][k] * b[j][k]))
 }
 
 /// ½(a + aᵀ).
-#[inline]
-pub(crate) fn symmetric<const D: usize>(a: &Tensor<D>) -> Tensor<D> {
-    filled(|i, j| 0.5 * (a[i][j] + a[j][i]))
+#[inline(always)]
+pub(crate) fn symmetric<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, T> {
+    filled(|i, j| a[i][j].constant(0.5) * (a[i][j] + a[j][i]))
 }
 
 /// tr a.
-#[inline]
-pub(crate) fn trace<const D: usize>(a: &Tensor<D>) -> f64 {
-    contracted::<D>(|i| a[i][i])
+#[inline(always)]
+pub(crate) fn trace<const D: usize, T: Real>(a: &Tensor<D, T>) -> T {
+    contracted::<D, T>(|i| a[i][i])
 }
 
 /// a : b.
-#[inline]
-pub(crate) fn contraction<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> f64 {
-    contracted::<D>(|i| contracted::<D>(|j| a[i][j] * b[i][j]))
+#[inline(always)]
+pub(crate) fn contraction<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> T {
+    contracted::<D, T>(|i| contracted::<D, T>(|j| a[i][j] * b[i][j]))
 }
 
 /// det a.
-#[inline]
-pub(crate) fn determinant<const D: usize>(a: &Tensor<D>) -> f64 {
+#[inline(always)]
+pub(crate) fn determinant<const D: usize, T: Real>(a: &Tensor<D, T>) -> T {
     if D == 2 {
         a[0][0] * a[1][1] - a[0][1] * a[1][0]
     } else {
-        contracted::<3>(|j| a[0][j] * cofactor3(a, 0, j))
+        contracted::<3, T>(|j| a[0][j] * cofactor3(a, 0, j))
     }
 }
 
 /// a⁻¹ and det a. A singular tensor gives non-finite entries.
-#[inline]
-pub(crate) fn inverse<const D: usize>(a: &Tensor<D>) -> (Tensor<D>, f64) {
+#[inline(always)]
+pub(crate) fn inverse<const D: usize, T: Real>(a: &Tensor<D, T>) -> (Tensor<D, T>, T) {
     let determinant = determinant(a);
-    let scale = 1.0 / determinant;
+    let scale = determinant.constant(1.0) / determinant;
     let inverse = filled(|i, j| {
         let cofactor = if D == 2 {
-            let sign = if i == j { 1.0 } else { -1.0 };
-            sign * a[1 - j][1 - i]
+            let entry = a[1 - j][1 - i];
+            entry.constant(if i == j { 1.0 } else { -1.0 }) * entry
         } else {
             cofactor3(a, j, i)
         };
@@ -108,8 +116,8 @@ pub(crate) fn inverse<const D: usize>(a: &Tensor<D>) -> (Tensor<D>, f64) {
 }
 
 /// Cofactor (i, j) of a 3×3 tensor; cyclic indices carry the sign.
-#[inline]
-fn cofactor3<const D: usize>(a: &Tensor<D>, i: usize, j: usize) -> f64 {
+#[inline(always)]
+fn cofactor3<const D: usize, T: Real>(a: &Tensor<D, T>, i: usize, j: usize) -> T {
     let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
     a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1]
 }

@@ -53,7 +53,7 @@ impl<'a, const D: usize> Inside<'a, D> {
         }
         let rest = sub(&self.points[node as usize], &reached);
         let middle = self.middle();
-        let jacobian = tensor::filled::<D>(|i, j| {
+        let jacobian = tensor::filled::<D, f64>(|i, j| {
             let along = corners.iter().zip(&middle.gradients);
             along
                 .map(|(corner, gradient)| corner[i] * gradient[j])

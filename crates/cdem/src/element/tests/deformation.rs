@@ -43,6 +43,7 @@ fn a_mirrored_body_is_inverted<const D: usize>() {
             (found.min_jacobian + 1.0).abs() < 1e-14,
             "{kind:?}: {found:?}"
         );
+        assert!(!sets[0].is_strained_within(0, &mirror, 10.0), "{kind:?}");
         let rest = sets[0].deformation(0, &vec![[0.0; D]; mesh.nodes.len()]);
         assert_eq!(
             (rest.min_jacobian, rest.min_stretch, rest.max_stretch),
@@ -55,6 +56,43 @@ fn a_mirrored_body_is_inverted<const D: usize>() {
 fn inversion_is_seen() {
     a_mirrored_body_is_inverted::<2>();
     a_mirrored_body_is_inverted::<3>();
+}
+
+/// Elements turned half round, with random strains about a bound: those within it have no
+/// stretch beyond what goes with it.
+fn strain_bounds_stretches<const D: usize>() {
+    let half_turn = rotation::<D>(std::f64::consts::PI);
+    for kind in kinds::<D>() {
+        let mesh = distorted::<D>([3; D], kind, 0.1);
+        let sets = sets_of(&mesh, rock(), Kinematics::Total, Plane::Strain);
+        let turn = |i: usize, j: usize| half_turn[i][j] - f64::from(u8::from(i == j));
+        let mut displacement = linear_field(&mesh, turn);
+        for (a, moved) in displacement.iter_mut().enumerate() {
+            (0..D).for_each(|k| moved[k] += 0.03 * noise(a, k));
+        }
+        let (most, mut within) = (0.06, 0);
+        for i in 0..sets[0].len() {
+            let found = sets[0].deformation(i, &displacement);
+            if sets[0].is_strained_within(i, &displacement, most) {
+                within += 1;
+                assert!(
+                    found.min_stretch >= (1.0 - 2.0 * most).sqrt(),
+                    "{kind:?} {found:?}"
+                );
+                assert!(
+                    found.max_stretch <= (1.0 + 2.0 * most).sqrt(),
+                    "{kind:?} {found:?}"
+                );
+            }
+        }
+        assert!((1..sets[0].len()).contains(&within), "{kind:?}: {within}");
+    }
+}
+
+#[test]
+fn strain_within_a_bound_keeps_stretches_within_theirs() {
+    strain_bounds_stretches::<2>();
+    strain_bounds_stretches::<3>();
 }
 
 proptest! {

@@ -6,6 +6,7 @@ mod frequency;
 mod interpolation;
 mod patch;
 mod rotation;
+mod side_by_side;
 
 use std::path::Path;
 
