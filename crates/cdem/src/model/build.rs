@@ -89,11 +89,12 @@ impl<const D: usize> Model<D> {
     /// Makes the model anew for a refined mesh of the same blocks, at `time`.
     pub(crate) fn remesh(&mut self, second_scale: &SecondScale<D>, time: f64) {
         let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
-        self.mesh = second_scale.mesh();
+        let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
         self.sets = foundation.all_sets(&self.mesh);
         self.place = places(&self.sets, self.mesh.elements.len());
         self.block_of = block_of(&self.mesh);
-        self.inertia = refined_inertia(foundation, covers, &self.mesh);
+        let meshes = [&old, &self.mesh];
+        remesh_inertia(&mut self.inertia, foundation, covers, meshes);
         self.base_level = refined_levels(foundation, covers, &self.mesh);
         let had = "the mesh before refinement had these groups";
         self.loads = self.surface_loads(&foundation.scene).expect(had);
@@ -424,13 +425,15 @@ fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
     Inertia::new(masses.nodal.clone(), dense)
 }
 
-/// Masses of a mesh with covers over some blocks.
-fn refined_inertia<const D: usize>(
+/// Gives the nodes of a mesh with covers over some blocks their masses, after those of
+/// another such mesh.
+fn remesh_inertia<const D: usize>(
+    inertia: &mut Inertia<D>,
     foundation: &Foundation<D>,
     covers: &[Option<Cover<D>>],
-    mesh: &Mesh<D>,
-) -> Inertia<D> {
-    let mut nodal = Vec::with_capacity(mesh.nodes.len());
+    meshes: [&Mesh<D>; 2],
+) {
+    let mut nodal = Vec::with_capacity(meshes[1].nodes.len());
     for (block, cover) in foundation.mesh.blocks.iter().zip(covers) {
         let nodes = block.nodes.start as usize..block.nodes.end as usize;
         match cover {
@@ -441,10 +444,10 @@ fn refined_inertia<const D: usize>(
     let dense = foundation.masses.consistent.iter();
     let dense = dense.filter(|dense| covers[dense.block as usize].is_none());
     let dense = dense.map(|dense| {
-        let first = mesh.blocks[dense.block as usize].nodes.start;
-        (first as usize, dense.matrix.clone())
+        let first = meshes.map(|mesh| mesh.blocks[dense.block as usize].nodes.start as usize);
+        (first, dense.matrix.as_slice())
     });
-    Inertia::new(nodal, dense.collect())
+    inertia.remesh(nodal, dense);
 }
 
 /// Levels of the elements of such a mesh by their own stable steps.

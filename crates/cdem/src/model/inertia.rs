@@ -10,6 +10,50 @@ struct Dense<const D: usize> {
     matrix: Vec<f64>,
     /// One n×n inverse a component, zero in the rows of held nodes.
     inverse: [Vec<f64>; D],
+    /// Held components of its nodes, for which the inverse is; none before the first.
+    held: Vec<[bool; D]>,
+}
+
+impl<const D: usize> Dense<D> {
+    /// A block whose nodes begin at `first`, not yet to be used.
+    fn new(first: usize, matrix: Vec<f64>) -> Self {
+        Self {
+            first,
+            size: matrix.len().isqrt(),
+            matrix,
+            inverse: std::array::from_fn(|_| Vec::new()),
+            held: Vec::new(),
+        }
+    }
+
+    /// Takes `held` components out of the inverse: made anew only where these are others.
+    fn hold(&mut self, held: &[[bool; D]]) {
+        if self.held == held {
+            return;
+        }
+        self.inverse = std::array::from_fn(|c| self.inverse_without(|a| held[a][c]));
+        self.held = held.to_vec();
+    }
+
+    /// Inverse of the rows and columns that are not held, zero in the others.
+    fn inverse_without(&self, is_held: impl Fn(usize) -> bool) -> Vec<f64> {
+        let n = self.size;
+        let free: Vec<usize> = (0..n).filter(|&a| !is_held(a)).collect();
+        let matrix = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            self.matrix[free[i] * n + free[j]]
+        });
+        let mut inverse = vec![0.0; n * n];
+        if let Some(factor) = matrix.cholesky() {
+            let small = factor.inverse();
+            for (i, &a) in free.iter().enumerate() {
+                for (j, &b) in free.iter().enumerate() {
+                    // Symmetric to the bit, so that action is reaction.
+                    inverse[a * n + b] = 0.5 * (small[(i, j)] + small[(j, i)]);
+                }
+            }
+        }
+        inverse
+    }
 }
 
 /// The mass matrix of all nodes and its inverse.
@@ -32,60 +76,58 @@ const LUMPED: u32 = u32::MAX;
 impl<const D: usize> Inertia<D> {
     /// `dense`: first node and n×n mass matrix of each block that has one.
     pub(crate) fn new(mass: Vec<f64>, dense: Vec<(usize, Vec<f64>)>) -> Self {
-        let mut dense_of = vec![LUMPED; mass.len()];
-        let dense: Vec<Dense<D>> = dense
-            .into_iter()
-            .enumerate()
-            .map(|(number, (first, matrix))| {
-                let size = matrix.len().isqrt();
-                dense_of[first..first + size].fill(number as u32);
-                Dense {
-                    first,
-                    size,
-                    matrix,
-                    inverse: std::array::from_fn(|_| Vec::new()),
-                }
-            })
-            .collect();
         let mut inertia = Self {
-            inverse: vec![[0.0; D]; mass.len()],
+            inverse: Vec::new(),
             still: Vec::new(),
             changes: 0,
+            dense: Vec::new(),
+            dense_of: vec![LUMPED; mass.len()],
             mass,
-            dense,
-            dense_of,
         };
+        for (first, matrix) in dense {
+            inertia.add(Dense::new(first, matrix));
+        }
         let free = vec![[false; D]; inertia.mass.len()];
         inertia.hold(&free);
         inertia
+    }
+
+    /// Goes on with other nodes of these masses, kg; to be held then. `dense`: first node
+    /// before and now, and n×n mass matrix, of each block that has one. Those that had it
+    /// before keep their inverse.
+    pub(crate) fn remesh<'a>(
+        &mut self,
+        mass: Vec<f64>,
+        dense: impl Iterator<Item = ([usize; 2], &'a [f64])>,
+    ) {
+        let old = std::mem::take(&mut self.dense).into_iter();
+        let mut old: Vec<Option<Dense<D>>> = old.map(Some).collect();
+        let old_of = std::mem::replace(&mut self.dense_of, vec![LUMPED; mass.len()]);
+        self.mass = mass;
+        for ([before, first], matrix) in dense {
+            let known = old.get_mut(old_of[before] as usize);
+            self.add(match known.and_then(Option::take) {
+                Some(known) => Dense { first, ..known },
+                None => Dense::new(first, matrix.to_vec()),
+            });
+        }
+    }
+
+    fn add(&mut self, dense: Dense<D>) {
+        let nodes = dense.first..dense.first + dense.size;
+        self.dense_of[nodes].fill(self.dense.len() as u32);
+        self.dense.push(dense);
     }
 
     /// Takes `held` components of nodes out of the equations of motion.
     pub(crate) fn hold(&mut self, held: &[[bool; D]]) {
         self.still = held.iter().map(|held| *held == [true; D]).collect();
         self.changes += 1;
-        for ((inverse, mass), held) in self.inverse.iter_mut().zip(&self.mass).zip(held) {
-            *inverse = held.map(|held| if held { 0.0 } else { 1.0 / mass });
-        }
+        let inverse =
+            |(mass, held): (&f64, &[bool; D])| held.map(|held| if held { 0.0 } else { 1.0 / mass });
+        self.inverse = self.mass.iter().zip(held).map(inverse).collect();
         for dense in &mut self.dense {
-            let n = dense.size;
-            for c in 0..D {
-                let free: Vec<usize> = (0..n).filter(|&a| !held[dense.first + a][c]).collect();
-                let matrix = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| {
-                    dense.matrix[free[i] * n + free[j]]
-                });
-                let mut inverse = vec![0.0; n * n];
-                if let Some(factor) = matrix.cholesky() {
-                    let small = factor.inverse();
-                    for (i, &a) in free.iter().enumerate() {
-                        for (j, &b) in free.iter().enumerate() {
-                            // Symmetric to the bit, so that action is reaction.
-                            inverse[a * n + b] = 0.5 * (small[(i, j)] + small[(j, i)]);
-                        }
-                    }
-                }
-                dense.inverse[c] = inverse;
-            }
+            dense.hold(&held[dense.first..dense.first + dense.size]);
         }
     }
 
