@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::contact::island::Island;
 use crate::contact::live::{Live, Record};
 use crate::contact::search::{Patches, Search};
+use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Feature, Pair, Positions, Surface};
 use crate::contact::{Contacts, Moment};
 use crate::mesh::Mesh;
@@ -29,8 +30,9 @@ pub(crate) struct Place<const D: usize> {
     pub(crate) wait: f64,
     /// When the contact began, s; of one that is about to be, nothing.
     pub(crate) since: Option<f64>,
-    /// How far it has slipped since, m.
+    /// How far it has slipped since, m; and does in a second now, m/s.
     pub(crate) slip: f64,
+    pub(crate) slip_rate: f64,
 }
 
 impl<const D: usize> Contacts<D> {
@@ -65,14 +67,20 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Where closed pairs touch.
-    pub(crate) fn present(&self, at: Positions<D>, rest: Positions<D>) -> Vec<Place<D>> {
+    pub(crate) fn present(
+        &self,
+        at: Positions<D>,
+        velocity: &[[f64; D]],
+        rest: Positions<D>,
+    ) -> Vec<Place<D>> {
         let surface = &*self.terms.surface;
         let place = |live: &Live<D>| {
-            let normal = live.operator(surface, at).frame[0];
+            let operator = live.operator(surface, at);
             Place {
                 since: Some(live.record.time_on),
                 slip: live.record.slip,
-                ..self.place(live.pair, &live.foot, (at, rest), normal)
+                slip_rate: shear_norm(&operator.relative_velocities(velocity)),
+                ..self.place(live.pair, &live.foot, (at, rest), operator.frame[0])
             }
         };
         self.live().map(place).collect()
@@ -103,6 +111,7 @@ impl<const D: usize> Contacts<D> {
             wait: 0.0,
             since: None,
             slip: 0.0,
+            slip_rate: 0.0,
         }
     }
 

@@ -158,6 +158,57 @@ fn zones_come_and_go_ten_thousand_times() {
     come_and_go(SOLID, 1000);
 }
 
+/// A contact that slides out of the middle of its zone takes it along, however fast; one
+/// elsewhere does not.
+#[test]
+fn zones_go_with_what_slides() {
+    let zone = Zone {
+        centre: [0.0, 0.0],
+        radius: 0.0,
+        finest: 0.1,
+        grading: GRADING,
+        until: 0,
+    };
+    assert!(zone.is_left_by(&[0.07, 0.0], [0.08, 0.001]));
+    assert!(zone.is_left_by(&[0.2, 0.0], [0.3, 0.15]));
+    assert!(!zone.is_left_by(&[0.2, 0.0], [0.3, 0.001]));
+    assert!(!zone.is_left_by(&[0.07, 0.0], [0.01, 0.01]));
+    assert!(!zone.is_left_by(&[0.03, 0.0], [0.08, 0.08]));
+}
+
+/// So often halved, the elements of a block have a level yet.
+fn there_are_levels<const D: usize>(space: Space<D>) {
+    for kind in kinds::<D>() {
+        let second = boxes(kind, &mut Rng::with_seed(1), space, Kinematics::Total);
+        let halvings = second.halvings(second.foundation.mesh.blocks[0].elements.clone());
+        assert!(halvings > 8, "{kind:?}: {halvings}");
+        let deep = Zone {
+            centre: [0.0; D],
+            radius: 0.0,
+            finest: second.foundation.size(0) * 0.5_f64.powi(halvings as i32),
+            grading: GRADING,
+            until: 0,
+        };
+        let cover = Cover::finer(&second.foundation, 0, &[deep], None);
+        assert!(matches!(cover, Some(Some(_))), "{kind:?}");
+    }
+}
+
+#[test]
+fn there_are_levels_for_what_may_be_halved() {
+    there_are_levels::<2>(PLANE);
+    there_are_levels::<3>(SOLID);
+}
+
+#[test]
+fn what_is_no_deformation_has_no_rotation() {
+    for size in [2, 3] {
+        let torn = nalgebra::DMatrix::from_element(size, size, f64::NAN);
+        let unit = nalgebra::DMatrix::identity(size, size);
+        assert_eq!(super::nesting::rotation(torn), unit);
+    }
+}
+
 /// However far a block has turned, its strain energy is that of its strain.
 fn turns_are_no_strain<const D: usize>(space: Space<D>) {
     const STRETCH: f64 = 1e-4;

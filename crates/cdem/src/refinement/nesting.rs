@@ -259,9 +259,13 @@ impl<'a, const D: usize> Stiffness<'a, D> {
     }
 }
 
-/// The rotation in a deformation.
+/// The rotation in a deformation; none in what is no deformation.
 pub(super) fn rotation(deformation: DMatrix<f64>) -> DMatrix<f64> {
     let size = deformation.nrows();
+    // Of what is not a number the decomposition has no end.
+    if !deformation.iter().all(|entry| entry.is_finite()) {
+        return DMatrix::identity(size, size);
+    }
     let parts = deformation.svd(true, true);
     let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
     turn.unwrap_or_else(|| DMatrix::identity(size, size))

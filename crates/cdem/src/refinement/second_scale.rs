@@ -10,11 +10,17 @@ use super::refined::refined;
 use super::zone::{GENTLE, GRADING, Zone};
 use crate::mesh::{Block, Mesh};
 use crate::scene::Zone as Extent;
+use crate::step::levels::MAX_LEVEL;
 use crate::vector::{dot, norm, scale, sub};
 
 /// Coarse steps between two looks whether any zone is needed no more: each change of mesh
 /// costs energy, so they are seldom (design, section 3).
 const SHED: u64 = 8;
+
+/// Levels that simplices cut from an element, with the careful steps that they take, may be
+/// above it before they are halved: a step of 0.3 of its own, as of the worst shape of
+/// bisected tetrahedra, half of that.
+const STEEPER: u32 = 3;
 
 /// Halvings of the coarser side after which both are as fine as they may be, however they
 /// differ: there are no more time levels.
@@ -90,6 +96,8 @@ pub(crate) struct Encounter<const D: usize> {
     pub(crate) unified: f64,
     /// Size of the elements there as they were before refinement, m.
     pub(crate) sizes: [f64; 2],
+    /// How often these may be halved before there is no time level for them.
+    pub(crate) halvings: [u32; 2],
     /// What mass a node there had then, kg.
     pub(crate) masses: [f64; 2],
 }
@@ -197,6 +205,14 @@ impl<const D: usize> SecondScale<D> {
         roots.map(size).fold(0.0, f64::max)
     }
 
+    /// How often elements among those of `roots` may be halved before there is no time level
+    /// for them.
+    pub(crate) fn halvings(&self, roots: impl Iterator<Item = u32>) -> u32 {
+        let level = |root: u32| u32::from(self.foundation.level[root as usize]) + STEEPER;
+        let finest = roots.map(level).max().unwrap_or_default();
+        u32::from(MAX_LEVEL).saturating_sub(finest)
+    }
+
     /// Mass of a node at a place of a block before refinement, kg: of a node number of the
     /// block that is there, its own; where there is none, that of one inside a face, or on an
     /// edge in space, among elements like those of `roots`.
@@ -296,14 +312,16 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// Keeps the zones around a place of a block until a step; of a contact that has slid
-    /// out of them, its zone goes with it.
-    pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], slip: f64, until: u64) {
-        let (mut is_inside, mut left) = (false, None);
+    /// out of them, so far in all and in a step, m, the finest goes with it.
+    pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], slip: [f64; 2], until: u64) {
+        let (mut is_inside, mut left) = (false, None::<Zone<D>>);
         for zone in &mut self.zones[block] {
             if zone.has(centre) {
                 zone.until = zone.until.max(until);
                 is_inside = true;
-            } else if zone.is_left_by(centre, slip) {
+            } else if zone.is_left_by(centre, slip)
+                && left.is_none_or(|left| zone.finest < left.finest)
+            {
                 let centre = *centre;
                 left = Some(Zone {
                     centre,
@@ -374,8 +392,8 @@ impl<const D: usize> SecondScale<D> {
         let moves = (0..2).filter(|&side| !self.is_still(blocks[side]));
         let longest = moves.map(|side| transits[side]).fold(0.0, f64::max);
         let transit = longest * 0.5_f64.powi(level as i32);
-        let halved = 0.5_f64.powi(self.max_level as i32);
         [0, 1].map(|side| {
+            let halved = 0.5_f64.powi(self.max_level.min(encounter.halvings[side]) as i32);
             let pressed = pressed * encounter.speed / speed[side] * self.widths[blocks[side]];
             let least = f64::max(halved * sizes[side], pressed).min(sizes[side]);
             (speed[side] * transit).clamp(least, sizes[side])

@@ -49,10 +49,13 @@ impl<const D: usize> Zone<D> {
         self.apart(place) <= self.radius + 0.5 * self.finest
     }
 
-    /// Whether a contact there, not far from its middle, has slid out of that.
-    pub(crate) fn is_left_by(&self, place: &[f64; D], slip: f64) -> bool {
+    /// Whether a contact there, not far from its middle, has slid out of that: it has slipped
+    /// so far since it began, m, and in a coarse step.
+    pub(crate) fn is_left_by(&self, place: &[f64; D], [since, in_step]: [f64; 2]) -> bool {
+        let middle = 0.5 * self.finest;
         let out = self.apart(place) - self.radius;
-        (0.5 * self.finest..=self.finest).contains(&out) && slip > 0.5 * self.finest
+        let farthest = middle + middle.max(2.0 * in_step);
+        (middle..=farthest).contains(&out) && since > middle
     }
 
     fn apart(&self, place: &[f64; D]) -> f64 {

@@ -7,6 +7,7 @@ use super::Run;
 use crate::contact::remesh::Place;
 use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
+use crate::model::build::SPEED_OF_LIGHT;
 use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
 use crate::vector::{add_scaled, norm, scale};
 
@@ -48,6 +49,11 @@ impl<const D: usize> Run<D> {
     /// Section 6: refines blocks where they are about to collide. Returns what the ledger
     /// lacked before, J, if any mesh has changed.
     pub(super) fn refine(&mut self) -> Option<f64> {
+        // What is torn to pieces stops after the step.
+        let mut speeds = self.state.velocity.iter().map(norm);
+        if !speeds.all(|speed| speed < SPEED_OF_LIGHT) {
+            return None;
+        }
         let mut second = self.second_scale.take()?;
         second.set_still(self.still_blocks());
         let mut before = None;
@@ -159,7 +165,7 @@ impl<const D: usize> Run<D> {
         for (blocks, places) in &of_pair {
             self.ask_for_encounter(second, *blocks, places, contacts.tolerance());
         }
-        for place in contacts.present(at, rest) {
+        for place in contacts.present(at, &self.state.velocity, rest) {
             let transit = self.transit(second, place.blocks);
             let since = place.since.unwrap_or_default();
             if self.time() - since <= IMPACT * transit {
@@ -167,7 +173,8 @@ impl<const D: usize> Run<D> {
                 let [a, b] = place.blocks;
                 second.impact([a.min(b), a.max(b)], 0.0, until);
                 for (block, rest) in place.blocks.iter().zip(&place.rest) {
-                    second.keep(*block as usize, rest, place.slip, until);
+                    let slip = [place.slip, place.slip_rate * self.model.step];
+                    second.keep(*block as usize, rest, slip, until);
                     second.stay(*block as usize, self.until(PARTED * transit));
                 }
             }
@@ -232,6 +239,7 @@ impl<const D: usize> Run<D> {
         let around = |node: u32| self.around.of(node).iter().map(|&element| root(element));
         let blocks = place.blocks.map(|block| block as usize);
         let sizes = place.nodes.map(|node| second.base_size(around(node)));
+        let halvings = place.nodes.map(|node| second.halvings(around(node)));
         let mass = |side: usize| {
             let number = place.nodes[side] as usize - self.model.nodes(blocks[side]).start;
             let roots = around(place.nodes[side]);
@@ -248,6 +256,7 @@ impl<const D: usize> Run<D> {
             speed: place.speed,
             unified: self.model.step - place.wait % self.model.step,
             sizes,
+            halvings,
         }
     }
 
