@@ -267,7 +267,8 @@ impl<'a, const D: usize> Carry<'a, D> {
             velocity: self.vectors(&old.velocity, |_, transfer, of| transfer.velocities(of)),
             element_interval: origins.means(&old.element_interval),
             node_interval: self.scalars(&old.node_interval),
-            contact_force: self.values(&old.contact_force),
+            contact_force: self
+                .vectors(&old.contact_force, |_, transfer, of| transfer.impulses(of)),
         }
     }
 
