@@ -110,7 +110,9 @@ fn an_octagon_rolls_from_corner_to_corner() {
         "speed on the sides off by {worst:.6?}; {most} elements at most, remesh loss {:.1e}, {balance:?}",
         row.remesh_loss,
     );
-    assert!(worst.iter().all(|off| off.abs() < 1e-3), "{worst:?}");
+    // Each side has been looked at: none is right to the last digit.
+    let is_right = |off: &f64| *off != 0.0 && off.abs() < 1e-3;
+    assert!(worst.iter().all(is_right), "{worst:?}");
     // Of 32, and 20 more for a zone: those of corners that it has left do not stay.
     assert!(most < 32 + 3 * 20, "{most}");
     assert!(checked > 100, "{checked}");

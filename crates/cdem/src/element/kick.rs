@@ -28,21 +28,40 @@ impl History<'_> {
 
 /// What a kick reads and writes.
 pub(super) struct Kick<'a, const D: usize, const N: usize, const Q: usize, F> {
-    pub(super) geometry: &'a Geometry<D, N, Q>,
-    pub(super) history: History<'a>,
+    geometry: &'a Geometry<D, N, Q>,
+    history: History<'a>,
     /// Of all nodes, m and m/s.
-    pub(super) displacement: &'a [[f64; D]],
-    pub(super) velocity: &'a [[f64; D]],
+    displacement: &'a [[f64; D]],
+    velocity: &'a [[f64; D]],
     /// N·s.
-    pub(super) impulse: &'a mut [[f64; D]],
-    pub(super) viscous: &'a mut [[f64; D]],
-    pub(super) formulation: PhantomData<F>,
+    impulse: &'a mut [[f64; D]],
+    viscous: &'a mut [[f64; D]],
+    formulation: PhantomData<F>,
 }
 
-impl<const D: usize, const N: usize, const Q: usize, F> Kick<'_, D, N, Q, F>
+impl<'a, const D: usize, const N: usize, const Q: usize, F> Kick<'a, D, N, Q, F>
 where
     F: Formulation<D, N, Q>,
 {
+    /// Of displacements, m, and velocities, m/s, of all nodes, to impulses, elastic and
+    /// viscous, N·s.
+    pub(super) fn new(
+        geometry: &'a Geometry<D, N, Q>,
+        history: History<'a>,
+        [displacement, velocity]: [&'a [[f64; D]]; 2],
+        [impulse, viscous]: [&'a mut [[f64; D]]; 2],
+    ) -> Self {
+        Self {
+            geometry,
+            history,
+            displacement,
+            velocity,
+            impulse,
+            viscous,
+            formulation: PhantomData,
+        }
+    }
+
     /// Kicks the elements that are `due`, each over its interval, s.
     pub(super) fn run(self, due: &[u32], interval: &[f64]) {
         assert_eq!(

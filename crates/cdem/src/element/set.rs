@@ -167,16 +167,9 @@ where
         impulse: &mut [[f64; D]],
         viscous: &mut [[f64; D]],
     ) {
-        Kick::<D, N, Q, F> {
-            geometry: &self.geometry,
-            history: History::Kept(&mut self.history),
-            displacement,
-            velocity,
-            impulse,
-            viscous,
-            formulation: PhantomData,
-        }
-        .run(due, interval);
+        let history = History::Kept(&mut self.history);
+        let (motion, given) = ([displacement, velocity], [impulse, viscous]);
+        Kick::<D, N, Q, F>::new(&self.geometry, history, motion, given).run(due, interval);
     }
 
     fn peek(
@@ -188,16 +181,9 @@ where
         impulse: &mut [[f64; D]],
         viscous: &mut [[f64; D]],
     ) {
-        Kick::<D, N, Q, F> {
-            geometry: &self.geometry,
-            history: History::Seen(&self.history),
-            displacement,
-            velocity,
-            impulse,
-            viscous,
-            formulation: PhantomData,
-        }
-        .run(due, interval);
+        let history = History::Seen(&self.history);
+        let (motion, given) = ([displacement, velocity], [impulse, viscous]);
+        Kick::<D, N, Q, F>::new(&self.geometry, history, motion, given).run(due, interval);
     }
 
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64 {

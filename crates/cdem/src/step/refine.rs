@@ -49,6 +49,7 @@ impl<const D: usize> Run<D> {
     /// Section 6: refines blocks where they are about to collide. Returns what the ledger
     /// lacked before, J, if any mesh has changed.
     pub(super) fn refine(&mut self) -> Option<f64> {
+        self.second_scale.as_ref()?;
         // What is torn to pieces stops after the step.
         let mut speeds = self.state.velocity.iter().map(norm);
         if !speeds.all(|speed| speed < SPEED_OF_LIGHT) {
