@@ -122,6 +122,18 @@ fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
         "contacts      {} closed at the start",
         overview.contacts
     ));
+    lines.extend(overview.collision.as_ref().map(|collision| {
+        let [then, now] = collision.updates_per_step;
+        format!(
+            "a collision   of corners at {}: {} of \"{}\", {} a coarse step instead of {}, \
+             beside the time below",
+            quantity(collision.speed, "m/s"),
+            counted(collision.elements as u64, "element"),
+            collision.block,
+            counted(then, "update"),
+            count(now)
+        )
+    }));
     lines.push(format!(
         "memory        about {}",
         HumanBytes(overview.memory_bytes)

@@ -27,5 +27,5 @@ pub use health::StepError;
 pub use mass::{MassError, MassFault, MassKind};
 pub use model::ModelError;
 pub use number::significant;
-pub use simulation::{AnyMesh, BlockOverview, Overview, Simulation};
+pub use simulation::{AnyMesh, BlockOverview, CollisionOverview, Overview, Simulation};
 pub use step::Corrections;

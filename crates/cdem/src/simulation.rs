@@ -8,6 +8,7 @@ use crate::mesh::Mesh;
 use crate::model::names::parts;
 use crate::model::{Model, ModelError};
 
+use crate::refinement::{self, SecondScale};
 use crate::report::{Instant, Probe};
 use crate::rest::Rest;
 use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
@@ -50,6 +51,8 @@ pub struct Overview {
     pub memory_bytes: u64,
     /// Contacts that are closed now.
     pub contacts: usize,
+    /// On two scales: what one collision will cost.
+    pub collision: Option<CollisionOverview>,
     /// What is not wrong, but should be looked at before a run: where in the
     /// scene, and what.
     pub warnings: Vec<Problem>,
@@ -74,6 +77,19 @@ pub struct BlockOverview {
     pub inertia_error: f64,
     /// Immovable.
     pub fixed: bool,
+}
+
+/// What becomes of the heaviest block that moves where its corner hits its like.
+#[derive(Clone, Debug)]
+pub struct CollisionOverview {
+    /// Its name.
+    pub block: String,
+    /// How fast, m/s.
+    pub speed: f64,
+    /// Its elements then.
+    pub elements: usize,
+    /// Updates of these in a coarse step, and of those it has now.
+    pub updates_per_step: [u64; 2],
 }
 
 /// A run: made from a scene and its mesh, stepped, and asked for samples.
@@ -395,6 +411,8 @@ impl<const D: usize> Driven<D> {
                 .into_iter()
                 .flat_map(|contacts| contacts.books().warnings()),
         );
+        let second = self.run.second_scale.as_ref();
+        warnings.extend(second.map(SecondScale::warnings).unwrap_or_default());
         let row = self.history();
         warnings.extend(Health::ledger_warning(&row, &self.exchange, watch_energy));
         warnings
@@ -441,6 +459,15 @@ impl<const D: usize> Driven<D> {
                 .iter()
                 .flat_map(|contacts| contacts.live())
                 .count(),
+            collision: self.run.second_scale.as_ref().and_then(|second| {
+                let foreseen = second.foresee()?;
+                Some(CollisionOverview {
+                    block: model.mesh.blocks[foreseen.block].name.clone(),
+                    speed: refinement::SPEED,
+                    elements: foreseen.elements,
+                    updates_per_step: [foreseen.updates, foreseen.updates_before],
+                })
+            }),
             warnings: model.warnings.clone(),
         }
     }

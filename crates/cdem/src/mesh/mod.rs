@@ -63,8 +63,8 @@ pub(crate) struct Parts {
     pub(crate) root: Vec<u32>,
     /// Share of its volume that each element stands for.
     pub(crate) weight: Vec<f64>,
-    /// How often each has been bisected.
-    pub(crate) generation: Vec<u8>,
+    /// How often the size of each is half of that of its root.
+    pub(crate) halvings: Vec<u8>,
 }
 
 impl<const D: usize> Mesh<D> {
@@ -100,13 +100,13 @@ impl<const D: usize> Mesh<D> {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// How often the edges of an element have been halved, on the whole.
+    /// How often the size of an element has been halved.
     pub(crate) fn halvings(&self, element: usize) -> u8 {
         let parts = self.parts.as_ref();
-        parts.map_or(0, |parts| parts.generation[element] / D as u8)
+        parts.map_or(0, |parts| parts.halvings[element])
     }
 
-    /// The same of the finest of the elements around each node.
+    /// Halvings of the finest of the elements around each node.
     pub(crate) fn halvings_at_nodes(&self) -> Vec<u8> {
         let mut halvings = vec![0; self.nodes.len()];
         for (number, element) in self.elements.iter().enumerate() {

@@ -17,6 +17,9 @@ const LEAST: f64 = 0.3;
 /// be fitted, at most: a simplex needs it twice (design, section 6).
 const MOST_THROUGHOUT: i32 = 3;
 
+/// What elements may be larger than as small as they may be: round-off.
+const ROUND_OFF: f64 = 1e-9;
+
 /// A block with an overlay.
 #[derive(Clone, Debug)]
 pub(crate) struct Cover<const D: usize> {
@@ -41,7 +44,8 @@ impl<const D: usize> Cover<D> {
         old: Option<&Self>,
     ) -> Option<Option<Self>> {
         let least = old.map_or(0, |old| old.throughout);
-        (least..=MOST_THROUGHOUT).find_map(|times| Self::new(foundation, block, zones, times))
+        let most = MOST_THROUGHOUT.min(foundation.scene.contact.max_level as i32);
+        (least..=most).find_map(|times| Self::new(foundation, block, zones, times))
     }
 
     /// A block with an overlay, to some of its zones alone: never finer anywhere. Without
@@ -67,10 +71,12 @@ impl<const D: usize> Cover<D> {
             0 => f64::INFINITY,
             _ => foundation.largest_size(block) * 0.5_f64.powi(throughout),
         };
-        let overlay = foundation.overlay(block, &|corners| {
+        let finest = 0.5_f64.powi(foundation.scene.contact.max_level as i32);
+        let overlay = foundation.overlay(block, &|corners, root| {
             let wanted = zones.iter().map(|zone| zone.size_at(corners));
             let wanted = wanted.fold(f64::INFINITY, f64::min);
-            wanted.is_finite() && size(corners) > wanted.min(most)
+            let finest = finest * foundation.size(root) * (1.0 + ROUND_OFF);
+            wanted.is_finite() && size(corners) > wanted.min(most).max(finest)
         });
         let Some(overlay) = overlay else {
             return Some(None);

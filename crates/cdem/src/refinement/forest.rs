@@ -54,7 +54,7 @@ pub(crate) struct Lineage {
     /// Which half it is of which half, and so on, from the highest bit on.
     path: u64,
     /// How often it has been bisected.
-    pub(crate) generation: u8,
+    generation: u8,
 }
 
 /// Facets of an element have fewer pieces.
@@ -131,13 +131,17 @@ enum Origin {
 
 impl<const D: usize, C: Cell> Forest<D, C> {
     /// The coarsest mesh of halves that conforms and in which no simplex is `wanted`
-    /// smaller, asked with its corners; `seeds` are the elements of the base mesh to
-    /// ask about.
-    pub(crate) fn new(base: Base<D>, seeds: &[u32], wanted: impl Fn(&[[f64; D]]) -> bool) -> Self {
+    /// smaller, asked with its corners and the element that it has come of; `seeds` are the
+    /// elements of the base mesh to ask about.
+    pub(crate) fn new(
+        base: Base<D>,
+        seeds: &[u32],
+        wanted: impl Fn(&[[f64; D]], u32) -> bool,
+    ) -> Self {
         let is_wanted = |&&element: &&u32| {
             let nodes = base.element(element).nodes().iter();
             let corners: Vec<_> = nodes.map(|&node| base.point(node)).collect();
-            wanted(&corners)
+            wanted(&corners, element)
         };
         let mut planted: BTreeSet<u32> = seeds.iter().filter(is_wanted).copied().collect();
         loop {
@@ -213,7 +217,7 @@ struct Growth<'a, const D: usize, W, C> {
     leaves: Vec<u32>,
 }
 
-impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C> {
+impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D, W, C> {
     fn new(base: Base<'a, D>, wanted: &'a W, planted: BTreeSet<u32>) -> Self {
         let mut growth = Self {
             base,
@@ -307,9 +311,10 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]]) -> bool, C: Cell> Growth<'a, D, W, C
     }
 
     fn is_wanted_smaller(&self, tree: u32) -> bool {
-        let nodes = self.forest.trees[tree as usize].cell.nodes().iter();
+        let tree = &self.forest.trees[tree as usize];
+        let nodes = tree.cell.nodes().iter();
         let corners: Vec<_> = nodes.map(|&n| self.forest.point(self.base, n)).collect();
-        (self.wanted)(&corners)
+        (self.wanted)(&corners, tree.root)
     }
 
     /// Whether a neighbour is bisected at an edge that it shares.

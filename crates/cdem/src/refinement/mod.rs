@@ -11,6 +11,8 @@ mod cell;
 mod cover;
 #[cfg(test)]
 mod cover_tests;
+mod depth;
+mod foresee;
 mod forest;
 mod foundation;
 mod inside;
@@ -33,11 +35,13 @@ pub(crate) use base::Base;
 #[cfg(test)]
 use cell::{Cell, Tetrahedron, Triangle};
 pub(crate) use cover::Cover;
+pub(crate) use depth::Encounter;
+pub(crate) use foresee::SPEED;
 #[cfg(test)]
 use forest::Forest;
 pub(crate) use foundation::Foundation;
 pub(crate) use momenta::{Body, Momenta};
 pub(crate) use overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
-pub(crate) use second_scale::{Change, Encounter, SecondScale};
+pub(crate) use second_scale::{Change, SecondScale};
 pub(crate) use transfer::{Transfer, predecessors};
 pub(crate) use twist::Twists;

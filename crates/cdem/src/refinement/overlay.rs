@@ -5,6 +5,7 @@ use super::cell::{Cell, Tetrahedron, Triangle};
 use super::forest::{Forest, Lineage};
 use super::inside::Inside;
 use super::star;
+use super::zone::size;
 use crate::element::tensor;
 use crate::mesh::{Element, ElementKind, Mesh};
 use crate::vector::{add, scale};
@@ -29,8 +30,9 @@ pub(crate) struct Overlay<const D: usize> {
     pub(crate) elements: Vec<SubElement>,
 }
 
-/// Whether an element with corners there, m, is to be smaller.
-pub(crate) type Wanted<'a, const D: usize> = &'a dyn Fn(&[[f64; D]]) -> bool;
+/// Whether an element with corners there, m, is to be smaller, which has come of an element
+/// of the mesh.
+pub(crate) type Wanted<'a, const D: usize> = &'a dyn Fn(&[[f64; D]], u32) -> bool;
 
 /// Overlays a block of the mesh, where anything is wanted smaller.
 pub(crate) type MakeOverlay<const D: usize> =
@@ -85,6 +87,8 @@ pub(crate) struct SubElement {
     pub(crate) weight: f64,
     /// Which part of that it is.
     pub(crate) lineage: Lineage,
+    /// How often its size is half of that of the element.
+    pub(crate) halvings: u8,
 }
 
 impl<const D: usize> Overlay<D> {
@@ -115,6 +119,16 @@ impl<const D: usize> Overlay<D> {
                 root: leaf.root,
                 weight: leaf.weight,
                 lineage: leaf.lineage,
+                halvings: halvings(
+                    mesh,
+                    leaf.root,
+                    &leaf
+                        .cell
+                        .nodes()
+                        .iter()
+                        .map(|&n| forest.point(base, n))
+                        .collect::<Vec<_>>(),
+                ),
             }
         });
         let new = (0..forest.parents().len()).map(|k| (mesh.nodes.len() + k) as u32);
@@ -228,6 +242,14 @@ impl<const D: usize> Overlay<D> {
         }
         masses
     }
+}
+
+/// How often the size of a part with corners there, m, is half of that of an element, but for
+/// round-off.
+pub(super) fn halvings<const D: usize>(mesh: &Mesh<D>, element: u32, corners: &[[f64; D]]) -> u8 {
+    let nodes = mesh.elements[element as usize].nodes().iter();
+    let whole: Vec<[f64; D]> = nodes.map(|&node| mesh.nodes[node as usize]).collect();
+    ((size(&whole) / size(corners)).log2() + 1e-6) as u8
 }
 
 /// The first `count` nodes between which new ones lie, by the parents of these.

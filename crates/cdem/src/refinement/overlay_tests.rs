@@ -40,7 +40,7 @@ impl<const D: usize> Case<D> {
             add_scaled(&mut near, weight * rng.f64(), &sub(corner, &nodes[0]));
         }
         let finest = 0.5_f64.powi(rng.i32(2..=4));
-        let forest: Forest<D, C> = Forest::new(ground.base(), &[0], |corners| {
+        let forest: Forest<D, C> = Forest::new(ground.base(), &[0], |corners, _| {
             let apart = corners.iter().map(|corner| norm(&sub(corner, &near)));
             let apart = apart.fold(f64::INFINITY, f64::min) / size(nodes);
             let size = (volume(corners) / volume(nodes)).powf(1.0 / D as f64);
@@ -289,7 +289,7 @@ fn goes_and_comes_back<const D: usize, C: Cell>() {
             let ground = Ground::<D>::random(kind, &mut rng);
             let corner = ground.mesh.nodes[0];
             let refined = |finest: f64| {
-                let wanted = |corners: &[[f64; D]]| {
+                let wanted = |corners: &[[f64; D]], _: u32| {
                     let apart = corners.iter().map(|other| norm(&sub(other, &corner)));
                     let apart = apart.fold(f64::INFINITY, f64::min);
                     size(corners) > (0.7 * apart).max(finest)

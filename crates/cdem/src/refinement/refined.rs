@@ -111,7 +111,7 @@ impl<const D: usize> Making<D> {
             mesh.elements.push(renumbered(element, block.nodes.start));
             parts.root.push(number);
             parts.weight.push(1.0);
-            parts.generation.push(0);
+            parts.halvings.push(0);
         }
         for sub in overlay.iter().flat_map(|overlay| &overlay.elements) {
             let now = mesh.elements.len() as u32;
@@ -121,7 +121,7 @@ impl<const D: usize> Making<D> {
             mesh.elements.push(renumbered(&sub.element, 0));
             parts.root.push(sub.root);
             parts.weight.push(sub.weight);
-            parts.generation.push(sub.lineage.generation);
+            parts.halvings.push(sub.halvings);
         }
         mesh.blocks.push(Block {
             nodes: first[0]..mesh.nodes.len() as u32,

@@ -1,17 +1,19 @@
 //! Which places of which blocks are refined, and how finely.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
 use super::cover::Cover;
+use super::depth::{Encounter, Limit};
 use super::foundation::Foundation;
 use super::refined::refined;
 use super::zone::{GENTLE, GRADING, Zone};
 use crate::mesh::{Block, Mesh};
+use crate::number::{short, significant};
 use crate::scene::Zone as Extent;
 use crate::step::levels::MAX_LEVEL;
-use crate::vector::{dot, norm, scale, sub};
+use crate::vector::norm;
 
 /// Coarse steps between two looks whether any zone is needed no more: each change of mesh
 /// costs energy, so they are seldom (design, section 3).
@@ -22,40 +24,19 @@ const SHED: u64 = 8;
 /// bisected tetrahedra, half of that.
 const STEEPER: u32 = 3;
 
-/// Halvings of the coarser side after which both are as fine as they may be, however they
-/// differ: there are no more time levels.
-const LEVELS: u32 = 64;
-
-/// Layers of small elements between what touches and elements that are larger by as much as
-/// they may, about.
-const LAYERS: f64 = 8.0;
-
-/// Elements of a block at one touch, about, from which on it is made no finer: of faces that
-/// meet flush in space, each halving would take four times as many.
-const CROWD: f64 = 8192.0;
-
 /// Mass of a node inside a face of its block, and of one on a straight edge in space, over
 /// that of one inside the block.
 const ON_FACE: f64 = 0.5;
 const ON_EDGE: f64 = 0.25;
 
-/// Size of elements that are pressed on at a point, over that of their block and the
-/// approach over the speed of compression waves, at least. Strain grows towards the point
-/// as one over the distance: that of smaller elements would leave what is elastic.
-const PRESSED: f64 = 8.0;
-
-/// Distance between touches over the size of the elements there before refinement, from
-/// which on blocks meet flush.
-const FLUSH: f64 = 0.25;
-
 /// All overlays, and the zones that they are made for.
 pub(crate) struct SecondScale<const D: usize> {
     pub(crate) foundation: Foundation<D>,
-    energy_loss: f64,
-    max_level: u32,
+    pub(super) energy_loss: f64,
+    pub(super) max_level: u32,
     extent: Extent,
     /// How far each block is across, m.
-    widths: Vec<f64>,
+    pub(super) widths: Vec<f64>,
     zones: Vec<Vec<Zone<D>>>,
     covers: Vec<Option<Cover<D>>>,
     /// The last coarse step for which each block may have any.
@@ -68,6 +49,21 @@ pub(crate) struct SecondScale<const D: usize> {
     still: Vec<bool>,
     /// Of pairs of blocks that collide.
     impacts: BTreeMap<[u32; 2], Impact>,
+    /// What those that lose more than is wanted were kept from, and how many: for each reason
+    /// the first.
+    limited: BTreeMap<Limit, Limited>,
+    /// Blocks of which no refinement has masses that can be fitted.
+    unfit: BTreeSet<usize>,
+}
+
+/// Collisions that lose more than is wanted, for one reason.
+#[derive(Clone, Copy, Debug)]
+struct Limited {
+    count: u64,
+    /// The first of them: its blocks, when, s, and how fast, m/s.
+    blocks: [u32; 2],
+    time: f64,
+    speed: f64,
 }
 
 /// A collision, for as long as it lasts.
@@ -77,29 +73,8 @@ struct Impact {
     energy: f64,
     /// The last coarse step of it.
     until: u64,
-}
-
-/// A touch that is about to be, of two blocks.
-#[derive(Clone, Debug)]
-pub(crate) struct Encounter<const D: usize> {
-    pub(crate) blocks: [usize; 2],
-    /// Whether no encounter before it is of the same node of the first block.
-    pub(crate) is_first_of_node: bool,
-    /// Where at rest, m.
-    pub(crate) places: [[f64; D]; 2],
-    /// Where, m, along which unit vector and how fast the two come nearer, m/s.
-    pub(crate) point: [f64; D],
-    pub(crate) normal: [f64; D],
-    pub(crate) speed: f64,
-    /// What is left of the coarse step after they touch, s: for that long their points are
-    /// one in it.
-    pub(crate) unified: f64,
-    /// Size of the elements there as they were before refinement, m.
-    pub(crate) sizes: [f64; 2],
-    /// How often these may be halved before there is no time level for them.
-    pub(crate) halvings: [u32; 2],
-    /// What mass a node there had then, kg.
-    pub(crate) masses: [f64; 2],
+    /// Whether it has been counted among those that lose more than is wanted.
+    is_limited: bool,
 }
 
 /// Another cover for a block, and the zones that it is made for.
@@ -112,48 +87,6 @@ pub(crate) struct Change<const D: usize> {
 /// Another cover for a block in the place of an old one, if there can be one.
 type MakeCover<const D: usize> =
     fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Option<Option<Cover<D>>>;
-
-impl<const D: usize> Encounter<D> {
-    /// How long and, in space, how wide what touches is, m.
-    fn extents(all: &[Self]) -> [f64; 2] {
-        let Some(first) = all.first() else {
-            return [0.0; 2];
-        };
-        let farthest = |aside: &dyn Fn([f64; D]) -> [f64; D]| {
-            let ways = all.iter().map(|e| aside(sub(&e.point, &first.point)));
-            let longest = ways.max_by(|a, b| norm(a).total_cmp(&norm(b)));
-            longest.map_or((0.0, [0.0; D]), |way| (norm(&way), way))
-        };
-        let (length, way) = farthest(&|way| way);
-        if D == 2 || length == 0.0 {
-            return [length, 0.0];
-        }
-        let line = scale(1.0 / length, &way);
-        let (width, _) = farthest(&|way| sub(&way, &scale(dot(&way, &line), &line)));
-        [length, width]
-    }
-
-    /// Whether some are of faces that meet flush: not all at one place or, in space, along
-    /// one line.
-    pub(crate) fn are_flush(all: &[Self]) -> bool {
-        let least = all
-            .first()
-            .map_or(0.0, |first| first.sizes[0].min(first.sizes[1]) * FLUSH);
-        let [length, width] = Self::extents(all);
-        length > least && (D == 2 || width > least)
-    }
-}
-
-/// About how many elements of some `size`, m, and what leads to them are around what is so
-/// long and so wide, m: some layers of two triangles or six tetrahedra a cell.
-fn crowd<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
-    let [across, wide] = extents.map(|extent| extent / size + LAYERS);
-    if D == 2 {
-        2.0 * across * LAYERS
-    } else {
-        6.0 * across * wide * LAYERS / 2.0
-    }
-}
 
 impl<const D: usize> SecondScale<D> {
     /// Of blocks that are as they were.
@@ -183,6 +116,8 @@ impl<const D: usize> SecondScale<D> {
             debts: vec![0.0; count],
             still: vec![false; count],
             impacts: BTreeMap::new(),
+            limited: BTreeMap::new(),
+            unfit: BTreeSet::new(),
             foundation,
         }
     }
@@ -233,7 +168,7 @@ impl<const D: usize> SecondScale<D> {
         share * of_cells.fold(0.0, f64::max)
     }
 
-    fn wave_speed(&self, block: usize) -> f64 {
+    pub(super) fn wave_speed(&self, block: usize) -> f64 {
         self.foundation.material(block).p_wave_speed()
     }
 
@@ -290,16 +225,7 @@ impl<const D: usize> SecondScale<D> {
             if finest >= encounter.sizes[side] || self.is_still(block) {
                 continue;
             }
-            let zone = Zone {
-                centre: encounter.places[side],
-                radius: match self.extent {
-                    Extent::Graded => 0.0,
-                    Extent::Wavefront => self.wave_speed(block) * encounter.unified,
-                },
-                finest,
-                grading: if is_flush && D == 2 { GENTLE } else { GRADING },
-                until,
-            };
+            let zone = self.zone(encounter, side, finest, is_flush, until);
             let mut known = self.zones[block].iter_mut();
             match known.find(|known| known.covers(&zone)) {
                 Some(known) => known.until = known.until.max(until),
@@ -308,6 +234,27 @@ impl<const D: usize> SecondScale<D> {
                     self.waiting.push(block);
                 }
             }
+        }
+    }
+
+    /// A zone on one side of an encounter.
+    pub(super) fn zone(
+        &self,
+        encounter: &Encounter<D>,
+        side: usize,
+        finest: f64,
+        is_flush: bool,
+        until: u64,
+    ) -> Zone<D> {
+        Zone {
+            centre: encounter.places[side],
+            radius: match self.extent {
+                Extent::Graded => 0.0,
+                Extent::Wavefront => self.wave_speed(encounter.blocks[side]) * encounter.unified,
+            },
+            finest,
+            grading: if is_flush && D == 2 { GENTLE } else { GRADING },
+            until,
         }
     }
 
@@ -344,84 +291,70 @@ impl<const D: usize> SecondScale<D> {
     /// Energy of the impact of two blocks that includes a touch of some energy, J, and goes
     /// on until a step: what opens and closes again in it is no impact of its own.
     pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
-        let new = Impact { energy, until };
+        let new = Impact {
+            energy,
+            until,
+            is_limited: false,
+        };
         let impact = self.impacts.entry(blocks).or_insert(new);
         impact.energy = impact.energy.max(energy);
         impact.until = impact.until.max(until);
         impact.energy
     }
 
-    /// How finely two blocks are to be refined where they meet, m, so that of the energy of
-    /// their impact, J, the touches lose no more than is wanted (design, section 6): both to
-    /// the same transit time of compression waves.
-    pub(crate) fn depth(&self, encounters: &[Encounter<D>], energy: f64) -> Vec<[f64; 2]> {
-        let points = encounters.iter().filter(|e| e.is_first_of_node).count();
-        let across = (points.max(1) as f64).powf(1.0 / (D as f64 - 1.0));
-        let sizes_at = |level: u32| -> Vec<[f64; 2]> {
-            let sizes = |e| self.sizes(e, level, PRESSED / across);
-            encounters.iter().map(sizes).collect()
+    /// Counts an impact of two blocks at a time, s, with a speed, m/s, that will lose more
+    /// than is wanted: once.
+    pub(crate) fn note(&mut self, blocks: [u32; 2], limit: Limit, [time, speed]: [f64; 2]) {
+        let Some(impact) = self.impacts.get_mut(&blocks) else {
+            return;
         };
-        let extents = Encounter::extents(encounters);
-        let is_too_much = |sizes: &[[f64; 2]]| {
-            let finest = sizes
-                .iter()
-                .flatten()
-                .copied()
-                .fold(f64::INFINITY, f64::min);
-            crowd::<D>(extents, finest) > CROWD
-        };
-        let finest = sizes_at(LEVELS);
-        let mut sizes = sizes_at(0);
-        for level in 1..=LEVELS {
-            let finer = sizes_at(level);
-            let is_enough = self.loss(encounters, &sizes) <= self.energy_loss * energy;
-            if is_enough || sizes == finest || is_too_much(&finer) {
-                break;
-            }
-            sizes = finer;
+        if !std::mem::replace(&mut impact.is_limited, true) {
+            let first = Limited {
+                count: 0,
+                blocks,
+                time,
+                speed,
+            };
+            self.limited.entry(limit).or_insert(first).count += 1;
         }
-        sizes
     }
 
-    /// Sizes of the elements on both sides whose transit times are those of the slower,
-    /// halved so often, m; none more often than it may be, or than it bears.
-    fn sizes(&self, encounter: &Encounter<D>, level: u32, pressed: f64) -> [f64; 2] {
-        let Encounter { blocks, sizes, .. } = encounter;
-        let speed = blocks.map(|block| self.wave_speed(block));
-        let transits = [sizes[0] / speed[0], sizes[1] / speed[1]];
-        let moves = (0..2).filter(|&side| !self.is_still(blocks[side]));
-        let longest = moves.map(|side| transits[side]).fold(0.0, f64::max);
-        let transit = longest * 0.5_f64.powi(level as i32);
-        [0, 1].map(|side| {
-            let halved = 0.5_f64.powi(self.max_level.min(encounter.halvings[side]) as i32);
-            let pressed = pressed * encounter.speed / speed[side] * self.widths[blocks[side]];
-            let least = f64::max(halved * sizes[side], pressed).min(sizes[side]);
-            (speed[side] * transit).clamp(least, sizes[side])
-        })
-    }
-
-    /// What the points of two blocks lose that become one, J: as seen from that of the two
-    /// of which more nodes do.
-    fn loss(&self, encounters: &[Encounter<D>], sizes: &[[f64; 2]]) -> f64 {
-        let of = |block: usize| {
-            let touches = encounters.iter().zip(sizes);
-            let own = touches.filter(|(e, _)| e.is_first_of_node && e.blocks[0] == block);
-            own.map(|(e, sizes)| self.loss_at(e, sizes)).sum::<f64>()
-        };
-        let [a, b] = encounters.first().map_or([0; 2], |e| e.blocks);
-        f64::max(of(a), of(b))
-    }
-
-    /// What two points lose that become one, (5) of the paper, J.
-    fn loss_at(&self, encounter: &Encounter<D>, sizes: &[f64; 2]) -> f64 {
-        let inverse = |side: usize| {
-            if self.is_still(encounter.blocks[side]) {
-                return 0.0;
-            }
-            let halved = sizes[side] / encounter.sizes[side];
-            1.0 / (encounter.masses[side] * halved.powi(D as i32))
-        };
-        0.5 * encounter.speed * encounter.speed / (inverse(0) + inverse(1))
+    /// What the user should know: which collisions lose more than `energy_loss`, and why.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let name = |block: usize| &self.foundation.mesh.blocks[block].name;
+        let limited = self.limited.iter().map(|(limit, found)| {
+            let why = match limit {
+                Limit::Speed => {
+                    "so fast that smaller elements would leave what is elastic".to_owned()
+                }
+                Limit::Level => format!("`max_level` is {}", self.max_level),
+                Limit::Step => format!(
+                    "smaller elements need finer steps than 1/{} of the coarse one: try a smaller \
+                     `time.step`",
+                    1 << MAX_LEVEL
+                ),
+                Limit::Crowd => "faces that meet flush would take too many elements".to_owned(),
+            };
+            let [a, b] = found.blocks.map(|block| name(block as usize));
+            format!(
+                "collisions that lose more than `energy_loss` = {} of their energy at the first \
+                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {:.4e} s, at {} m/s)",
+                short(self.energy_loss),
+                found.count,
+                found.time,
+                significant(found.speed, 3)
+            )
+        });
+        let first = self.unfit.first().map(|&block| {
+            format!(
+                "blocks that could not be refined: {}, the first \"{}\"; `max_level` = {} leaves them \
+                 too few nodes to keep their moments of inertia: raise it to 3, or mesh them",
+                self.unfit.len(),
+                name(block),
+                self.max_level
+            )
+        });
+        limited.chain(first).collect()
     }
 
     /// The covers that may change before coarse step `number`: more zones where they have
@@ -435,6 +368,9 @@ impl<const D: usize> SecondScale<D> {
         let with = |&block: &usize| (block, self.zones[block].clone());
         let more = waiting.iter().map(with).collect();
         let mut changes = self.covers_for(more, Cover::finer);
+        let can_be = |block: &usize| changes.iter().any(|change| change.block == *block);
+        let unfit = waiting.iter().copied().filter(|block| !can_be(block));
+        self.unfit.extend(unfit);
         if first && number.is_multiple_of(SHED) {
             let mut fewer = self.left(number);
             fewer.retain(|(block, _)| waiting.binary_search(block).is_err());

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::forest::Leaf;
+use super::overlay::halvings;
 use super::{Base, Cell, Forest, Tetrahedron, Triangle};
 use crate::around::Around;
 use crate::element::tests::{distorted, kinds};
@@ -84,7 +86,7 @@ impl<const D: usize> Ground<D> {
         let points: Vec<[f64; D]> = (0..count).map(point).collect();
         let finest = 0.06 + 0.5 * rng.f64();
         let grading = 0.7 + 3.0 * rng.f64();
-        Forest::new(self.base(), &self.all(), |corners| {
+        Forest::new(self.base(), &self.all(), |corners, _| {
             let wanted = |point: &[f64; D]| {
                 let near = corners.iter().map(|corner| norm(&sub(corner, point)));
                 (grading * near.fold(f64::INFINITY, f64::min)).max(finest)
@@ -265,6 +267,45 @@ fn refined_solid_meshes_conform() {
     conforms::<3, Tetrahedron>(2, 20);
 }
 
+/// Elements that are wanted no smaller than a half, a quarter or an eighth of what they have
+/// come of are halved no more often, wherever they must conform; but seldom, and once, where
+/// a smaller element has to fit beside a larger one.
+fn halved_no_deeper<const D: usize, C: Cell>(count: usize) {
+    for kind in kinds::<D>() {
+        let mut deeper = 0;
+        for case in 0..count {
+            let mut rng = Rng::with_seed(case as u64);
+            let ground = Ground::<D>::random(kind, &mut rng);
+            let deepest = rng.u8(1..=3);
+            let centre = ground.mesh.nodes[rng.usize(..ground.mesh.nodes.len())];
+            let reach = 0.3 * rng.f64();
+            let halvings = |root, corners: &_| halvings(&ground.mesh, root, corners);
+            let forest: Forest<D, C> =
+                Forest::new(ground.base(), &ground.all(), |corners, root| {
+                    let near = |corner| norm(&sub(corner, &centre)) <= reach;
+                    halvings(root, corners) < deepest && corners.iter().any(near)
+                });
+            let corners = |leaf: &Leaf<C>| corners_of(&ground, &forest, leaf.cell);
+            let found = forest.leaves();
+            let found = found.map(|leaf| halvings(leaf.root, &corners(&leaf))).max();
+            let found = found.expect("what is near is halved");
+            assert!((deepest..=deepest + 1).contains(&found), "{kind:?} {case}");
+            deeper += usize::from(found > deepest);
+        }
+        assert!(deeper * 20 <= count, "{kind:?}: {deeper} of {count}");
+    }
+}
+
+#[test]
+fn to_conform_no_triangle_is_halved_more_often() {
+    halved_no_deeper::<2, Triangle>(100);
+}
+
+#[test]
+fn to_conform_no_tetrahedron_is_halved_more_often() {
+    halved_no_deeper::<3, Tetrahedron>(30);
+}
+
 /// Shapes of the descendants of a simplex after so many bisections: edges over the
 /// size, to six digits, with the worst.
 fn shapes<const D: usize, C: Cell>(
@@ -272,7 +313,8 @@ fn shapes<const D: usize, C: Cell>(
     generation: i32,
 ) -> (BTreeSet<Vec<i64>>, f64) {
     let finest = volume(&ground.mesh.nodes) / 2_f64.powi(generation) * 1.5;
-    let forest: Forest<D, C> = Forest::new(ground.base(), &[0], |corners| volume(corners) > finest);
+    let forest: Forest<D, C> =
+        Forest::new(ground.base(), &[0], |corners, _| volume(corners) > finest);
     let mut shapes = BTreeSet::new();
     let mut worst = f64::INFINITY;
     for leaf in forest.leaves() {
@@ -335,7 +377,8 @@ fn tetrahedra_keep_to_a_finite_number_of_shapes() {
 fn nothing_is_refined_that_is_not_wanted_to() {
     for kind in kinds::<3>() {
         let ground = Ground::<3>::random(kind, &mut Rng::with_seed(3));
-        let forest: Forest<3, Tetrahedron> = Forest::new(ground.base(), &ground.all(), |_| false);
+        let forest: Forest<3, Tetrahedron> =
+            Forest::new(ground.base(), &ground.all(), |_, _| false);
         assert_eq!(forest.roots().count(), 0);
         assert_eq!(forest.leaves().count(), 0);
         assert_eq!(forest.parents(), []);

@@ -226,7 +226,7 @@ fn contact(contact: &Contact) -> input::Contact {
         cohesion: Quantity::new(contact.strength.cohesion),
         tensile_strength: Quantity::new(contact.strength.tensile_strength),
         energy_loss: two_scale.then_some(Quantity::new(contact.energy_loss)),
-        max_level: two_scale.then_some(contact.max_level),
+        max_level: two_scale.then_some(i64::from(contact.max_level)),
         zone: two_scale.then_some(contact.zone),
         normal_stiffness: contact.normal_stiffness.map(Quantity::new),
         shear_stiffness: contact.shear_stiffness.map(Quantity::new),

@@ -339,7 +339,7 @@ pub struct Contact {
     pub strength: Strength,
     /// Two-scale: accepted loss of a touch, share of its impact energy.
     pub energy_loss: f64,
-    /// Two-scale: deepest level of refinement.
+    /// Two-scale: how often elements are halved in size at most.
     pub max_level: u32,
     /// Two-scale: extent of the refined zone.
     pub zone: Zone,

@@ -9,7 +9,8 @@ pub(crate) struct Ledger {
     pub(crate) gravity_work: f64,
     pub(crate) damping_loss: f64,
     pub(crate) correction_loss: f64,
-    /// What changes of time levels take of the energy as it is measured.
+    /// What changes of time levels take of the energy as it is measured, and what goes with
+    /// sub-elements that are given up.
     pub(crate) remesh_loss: f64,
     pub(crate) impulse: Sum<3>,
 }

@@ -222,9 +222,12 @@ impl<const D: usize> Run<D> {
         let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
         let until = self.until(STAY * transit);
         let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
-        let sizes = second.depth(&encounters, energy);
+        let depth = second.depth(&encounters, energy);
+        if let Some(limit) = depth.limit {
+            second.note(blocks, limit, [self.time(), fastest]);
+        }
         let are_flush = Encounter::are_flush(&encounters);
-        for (encounter, sizes) in encounters.iter().zip(sizes) {
+        for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
             second.ask(encounter, sizes, are_flush, until);
         }
         for block in blocks {

@@ -67,6 +67,9 @@ impl<const D: usize> Run<D> {
         };
         let origins = carry.origins();
         let mut state = carry.state(&old_state, &origins, &held);
+        let changes = old_state.velocity.iter().zip(&self.impulses.before);
+        let changes: Vec<[f64; D]> = changes.map(|(now, before)| sub(now, before)).collect();
+        let changes = carry.values(&changes);
         self.impulses = carry.impulses(&self.impulses);
         self.node_impulse =
             carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
@@ -88,6 +91,10 @@ impl<const D: usize> Run<D> {
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
             let unpaid = self.pay_of_deformation(second, block, unpaid);
             second.owe(block, unpaid);
+        }
+        // What a block has been given now is no acceleration.
+        for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
+            self.impulses.before[node] = sub(&self.state.velocity[node], &changes[node]);
         }
         let mesh = &self.model.mesh;
         self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());

@@ -231,15 +231,30 @@ impl<const D: usize> Search<D> {
     }
 
     /// Whether blocks that have gone farther than their share, these `ways` since the
-    /// last search, may have gone through others.
+    /// last search, may have gone through others: with the ways of their own nodes for
+    /// shares, pairs would have been near that were not.
     fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>, ways: &[f64]) -> bool {
-        let missed = |number: &u32| {
-            let candidate = self.candidates[*number as usize];
-            let [a, b] = candidate.blocks.map(|block| ways[block as usize]);
-            !self.near[*number as usize] && blocks.surface.apart(candidate.pair, at) <= a + b
+        let way = |nodes: &[u32]| {
+            let ways = nodes.iter();
+            let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
+            ways.fold(0.0, f64::max)
         };
         let fast = |block: &usize| ways[*block] > self.blocks[*block].share;
-        (0..ways.len()).filter(fast).any(|block| {
+        let fast: Vec<usize> = (0..ways.len()).filter(fast).collect();
+        if fast.is_empty() {
+            return false;
+        }
+        let still = vec![[0.0; D]; self.last.len()];
+        let before = Positions::new(&self.last, &still);
+        let missed = |number: &u32| {
+            let Candidate { pair, .. } = self.candidates[*number as usize];
+            let surface = blocks.surface;
+            let ways = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
+            !self.near[*number as usize]
+                && surface.apart(pair, before) <= APART * (ways + blocks.tolerance)
+                && surface.nearness(pair, before, ways, blocks.tolerance) == Nearness::Near
+        };
+        fast.into_iter().any(|block| {
             let reach = self.blocks[block];
             reach.moved + ways[block] > reach.allowance
                 || self.candidates_of(block).iter().any(missed)

@@ -4,9 +4,9 @@
 //! of either and crossings of their edges: contact points, but for crossings of
 //! flat edges. They share its area; where a polygon among flat edges has none,
 //! those of the facets' own vertices do that touch, by their shape functions; where
-//! none touches, the crossings at the rim of the main facet. So the shares of all
-//! contacts of a joint add up to its area, unless a facet in the middle of one has
-//! neither.
+//! none touches, the crossings at the rim of the main facet; where it has none, those
+//! at the rim of the other. So the shares of all contacts of a joint add up to its area,
+//! unless two facets in the middle of one have neither.
 
 use super::{Meeting, Place, Shell};
 use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
@@ -173,11 +173,50 @@ impl Shell {
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
                         Some(vertex) => one.weight(vertex, &mean(&piece)) / among,
-                        None if among == 0.0 => weight_of_crossing(&one, &beneath, tolerance),
+                        None if among == 0.0 => {
+                            weight_of_crossing(&crossings(&one, &beneath, tolerance), tolerance)
+                        }
                         None => 0.0,
                     };
                     area(&piece) * weight
                 });
+            }
+        }
+        if vertex.is_none() {
+            let sides = [main.as_slice(), target.as_slice()];
+            sum += self.share_of_others(sides, (&normal, &plane), at, tolerance);
+        }
+        sum
+    }
+
+    /// What a crossing at the rim of the `target` facets has of the pieces that they share
+    /// with main facets without any contact, m².
+    fn share_of_others(
+        &self,
+        [main, target]: [&[u32]; 2],
+        (normal, plane): (&[f64; 3], &Plane),
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> f64 {
+        let mut sum = 0.0;
+        for &facet in target {
+            let other = Patch::new(self, facet, plane, at);
+            let above = self.beneath(&other, main, (normal, plane), at);
+            let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
+            for one in above.iter().filter(|_| weight > 0.0) {
+                let piece = clip(&one.corners, &other.corners);
+                if area(&piece) <= tolerance * tolerance
+                    || share_of_corner(&piece, [one, &other], tolerance).is_some()
+                {
+                    continue;
+                }
+                let beneath = self.beneath(one, target, (normal, plane), at);
+                let sides = [(one, beneath.as_slice()), (&other, above.as_slice())];
+                if touching_weight(sides, &mean(&piece), tolerance) == 0.0
+                    && crossings(one, &beneath, tolerance).is_empty()
+                {
+                    sum += area(&piece) * weight;
+                }
             }
         }
         sum
@@ -268,9 +307,8 @@ fn touching_weight(sides: [(&Patch, &[Patch]); 2], point: &[f64; 2], tolerance: 
     sum
 }
 
-/// The share of the contact at the origin among the crossings of a patch's sharp edges
-/// with those of the patches that it lies on: 0 where it is none of them.
-fn weight_of_crossing(patch: &Patch, beneath: &[Patch], tolerance: f64) -> f64 {
+/// Crossings of a patch's sharp edges with those of the patches that it lies on, each once.
+fn crossings(patch: &Patch, beneath: &[Patch], tolerance: f64) -> Vec<[f64; 2]> {
     let mut crossings: Vec<[f64; 2]> = Vec::new();
     for own in patch.sharp_edges() {
         for other in beneath.iter().flat_map(Patch::sharp_edges) {
@@ -281,6 +319,11 @@ fn weight_of_crossing(patch: &Patch, beneath: &[Patch], tolerance: f64) -> f64 {
             crossings.extend(crossing(own, other).filter(|point| !is_known(point)));
         }
     }
+    crossings
+}
+
+/// The share of the contact at the origin among crossings: 0 where it is none of them.
+fn weight_of_crossing(crossings: &[[f64; 2]], tolerance: f64) -> f64 {
     let is_here = |point: &[f64; 2]| norm(point) <= tolerance;
     if crossings.iter().any(is_here) {
         1.0 / crossings.len() as f64

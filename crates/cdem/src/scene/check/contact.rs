@@ -65,12 +65,13 @@ impl Check {
             BETWEEN_ZERO_AND_ONE,
         );
         let max_level = input.max_level.unwrap_or(5);
-        if max_level > DEEPEST_LEVEL {
-            let message = format!("must be at most {DEEPEST_LEVEL}, got {max_level}");
+        let levels = u32::try_from(max_level).ok();
+        let Some(levels) = levels.filter(|&levels| levels <= DEEPEST_LEVEL) else {
+            let message = format!("must be 0 to {DEEPEST_LEVEL}, got {max_level}");
             self.report(at.key("max_level"), message);
             return None;
-        }
-        Some((energy_loss?.unwrap_or(0.01), max_level))
+        };
+        Some((energy_loss?.unwrap_or(0.01), levels))
     }
 
     /// Normal and shear stiffness of the penalty model.

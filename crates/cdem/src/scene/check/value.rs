@@ -34,7 +34,7 @@ pub(super) const BELOW_ONE: Range = Range {
 };
 /// (0, 1)
 pub(super) const BETWEEN_ZERO_AND_ONE: Range = Range {
-    words: "between 0 and 1",
+    words: "larger than 0 and smaller than 1",
     contains: |x| x > 0.0 && x < 1.0,
 };
 /// Poisson's ratio of a stable isotropic solid that is not incompressible.

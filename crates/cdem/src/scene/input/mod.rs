@@ -332,10 +332,11 @@ pub(crate) struct Contact {
     #[schemars(extend("default" = 0.01))]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) energy_loss: Option<Quantity<Ratio>>,
-    /// Two-scale: deepest level of refinement.
+    /// Two-scale: how often elements are halved in size at most, 0 to 16; one
+    /// more, seldom, where a smaller one has to fit beside a larger.
     #[schemars(extend("default" = 5))]
-    #[schemars(extend("maximum" = 16))]
-    pub(crate) max_level: Option<u32>,
+    #[schemars(extend("minimum" = 0, "maximum" = 16))]
+    pub(crate) max_level: Option<i64>,
     /// Two-scale: extent of the refined zone.
     #[schemars(extend("default" = "graded"))]
     pub(crate) zone: Option<Zone>,
