@@ -148,6 +148,9 @@ fn study(impact: &Impact) -> (f64, Vec<f64>) {
         });
         worst.push(rivals[0].map_or(f64::INFINITY, |o| o.figures.worst(&reference)));
     }
+    // Stiff springs may stop themselves on all meshes that cost as much; not the others.
+    let run = worst.iter().filter(|error| error.is_finite()).count();
+    assert!(worst[0].is_finite() && run + 1 >= RIVALS.len(), "{worst:?}");
     break_even(impact, &reference);
     (two_scale.figures.worst(&reference), worst)
 }

@@ -10,6 +10,9 @@ use cdem::scene::ContactModel;
 use cdem_verify::{Balance, load};
 use nalgebra::Vector3;
 
+/// Steps between two looks at the balance.
+const LOOK: u64 = 50;
+
 /// Blocks by name.
 type Rows = BTreeMap<String, BlockRow>;
 
@@ -73,6 +76,9 @@ fn fall(model: ContactModel, end: f64) -> Outcome {
         }
         touching = now.into_keys().collect();
         before = rows(&mut simulation);
+        if simulation.step_index().is_multiple_of(LOOK) {
+            balance.look(&mut simulation);
+        }
     }
     let row = balance.look(&mut simulation);
     Outcome {

@@ -10,6 +10,19 @@ struct Given<const D: usize> {
     records: Vec<Vec<f64>>,
 }
 
+/// A mesh of which the first third of the elements is one block and the rest another: some
+/// elements of both lie in one register.
+fn in_two_blocks<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
+    let whole = mesh.blocks[0].clone();
+    let cut = whole.elements.end / 3;
+    mesh.blocks[0].elements.end = cut;
+    mesh.blocks.push(Block {
+        elements: cut..whole.elements.end,
+        ..whole
+    });
+    mesh
+}
+
 /// Two kicks of all elements, as many at once as `due` says.
 fn kicks<const D: usize>(
     mesh: &Mesh<D>,
@@ -23,7 +36,17 @@ fn kicks<const D: usize>(
         },
         ..rock()
     };
-    let mut sets = sets_of(mesh, material, kinematics, Plane::Strain);
+    let softer = Elastic {
+        shear_modulus: 0.3 * material.shear_modulus,
+        lame_lambda: 0.6 * material.lame_lambda,
+        ..material
+    };
+    let properties = [0, 1].map(|material| BlockProperties {
+        material,
+        kinematics,
+    });
+    let materials = [material, softer];
+    let mut sets = build(mesh, &properties, &materials, Plane::Strain, THICKNESS);
     let field = |size: f64, shift: usize| -> Vec<[f64; D]> {
         let nodes = 0..mesh.nodes.len();
         let of = |a| std::array::from_fn(|k| size * noise(a + shift, k));
@@ -61,7 +84,7 @@ fn kicks<const D: usize>(
 fn alone_and_together<const D: usize>() {
     for kind in kinds::<D>() {
         for kinematics in KINEMATICS {
-            let mesh = distorted::<D>([3; D], kind, 0.1);
+            let mesh = in_two_blocks(distorted::<D>([3; D], kind, 0.1));
             let together = kicks(&mesh, kinematics, |all| vec![all.to_vec()]);
             let alone = kicks(&mesh, kinematics, |all| {
                 all.iter().map(|&i| vec![i]).collect()
