@@ -12,6 +12,8 @@ mod impact;
 pub(crate) mod island;
 pub(crate) mod law;
 pub(crate) mod live;
+#[cfg(test)]
+mod marks_tests;
 mod near;
 #[cfg(test)]
 mod near_tests;

@@ -88,6 +88,12 @@ impl Outline {
         [y, -x]
     }
 
+    /// Sum of the normals of both edges at a vertex.
+    fn outward_at(&self, vertex: u32, at: Positions<2>) -> [f64; 2] {
+        let edges = self.vertices[vertex as usize].edges.into_iter().flatten();
+        edges.fold([0.0; 2], |sum, edge| add(&sum, &self.outward(edge, at)))
+    }
+
     fn main_node(&self, pair: Pair) -> u32 {
         self.vertices[pair.main as usize].node[0]
     }
@@ -397,10 +403,12 @@ impl Surface<2> for Outline {
         let main = Mark {
             place: rest.at(self.main_node(pair)),
             on: Feature::Vertex,
+            outward: self.outward_at(pair.main, rest),
         };
         let target = Mark {
             place: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
-            on: Feature::Face(self.outward(pair.target, rest)),
+            on: Feature::Face,
+            outward: self.outward(pair.target, rest),
         };
         [main, target]
     }
@@ -414,19 +422,17 @@ impl Surface<2> for Outline {
         let first = self.vertices.partition_point(|v| v.node[0] < own.start);
         let end = self.vertices.partition_point(|v| v.node[0] < own.end);
         let is_there = |&v: &usize| rest.at(self.vertices[v].node[0]) == main.place;
-        let vertex = (first..end).find(is_there)?;
+        let unlike = |&v: &usize| main.is_unlike(&self.outward_at(v as u32, rest));
+        let vertex = (first..end).filter(is_there).min_by_key(unlike)?;
         let first = self.edges.partition_point(|edge| edge[0] < others.start);
         let end = self.edges.partition_point(|edge| edge[0] < others.end);
-        let Feature::Face(normal) = target.on else {
-            return None;
-        };
         let best = (first as u32..end as u32).filter_map(|edge| {
             let (a, b) = self.edge(edge, rest);
             let (along, from) = (sub(&b, &a), sub(&target.place, &a));
             let length = norm(&along);
             let foot = dot(&from, &along) / (length * length);
             let beside = cross2(&along, &from).abs() / length;
-            let turned = norm(&sub(&self.outward(edge, rest), &normal));
+            let turned = norm(&sub(&self.outward(edge, rest), &target.outward));
             let outside = (-foot).max(foot - 1.0);
             let is_part = turned <= PART && beside <= PART * length && outside <= PART;
             is_part.then_some((edge, foot.clamp(0.0, 1.0), outside))

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::contact::broad_phase::Aabb;
 use crate::sample::ContactKind;
-use crate::vector::{add, add_scaled, dot};
+use crate::vector::{add, add_scaled, dot, norm};
 
 /// Nodes that a contact constraint touches at most: two edges, each from a
 /// corner of a quadrilateral to the mean of its four.
@@ -237,6 +237,16 @@ pub(crate) struct Mark<const D: usize> {
     pub(crate) place: [f64; D],
     /// What kind of feature it is on.
     pub(crate) on: Feature<D>,
+    /// Where that looks to at rest: the two lips of a crack are at one place.
+    pub(crate) outward: [f64; D],
+}
+
+impl<const D: usize> Mark<D> {
+    /// Whether what looks to another side than its feature, as the other lip of a crack does.
+    pub(super) fn is_unlike(&self, outward: &[f64; D]) -> bool {
+        let sizes = norm(&self.outward) * norm(outward);
+        dot(&self.outward, outward) < LIKE * sizes
+    }
 }
 
 /// A kind of feature, at rest.
@@ -245,9 +255,12 @@ pub(crate) enum Feature<const D: usize> {
     Vertex,
     /// Of this unit direction, or the opposite one.
     Edge([f64; D]),
-    /// Of this outward unit normal; in the plane an edge.
-    Face([f64; D]),
+    /// In the plane an edge.
+    Face,
 }
+
+/// Cosine between what parts of one feature look to, at least.
+const LIKE: f64 = 0.5;
 
 /// Angle at rest, rad, up to which parts of one flat face or straight edge differ; and how
 /// far a mark on either lies beside it, over its size.

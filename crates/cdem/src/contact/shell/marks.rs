@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use super::Shell;
 use crate::contact::surface::{Feature, Mark, PART, Pair, Positions};
-use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 impl Shell {
     pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Positions<3>) -> Mark<3> {
         Mark {
             place: self.skin.point(vertex, rest),
             on: Feature::Vertex,
+            outward: self.outward_at(vertex, rest),
         }
     }
 
@@ -22,6 +23,7 @@ impl Shell {
         Mark {
             place,
             on: Feature::Edge(scale(1.0 / norm(&along), &along)),
+            outward: self.skin.outward(edge, rest),
         }
     }
 
@@ -37,8 +39,16 @@ impl Shell {
         add_scaled(&mut place, foot[1], &sub(&c, &a));
         Mark {
             place,
-            on: Feature::Face(self.skin.normal(triangle, rest)),
+            on: Feature::Face,
+            outward: self.skin.normal(triangle, rest),
         }
+    }
+
+    /// Sum of the normals of the triangles at a vertex.
+    fn outward_at(&self, vertex: u32, rest: Positions<3>) -> [f64; 3] {
+        let triangles = self.skin.triangles_at(vertex).iter();
+        let normals = triangles.map(|&triangle| self.skin.normal(triangle, rest));
+        normals.fold([0.0; 3], |sum, normal| add(&sum, &normal))
     }
 
     /// The pair with its points there, on blocks of these nodes, and its foot.
@@ -49,17 +59,18 @@ impl Shell {
         rest: Positions<3>,
     ) -> Option<(Pair, [f64; 2])> {
         match (main.on, target.on) {
-            (Feature::Vertex, Feature::Face(normal)) => {
+            (Feature::Vertex, Feature::Face) => {
                 let vertices = 0..self.skin.vertex_count;
                 let vertices = self.of_block(vertices, &own, |v| self.skin.nodes_of_corner(v)[0]);
                 let is_there = |&vertex: &u32| self.skin.point(vertex, rest) == main.place;
-                let vertex = vertices.into_iter().find(is_there)?;
-                let (triangle, foot) = self.triangle_at(&target.place, &normal, &others, rest)?;
+                let unlike = |&vertex: &u32| main.is_unlike(&self.outward_at(vertex, rest));
+                let vertex = vertices.filter(is_there).min_by_key(unlike)?;
+                let (triangle, foot) = self.triangle_at(target, &others, rest)?;
                 Some((Self::face_pair(vertex, triangle), foot))
             }
             (Feature::Edge(along), Feature::Edge(other)) => {
-                let (one, s) = self.edge_at(&main.place, &along, &own, rest)?;
-                let (two, t) = self.edge_at(&target.place, &other, &others, rest)?;
+                let (one, s) = self.edge_at(main, &along, &own, rest)?;
+                let (two, t) = self.edge_at(target, &other, &others, rest)?;
                 let foot = if one < two { [s, t] } else { [t, s] };
                 Some((self.edge_pair(one, two), foot))
             }
@@ -92,17 +103,16 @@ impl Shell {
 
     fn triangle_at(
         &self,
-        place: &[f64; 3],
-        normal: &[f64; 3],
+        mark: &Mark<3>,
         nodes: &Range<u32>,
         rest: Positions<3>,
     ) -> Option<(u32, [f64; 2])> {
         let all = 0..self.skin.triangles.len() as u32;
         let own = self.of_block(all, nodes, |t| self.skin.nodes_of_triangle(t)[0]);
         let beside = own.filter_map(|triangle| {
-            let facing = super::Facing::new(place, &self.skin.triangle(triangle, rest));
+            let facing = super::Facing::new(&mark.place, &self.skin.triangle(triangle, rest));
             let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
-            let turned = norm(&sub(&facing.normal, normal));
+            let turned = norm(&sub(&facing.normal, &mark.outward));
             let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);
             let is_part = turned <= PART && facing.gap.abs() <= PART * size && outside <= PART;
             is_part.then_some((triangle, facing.weights, outside))
@@ -116,7 +126,7 @@ impl Shell {
 
     fn edge_at(
         &self,
-        place: &[f64; 3],
+        mark: &Mark<3>,
         direction: &[f64; 3],
         nodes: &Range<u32>,
         rest: Positions<3>,
@@ -125,16 +135,18 @@ impl Shell {
         let own = self.of_block(all, nodes, |e| self.skin.nodes_of_edge(e)[0]);
         let along = own.filter_map(|edge| {
             let [a, b] = self.skin.edge(edge, rest);
-            let (side, from) = (sub(&b, &a), sub(place, &a));
+            let (side, from) = (sub(&b, &a), sub(&mark.place, &a));
             let length = norm(&side);
             let foot = dot(&from, &side) / (length * length);
             let turned = norm(&cross(&side, direction)) / length;
             let beside = norm(&cross(&from, direction));
             let outside = (-foot).max(foot - 1.0);
             let is_part = turned <= PART && beside <= PART * length && outside <= PART;
-            is_part.then_some((edge, foot.clamp(0.0, 1.0), outside))
+            let unlike = || mark.is_unlike(&self.skin.outward(edge, rest));
+            is_part.then(|| (edge, foot.clamp(0.0, 1.0), (unlike(), outside)))
         });
-        let (edge, foot, _) = along.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let better = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+        let (edge, foot, _) = along.min_by(|a, b| better(&a.2, &b.2))?;
         Some((edge, foot))
     }
 }

@@ -1,6 +1,7 @@
 //! Elements that are worked out side by side in a register.
 
 use super::*;
+use crate::mesh::Block;
 
 /// What kicks give and leave.
 #[derive(PartialEq)]
