@@ -24,14 +24,14 @@ impl<const D: usize> Before<D> {
 }
 
 /// How a block moves.
-pub(super) struct Motion<const D: usize> {
+pub(super) struct BlockMotion<const D: usize> {
     /// Velocities of its nodes, m/s.
     velocities: Vec<[f64; D]>,
     /// What of them goes with none of its momenta, and is not held.
     loose: Vec<[f64; D]>,
 }
 
-impl<const D: usize> Motion<D> {
+impl<const D: usize> BlockMotion<D> {
     /// Velocities without a share of the loose ones, m/s.
     pub(super) fn but_loose(&self, share: f64) -> Vec<[f64; D]> {
         let all = self.velocities.iter().zip(&self.loose);
@@ -166,7 +166,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Motion of a block that has been given the momenta it had, as far as it is not held.
-    pub(super) fn with_momenta(&self, block: usize, before: &Before<D>) -> Motion<D> {
+    pub(super) fn with_momenta(&self, block: usize, before: &Before<D>) -> BlockMotion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
         let held = self.held(block);
@@ -179,7 +179,7 @@ impl<const D: usize> Run<D> {
             let mut rigid = vec![[0.0; D]; velocities.len()];
             body.give_back(&mut rigid, &wanted);
             let loose = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
-            return Motion {
+            return BlockMotion {
                 loose: loose.collect(),
                 velocities,
             };
@@ -190,7 +190,7 @@ impl<const D: usize> Run<D> {
         twists.give_back(&mut bound, &wanted);
         let loose = velocities.iter().zip(&bound).map(|(v, b)| sub(v, b));
         let loose = loose.collect();
-        Motion { velocities, loose }
+        BlockMotion { velocities, loose }
     }
 }
 
