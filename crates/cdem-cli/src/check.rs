@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cdem::{Overview, Simulation, significant};
+use cdem::{CollisionOverview, Overview, Simulation, significant};
 use indicatif::{HumanBytes, HumanDuration};
 
 use crate::failure::{Failure, Outcome};
@@ -122,18 +122,7 @@ fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
         "contacts      {} closed at the start",
         overview.contacts
     ));
-    lines.extend(overview.collision.as_ref().map(|collision| {
-        let [then, now] = collision.updates_per_step;
-        format!(
-            "a collision   of corners at {}: {} of \"{}\", {} a coarse step instead of {}, \
-             beside the time below",
-            quantity(collision.speed, "m/s"),
-            counted(collision.elements as u64, "element"),
-            collision.block,
-            counted(then, "update"),
-            count(now)
-        )
-    }));
+    lines.extend(simulation.foresee_collision().as_ref().map(collision));
     lines.push(format!(
         "memory        about {}",
         HumanBytes(overview.memory_bytes)
@@ -143,6 +132,26 @@ fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
         expected_time(overview, simulation)
     ));
     lines
+}
+
+/// What one collision costs, which the steps of a trial have not.
+fn collision(collision: &CollisionOverview) -> String {
+    let [then, now] = collision.updates_per_step;
+    let what = match collision.elements {
+        None => "cannot be refined with this `max_level`".to_owned(),
+        Some(elements) => format!(
+            "has {}, {} a coarse step instead of {}; \
+             edges and faces that meet take many times more, none of it is in the time below",
+            counted(elements as u64, "element"),
+            counted(then, "update"),
+            count(now)
+        ),
+    };
+    format!(
+        "a collision   of one corner at {}: block \"{}\" {what}",
+        quantity(collision.speed, "m/s"),
+        collision.block
+    )
 }
 
 /// The time a run may take, from its first steps.

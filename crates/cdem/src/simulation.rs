@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 use crate::model::names::parts;
 use crate::model::{Model, ModelError};
 
-use crate::refinement::{self, SecondScale};
+use crate::refinement::{FORESEEN_SPEED, SecondScale};
 use crate::report::{Instant, Probe};
 use crate::rest::Rest;
 use crate::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
@@ -51,8 +51,6 @@ pub struct Overview {
     pub memory_bytes: u64,
     /// Contacts that are closed now.
     pub contacts: usize,
-    /// On two scales: what one collision will cost.
-    pub collision: Option<CollisionOverview>,
     /// What is not wrong, but should be looked at before a run: where in the
     /// scene, and what.
     pub warnings: Vec<Problem>,
@@ -79,15 +77,16 @@ pub struct BlockOverview {
     pub fixed: bool,
 }
 
-/// What becomes of the heaviest block that moves where its corner hits its like.
+/// What becomes on two scales of the heaviest block that moves where its corner hits its
+/// like.
 #[derive(Clone, Debug)]
 pub struct CollisionOverview {
     /// Its name.
     pub block: String,
     /// How fast, m/s.
     pub speed: f64,
-    /// Its elements then.
-    pub elements: usize,
+    /// Its elements then; `None` where it cannot be refined.
+    pub elements: Option<usize>,
     /// Updates of these in a coarse step, and of those it has now.
     pub updates_per_step: [u64; 2],
 }
@@ -158,6 +157,13 @@ impl Simulation {
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// What a collision will cost, on two scales: work for some seconds where blocks have
+    /// millions of elements.
+    #[must_use]
+    pub fn foresee_collision(&self) -> Option<CollisionOverview> {
+        each!(self, driven => driven.foresee_collision())
     }
 
     /// Gives all nodes that are free to move the velocity that `field` has at
@@ -418,6 +424,16 @@ impl<const D: usize> Driven<D> {
         warnings
     }
 
+    fn foresee_collision(&self) -> Option<CollisionOverview> {
+        let foreseen = self.run.second_scale.as_ref()?.foresee()?;
+        Some(CollisionOverview {
+            block: self.run.model.mesh.blocks[foreseen.block].name.clone(),
+            speed: FORESEEN_SPEED,
+            elements: foreseen.elements,
+            updates_per_step: foreseen.updates,
+        })
+    }
+
     fn overview(&self, scene: &Scene) -> Overview {
         let model = &self.run.model;
         let levels = self.run.plan.histogram();
@@ -459,15 +475,6 @@ impl<const D: usize> Driven<D> {
                 .iter()
                 .flat_map(|contacts| contacts.live())
                 .count(),
-            collision: self.run.second_scale.as_ref().and_then(|second| {
-                let foreseen = second.foresee()?;
-                Some(CollisionOverview {
-                    block: model.mesh.blocks[foreseen.block].name.clone(),
-                    speed: refinement::SPEED,
-                    elements: foreseen.elements,
-                    updates_per_step: [foreseen.updates, foreseen.updates_before],
-                })
-            }),
             warnings: model.warnings.clone(),
         }
     }

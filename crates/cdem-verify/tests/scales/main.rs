@@ -10,6 +10,7 @@ mod flicker;
 mod halvings;
 mod held;
 mod impact;
+mod limits;
 mod meetings;
 mod paper;
 mod prisms;

@@ -1,5 +1,6 @@
 //! The paper's two prisms: of any elements, as fine as one likes, flying anywhere.
 
+use cdem::Simulation;
 use cdem::mesh::{CellKind, ElementKind, RawGroup, RawMesh};
 use cdem::scene::{ContactModel, Mass, Rotation, Schedule};
 use cdem_verify::{Balance, Case, load, run, tetrahedra};
@@ -93,9 +94,14 @@ impl Prisms {
         case
     }
 
+    /// A case of these prisms at its start.
+    pub(super) fn start(&self, case: &Case) -> Simulation {
+        case.start_from(|_| self.mesh())
+    }
+
     /// Runs a case of these prisms.
     pub(super) fn run(&self, case: &Case) -> Outcome {
-        let mut simulation = case.start_from(|_| self.mesh());
+        let mut simulation = self.start(case);
         let mut balance = Balance::new(&mut simulation);
         let start = simulation.history().kinetic_energy;
         let (mut most, mut updates, mut level, mut before) = (0, 0, 0, 0);

@@ -449,10 +449,16 @@ impl Surface<2> for Outline {
         let share = self.flush_share(pair, at, tolerance);
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
+        let is_corner = |next: u32| {
+            let [one, other] = [pair.target, next].map(|edge| self.direction(edge, at));
+            cross2(&one, &other).abs() > FLUSH || dot(&one, &other) < 0.0
+        };
         // Edges that only go on in one line lie on each other by round-off.
         let kind = if share > 0.5 * tolerance {
             ContactKind::EdgeEdge
-        } else if foot.min(1.0 - foot) * length <= tolerance {
+        } else if foot.min(1.0 - foot) * length <= tolerance
+            && self.next(pair.target, foot > 0.5).is_none_or(is_corner)
+        {
             ContactKind::VertexVertex
         } else {
             ContactKind::VertexEdge

@@ -75,8 +75,11 @@ impl<const D: usize> Cover<D> {
         let overlay = foundation.overlay(block, &|corners, root| {
             let wanted = zones.iter().map(|zone| zone.size_at(corners));
             let wanted = wanted.fold(f64::INFINITY, f64::min);
-            let finest = finest * foundation.size(root) * (1.0 + ROUND_OFF);
-            wanted.is_finite() && size(corners) > wanted.min(most).max(finest)
+            let least = || finest * foundation.size(root) * (1.0 + ROUND_OFF);
+            wanted.is_finite() && {
+                let size = size(corners);
+                size > wanted.min(most) && size > least()
+            }
         });
         let Some(overlay) = overlay else {
             return Some(None);

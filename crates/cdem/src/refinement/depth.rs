@@ -51,11 +51,14 @@ pub(crate) struct Encounter<const D: usize> {
 pub(crate) struct Depth {
     /// Sizes of elements on both sides of each, m.
     pub(crate) sizes: Vec<[f64; 2]>,
-    /// What keeps the touches from losing as little as is wanted.
+    /// What the touches lose then, J.
+    pub(crate) loss: f64,
+    /// What keeps them from losing as little as is wanted.
     pub(crate) limit: Option<Limit>,
 }
 
-/// What keeps elements from being as small as is wanted.
+/// What keeps elements from being as small as is wanted. Where each side of an encounter has
+/// its own reason, the first in this order is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Limit {
     /// Finer ones would be strained beyond what is elastic: [`PRESSED`].
@@ -64,8 +67,10 @@ pub(crate) enum Limit {
     Level,
     /// There are no more time levels.
     Step,
-    /// Faces meet flush, and there would be too many: [`CROWD`].
+    /// What touches is so long or wide that there would be too many: [`CROWD`].
     Crowd,
+    /// Finer meshes have no masses that keep the moments of inertia.
+    Masses,
 }
 
 impl<const D: usize> Encounter<D> {
@@ -124,14 +129,20 @@ impl<const D: usize> SecondScale<D> {
         };
         let extents = Encounter::extents(encounters);
         let is_too_much = |sizes: &[[f64; 2]]| {
-            let all = sizes.iter().flatten().copied();
-            crowd::<D>(extents, all.fold(f64::INFINITY, f64::min)) > CROWD
+            let sides = encounters.iter().zip(sizes).flat_map(|(e, sizes)| {
+                let refined = |side: usize| sizes[side] < e.sizes[side];
+                let sides = (0..2).filter(move |&side| refined(side));
+                let sides = sides.filter(|&side| !self.is_still(e.blocks[side]));
+                sides.map(|side| sizes[side]).collect::<Vec<_>>()
+            });
+            crowd::<D>(extents, sides.fold(f64::INFINITY, f64::min)) > CROWD
         };
         let finest = sizes_at(LEVELS);
         let mut sizes = sizes_at(0);
         let mut limit = None;
+        let mut loss = self.loss(encounters, &sizes);
         for level in 1..=LEVELS {
-            if self.loss(encounters, &sizes) <= self.energy_loss * energy {
+            if loss <= self.energy_loss * energy {
                 break;
             }
             if sizes == finest {
@@ -144,8 +155,9 @@ impl<const D: usize> SecondScale<D> {
                 break;
             }
             sizes = finer;
+            loss = self.loss(encounters, &sizes);
         }
-        Depth { sizes, limit }
+        Depth { sizes, loss, limit }
     }
 
     /// Sizes of the elements on both sides whose transit times are those of the slower,
@@ -173,8 +185,9 @@ impl<const D: usize> SecondScale<D> {
             (halved(self.max_level), Limit::Level),
             (halved(encounter.halvings[side]), Limit::Step),
         ];
-        let largest = limits.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-        let (least, limit) = largest.unwrap_or((size, Limit::Level));
+        let larger = |a: (f64, Limit), b: (f64, Limit)| if b.0 > a.0 { b } else { a };
+        let [first, rest @ ..] = limits;
+        let (least, limit) = rest.into_iter().fold(first, larger);
         (least.min(size), limit)
     }
 

@@ -15,6 +15,7 @@ mod depth;
 mod foresee;
 mod forest;
 mod foundation;
+mod impacts;
 mod inside;
 mod mass;
 mod momenta;
@@ -36,7 +37,7 @@ pub(crate) use base::Base;
 use cell::{Cell, Tetrahedron, Triangle};
 pub(crate) use cover::Cover;
 pub(crate) use depth::Encounter;
-pub(crate) use foresee::SPEED;
+pub(crate) use foresee::FORESEEN_SPEED;
 #[cfg(test)]
 use forest::Forest;
 pub(crate) use foundation::Foundation;

@@ -114,21 +114,14 @@ impl<const D: usize> Overlay<D> {
         leaves.sort_by_key(|leaf| leaf.root);
         let elements = leaves.into_iter().map(|leaf| {
             let nodes: Vec<u32> = leaf.cell.nodes().iter().map(|&n| local(n)).collect();
+            let corners = leaf.cell.nodes().iter();
+            let corners: Vec<_> = corners.map(|&n| forest.point(base, n)).collect();
             SubElement {
                 element: Element::new(kind, &nodes),
                 root: leaf.root,
                 weight: leaf.weight,
                 lineage: leaf.lineage,
-                halvings: halvings(
-                    mesh,
-                    leaf.root,
-                    &leaf
-                        .cell
-                        .nodes()
-                        .iter()
-                        .map(|&n| forest.point(base, n))
-                        .collect::<Vec<_>>(),
-                ),
+                halvings: halvings(mesh, leaf.root, &corners),
             }
         });
         let new = (0..forest.parents().len()).map(|k| (mesh.nodes.len() + k) as u32);

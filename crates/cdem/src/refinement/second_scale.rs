@@ -1,12 +1,11 @@
 //! Which places of which blocks are refined, and how finely.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use rayon::prelude::*;
 
 use super::cover::Cover;
-use super::depth::{Encounter, Limit};
+use super::depth::{Depth, Encounter, Limit};
 use super::foundation::Foundation;
+use super::impacts::Impacts;
 use super::refined::refined;
 use super::zone::{GENTLE, GRADING, Zone};
 use crate::mesh::{Block, Mesh};
@@ -38,6 +37,9 @@ pub(crate) struct SecondScale<const D: usize> {
     /// How far each block is across, m.
     pub(super) widths: Vec<f64>,
     zones: Vec<Vec<Zone<D>>>,
+    /// How many of these each cover has, and those that it could not have.
+    made: Vec<usize>,
+    refused: Vec<Vec<Zone<D>>>,
     covers: Vec<Option<Cover<D>>>,
     /// The last coarse step for which each block may have any.
     stays: Vec<u64>,
@@ -48,33 +50,7 @@ pub(crate) struct SecondScale<const D: usize> {
     /// Blocks that do not move, or only as is prescribed.
     still: Vec<bool>,
     /// Of pairs of blocks that collide.
-    impacts: BTreeMap<[u32; 2], Impact>,
-    /// What those that lose more than is wanted were kept from, and how many: for each reason
-    /// the first.
-    limited: BTreeMap<Limit, Limited>,
-    /// Blocks of which no refinement has masses that can be fitted.
-    unfit: BTreeSet<usize>,
-}
-
-/// Collisions that lose more than is wanted, for one reason.
-#[derive(Clone, Copy, Debug)]
-struct Limited {
-    count: u64,
-    /// The first of them: its blocks, when, s, and how fast, m/s.
-    blocks: [u32; 2],
-    time: f64,
-    speed: f64,
-}
-
-/// A collision, for as long as it lasts.
-#[derive(Clone, Copy, Debug)]
-struct Impact {
-    /// Most that a touch in it has had, J.
-    energy: f64,
-    /// The last coarse step of it.
-    until: u64,
-    /// Whether it has been counted among those that lose more than is wanted.
-    is_limited: bool,
+    impacts: Impacts,
 }
 
 /// Another cover for a block, and the zones that it is made for.
@@ -110,14 +86,14 @@ impl<const D: usize> SecondScale<D> {
             max_level: contact.max_level,
             extent: contact.zone,
             zones: vec![Vec::new(); count],
+            made: vec![0; count],
+            refused: vec![Vec::new(); count],
             covers: vec![None; count],
             stays: vec![0; count],
             waiting: Vec::new(),
             debts: vec![0.0; count],
             still: vec![false; count],
-            impacts: BTreeMap::new(),
-            limited: BTreeMap::new(),
-            unfit: BTreeSet::new(),
+            impacts: Impacts::default(),
             foundation,
         }
     }
@@ -226,6 +202,9 @@ impl<const D: usize> SecondScale<D> {
                 continue;
             }
             let zone = self.zone(encounter, side, finest, is_flush, until);
+            if self.refused[block].iter().any(|known| known.covers(&zone)) {
+                continue;
+            }
             let mut known = self.zones[block].iter_mut();
             match known.find(|known| known.covers(&zone)) {
                 Some(known) => known.until = known.until.max(until),
@@ -283,46 +262,27 @@ impl<const D: usize> SecondScale<D> {
         }
     }
 
+    /// Keeps the impact of two blocks that includes a touch of some energy, J, until a step;
+    /// returns its energy.
+    pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+        self.impacts.energy(blocks, energy, until)
+    }
+
     /// Keeps the zones of a block until a step, as far as they are kept themselves.
     pub(crate) fn stay(&mut self, block: usize, until: u64) {
         self.stays[block] = self.stays[block].max(until);
     }
 
-    /// Energy of the impact of two blocks that includes a touch of some energy, J, and goes
-    /// on until a step: what opens and closes again in it is no impact of its own.
-    pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
-        let new = Impact {
-            energy,
-            until,
-            is_limited: false,
-        };
-        let impact = self.impacts.entry(blocks).or_insert(new);
-        impact.energy = impact.energy.max(energy);
-        impact.until = impact.until.max(until);
-        impact.energy
-    }
-
-    /// Counts an impact of two blocks at a time, s, with a speed, m/s, that will lose more
-    /// than is wanted: once.
-    pub(crate) fn note(&mut self, blocks: [u32; 2], limit: Limit, [time, speed]: [f64; 2]) {
-        let Some(impact) = self.impacts.get_mut(&blocks) else {
-            return;
-        };
-        if !std::mem::replace(&mut impact.is_limited, true) {
-            let first = Limited {
-                count: 0,
-                blocks,
-                time,
-                speed,
-            };
-            self.limited.entry(limit).or_insert(first).count += 1;
-        }
+    /// Keeps how deep the impact of two blocks is to be refined, as seen at a time, s, with a
+    /// speed, m/s.
+    pub(crate) fn look(&mut self, blocks: [u32; 2], depth: &Depth, seen: [f64; 2]) {
+        self.impacts.look(blocks, depth, seen);
     }
 
     /// What the user should know: which collisions lose more than `energy_loss`, and why.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let name = |block: usize| &self.foundation.mesh.blocks[block].name;
-        let limited = self.limited.iter().map(|(limit, found)| {
+        let limited = self.impacts.limited().into_iter().map(|(limit, found)| {
             let why = match limit {
                 Limit::Speed => {
                     "so fast that smaller elements would leave what is elastic".to_owned()
@@ -333,11 +293,19 @@ impl<const D: usize> SecondScale<D> {
                      `time.step`",
                     1 << MAX_LEVEL
                 ),
-                Limit::Crowd => "faces that meet flush would take too many elements".to_owned(),
+                Limit::Crowd => "long or wide touches would take too many elements".to_owned(),
+                Limit::Masses if self.max_level < 2 => format!(
+                    "with `max_level` = {} blocks have too few nodes to keep their moments of \
+                     inertia: raise it to 2, mesh them, or set mass = \"lumped\"",
+                    self.max_level
+                ),
+                Limit::Masses => "masses of finer elements could not keep the moments of \
+                                  inertia: mesh these blocks"
+                    .to_owned(),
             };
             let [a, b] = found.blocks.map(|block| name(block as usize));
             format!(
-                "collisions that lose more than `energy_loss` = {} of their energy at the first \
+                "collisions that were foreseen to lose more than `energy_loss` = {} at the first \
                  touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {:.4e} s, at {} m/s)",
                 short(self.energy_loss),
                 found.count,
@@ -345,40 +313,40 @@ impl<const D: usize> SecondScale<D> {
                 significant(found.speed, 3)
             )
         });
-        let first = self.unfit.first().map(|&block| {
-            format!(
-                "blocks that could not be refined: {}, the first \"{}\"; `max_level` = {} leaves them \
-                 too few nodes to keep their moments of inertia: raise it to 3, or mesh them",
-                self.unfit.len(),
-                name(block),
-                self.max_level
-            )
-        });
-        limited.chain(first).collect()
+        limited.collect()
     }
 
     /// The covers that may change before coarse step `number`: more zones where they have
     /// been asked for; now and then, if it is the `first` look of the step, fewer where they
     /// are needed no more.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<Change<D>> {
-        self.impacts.retain(|_, impact| impact.until >= number);
+        self.impacts.end(number);
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_unstable();
         waiting.dedup();
         let with = |&block: &usize| (block, self.zones[block].clone());
         let more = waiting.iter().map(with).collect();
         let mut changes = self.covers_for(more, Cover::finer);
-        let can_be = |block: &usize| changes.iter().any(|change| change.block == *block);
-        let unfit = waiting.iter().copied().filter(|block| !can_be(block));
-        self.unfit.extend(unfit);
+        let is_refused = |block: usize| {
+            let found = changes.binary_search_by_key(&block, |change| change.block);
+            found.is_err()
+        };
+        self.impacts.refine(&waiting, is_refused);
+        for &block in waiting.iter().filter(|&&block| is_refused(block)) {
+            let new = self.zones[block].split_off(self.made[block]);
+            self.refused[block].extend(new);
+        }
         if first && number.is_multiple_of(SHED) {
+            for refused in &mut self.refused {
+                refused.retain(|zone| zone.until >= number);
+            }
             let mut fewer = self.left(number);
             fewer.retain(|(block, _)| waiting.binary_search(block).is_err());
             changes.extend(self.covers_for(fewer, Cover::coarser));
         }
         let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
         for change in same {
-            self.zones[change.block] = change.zones;
+            self.take_zones(change.block, change.zones);
         }
         differ
     }
@@ -415,9 +383,16 @@ impl<const D: usize> SecondScale<D> {
         old != new
     }
 
+    /// The cover of a block has these zones.
+    fn take_zones(&mut self, block: usize, zones: Vec<Zone<D>>) {
+        self.made[block] = zones.len();
+        self.zones[block] = zones;
+        self.refused[block].clear();
+    }
+
     /// Gives a block another cover; returns the old one.
     pub(crate) fn exchange(&mut self, change: Change<D>) -> Option<Cover<D>> {
-        self.zones[change.block] = change.zones;
+        self.take_zones(change.block, change.zones);
         std::mem::replace(&mut self.covers[change.block], change.cover)
     }
 }

@@ -223,9 +223,7 @@ impl<const D: usize> Run<D> {
         let until = self.until(STAY * transit);
         let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
         let depth = second.depth(&encounters, energy);
-        if let Some(limit) = depth.limit {
-            second.note(blocks, limit, [self.time(), fastest]);
-        }
+        second.look(blocks, &depth, [self.time(), fastest]);
         let are_flush = Encounter::are_flush(&encounters);
         for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
             second.ask(encounter, sizes, are_flush, until);
@@ -288,8 +286,13 @@ impl<const D: usize> Run<D> {
             let of = |&block: &usize| self.rigid_mobility(block, &point, &normal, is_free);
             first.blocks.iter().map(of).sum::<f64>()
         };
-        let [held, free] = [false, true].map(of_both);
+        let is_held = |&block: &usize| self.held(block).iter().any(|held| held.contains(&true));
+        let held = of_both(false);
+        if !first.blocks.iter().any(is_held) {
+            return Some(held);
+        }
         // Two that are both held where they meet collide as far as they are elastic.
+        let free = of_both(true);
         Some(if held > ROUND_OFF * free { held } else { free })
     }
 

@@ -67,9 +67,9 @@ impl<const D: usize> Run<D> {
         };
         let origins = carry.origins();
         let mut state = carry.state(&old_state, &origins, &held);
-        let changes = old_state.velocity.iter().zip(&self.impulses.before);
-        let changes: Vec<[f64; D]> = changes.map(|(now, before)| sub(now, before)).collect();
-        let changes = carry.values(&changes);
+        let kicks = old_state.velocity.iter().zip(&self.impulses.before);
+        let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
+        let kicks = carry.values(&kicks);
         self.impulses = carry.impulses(&self.impulses);
         self.node_impulse =
             carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
@@ -94,7 +94,7 @@ impl<const D: usize> Run<D> {
         }
         // What a block has been given now is no acceleration.
         for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
-            self.impulses.before[node] = sub(&self.state.velocity[node], &changes[node]);
+            self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
         }
         let mesh = &self.model.mesh;
         self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());

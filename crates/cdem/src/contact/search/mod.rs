@@ -231,8 +231,8 @@ impl<const D: usize> Search<D> {
     }
 
     /// Whether blocks that have gone farther than their share, these `ways` since the
-    /// last search, may have gone through others: with the ways of their own nodes for
-    /// shares, pairs would have been near that were not.
+    /// last search, may have gone through others: with these for shares, pairs would have
+    /// been near that were not, and their own nodes have gone as far as they were apart.
     fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>, ways: &[f64]) -> bool {
         let way = |nodes: &[u32]| {
             let ways = nodes.iter();
@@ -247,12 +247,15 @@ impl<const D: usize> Search<D> {
         let still = vec![[0.0; D]; self.last.len()];
         let before = Positions::new(&self.last, &still);
         let missed = |number: &u32| {
-            let Candidate { pair, .. } = self.candidates[*number as usize];
+            let Candidate {
+                pair, blocks: of, ..
+            } = self.candidates[*number as usize];
+            let [a, b] = of.map(|block| ways[block as usize]);
             let surface = blocks.surface;
-            let ways = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
+            let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
             !self.near[*number as usize]
-                && surface.apart(pair, before) <= APART * (ways + blocks.tolerance)
-                && surface.nearness(pair, before, ways, blocks.tolerance) == Nearness::Near
+                && surface.apart(pair, before) <= own + blocks.tolerance
+                && surface.nearness(pair, before, a + b, blocks.tolerance) == Nearness::Near
         };
         fast.into_iter().any(|block| {
             let reach = self.blocks[block];

@@ -150,7 +150,7 @@ impl Place {
         if main.enters(&target, &normal) || target.enters(&main, &normal) {
             return ContactKind::EdgeFace;
         }
-        let [one, other] = places.each_ref().map(Self::dimension);
+        let [one, other] = places.each_ref().map(|place| place.dimension(shell, at));
         match (one.min(other), one.max(other)) {
             (0, 0) => ContactKind::VertexVertex,
             (0, 1) => ContactKind::VertexEdge,
@@ -163,12 +163,18 @@ impl Place {
         self.vertex.is_some()
     }
 
-    /// 0 at a vertex, 1 on an edge, 2 within a face.
-    fn dimension(&self) -> u32 {
+    /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
+    fn dimension(&self, shell: &Shell, at: Positions<3>) -> u32 {
+        let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
+            let [one, other] = [one, other].map(|edge| shell.skin.away(vertex, edge, at));
+            norm(&cross(&one, &other)) <= FLUSH * norm(&one) * norm(&other)
+                && dot(&one, &other) < 0.0
+        };
         match (self.vertex, self.edges.as_slice()) {
+            (_, []) => 2,
+            (Some(vertex), &[one, other]) if is_straight(vertex, [one, other]) => 1,
             (Some(_), _) => 0,
-            (None, [_, ..]) => 1,
-            (None, []) => 2,
+            (None, _) => 1,
         }
     }
 

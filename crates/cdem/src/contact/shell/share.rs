@@ -67,7 +67,7 @@ impl Patch {
         }
     }
 
-    /// Whether a point is a vertex of the patch, or lies on a sharp edge of it.
+    /// Whether a point is a vertex of the patch.
     fn has_vertex(&self, point: &[f64; 2], tolerance: f64) -> bool {
         let mut corners = self.corners.iter();
         corners.any(|corner| norm(&sub(corner, point)) <= tolerance)
@@ -203,7 +203,10 @@ impl Shell {
             let other = Patch::new(self, facet, plane, at);
             let above = self.beneath(&other, main, (normal, plane), at);
             let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
-            for one in above.iter().filter(|_| weight > 0.0) {
+            if weight == 0.0 {
+                continue;
+            }
+            for one in &above {
                 let piece = clip(&one.corners, &other.corners);
                 if area(&piece) <= tolerance * tolerance
                     || share_of_corner(&piece, [one, &other], tolerance).is_some()

@@ -332,8 +332,8 @@ pub(crate) struct Contact {
     #[schemars(extend("default" = 0.01))]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) energy_loss: Option<Quantity<Ratio>>,
-    /// Two-scale: how often elements are halved in size at most, 0 to 16; one
-    /// more, seldom, where a smaller one has to fit beside a larger.
+    /// Two-scale: how often elements are halved in size at most, 0 to 16; once
+    /// more where the mesh must fit together.
     #[schemars(extend("default" = 5))]
     #[schemars(extend("minimum" = 0, "maximum" = 16))]
     pub(crate) max_level: Option<i64>,

@@ -1,0 +1,77 @@
+//! What keeps a collision from losing as little as is wanted, and that a run says so.
+
+use cdem::mesh::ElementKind;
+use cdem::scene::Mass;
+use cdem_verify::{Case, run};
+
+use crate::prisms::Prisms;
+
+/// Two triangles of one element that collide.
+fn prisms() -> Prisms {
+    Prisms {
+        gap: 0.01,
+        ..Prisms::whole(ElementKind::Tri3)
+    }
+}
+
+fn case() -> Case {
+    let mut case = prisms().two_scale(0.01);
+    case.scene.time.end = 0.012;
+    case
+}
+
+/// What is said of a collision, and how many elements there are at most.
+fn told(case: &Case) -> (Vec<String>, u64) {
+    let mut simulation = prisms().start(case);
+    let mut most = 0;
+    run(&mut simulation, |simulation| {
+        most = most.max(simulation.history().elements);
+    });
+    let warnings = simulation.warnings().into_iter();
+    let limits = warnings.filter(|warning| warning.contains("energy_loss"));
+    (limits.collect(), most)
+}
+
+/// With the default nothing is to be said.
+#[test]
+fn a_collision_that_is_refined_as_wanted_is_not_told_of() {
+    let (told, most) = told(&case());
+    assert!(told.is_empty() && most > 2, "{told:?} {most}");
+}
+
+#[test]
+fn the_level_is_told() {
+    let mut case = case();
+    case.scene.contact.max_level = 0;
+    let (unrefined, most) = told(&case);
+    assert!(unrefined.len() == 1 && most == 2, "{unrefined:?} {most}");
+    assert!(unrefined[0].contains("`max_level` is 0"), "{unrefined:?}");
+    for block in &mut case.scene.block {
+        block.mass = Mass::Lumped;
+    }
+    case.scene.contact.max_level = 1;
+    let (told, most) = told(&case);
+    assert!(told.len() == 1 && most > 2, "{told:?} {most}");
+    assert!(told[0].contains("`max_level` is 1"), "{told:?}");
+}
+
+/// A triangle halved once has too few nodes for its moments of inertia.
+#[test]
+fn masses_are_told() {
+    let mut case = case();
+    case.scene.contact.max_level = 1;
+    let (told, most) = told(&case);
+    assert!(told.len() == 1 && most == 2, "{told:?} {most}");
+    assert!(told[0].contains("moments of inertia"), "{told:?}");
+}
+
+/// At a tenth of the speed of waves nothing finer would bear it.
+#[test]
+fn the_speed_is_told() {
+    let mut case = case();
+    case.scene.block[0].velocity[0] = 400.0;
+    case.scene.time.end = 3e-4;
+    let (told, most) = told(&case);
+    assert!(told.len() == 1 && most == 2, "{told:?} {most}");
+    assert!(told[0].contains("fast"), "{told:?}");
+}

@@ -1,0 +1,128 @@
+//! Collisions for as long as they last, and what those that lose too much were kept from.
+
+use std::collections::BTreeMap;
+
+use super::depth::{Depth, Limit};
+
+/// Collisions of pairs of blocks.
+#[derive(Debug, Default)]
+pub(super) struct Impacts {
+    going: BTreeMap<[u32; 2], Impact>,
+    /// Those that have ended and lost more than is wanted, by what kept them from less.
+    limited: BTreeMap<Limit, Limited>,
+}
+
+/// A collision.
+#[derive(Clone, Copy, Debug)]
+struct Impact {
+    /// Most that a touch in it has had, J.
+    energy: f64,
+    /// The last coarse step of it.
+    until: u64,
+    /// Most that its touches were to lose at a look, J, and what kept them from less.
+    loss: f64,
+    limit: Option<Limit>,
+    /// When it was looked at then, s, and how fast it was, m/s.
+    time: f64,
+    speed: f64,
+    /// A block of it that could not be refined.
+    refused: Option<u32>,
+}
+
+/// Collisions that lose more than is wanted, for one reason.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limited {
+    pub(super) count: u64,
+    /// The first of them: its blocks, when, s, and how fast, m/s.
+    pub(super) blocks: [u32; 2],
+    pub(super) time: f64,
+    pub(super) speed: f64,
+}
+
+impl Impacts {
+    /// Energy of the impact of two blocks that includes a touch of some energy, J, and goes
+    /// on until a step: what opens and closes again in it is no impact of its own.
+    pub(super) fn energy(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+        let impact = self.going.entry(blocks).or_insert(Impact {
+            energy,
+            until,
+            loss: 0.0,
+            limit: None,
+            time: 0.0,
+            speed: 0.0,
+            refused: None,
+        });
+        impact.energy = impact.energy.max(energy);
+        impact.until = impact.until.max(until);
+        impact.energy
+    }
+
+    /// Keeps how deep an impact was to be refined at a time, s, and a speed, m/s: of all
+    /// looks, that of the largest loss.
+    pub(super) fn look(&mut self, blocks: [u32; 2], depth: &Depth, [time, speed]: [f64; 2]) {
+        if let Some(impact) = self.going.get_mut(&blocks)
+            && depth.loss >= impact.loss
+        {
+            (impact.loss, impact.limit) = (depth.loss, depth.limit);
+            (impact.time, impact.speed) = (time, speed);
+        }
+    }
+
+    /// Keeps which of some blocks, sorted, could not be refined for their impacts.
+    pub(super) fn refine(&mut self, blocks: &[usize], is_refused: impl Fn(usize) -> bool) {
+        for (pair, impact) in &mut self.going {
+            for &block in pair {
+                if blocks.binary_search(&(block as usize)).is_err() {
+                    continue;
+                }
+                if is_refused(block as usize) {
+                    impact.refused = Some(block);
+                } else if impact.refused == Some(block) {
+                    impact.refused = None;
+                }
+            }
+        }
+    }
+
+    /// Ends those that do not go on until a step.
+    pub(super) fn end(&mut self, number: u64) {
+        let Self { going, limited } = self;
+        going.retain(|blocks, impact| {
+            let goes_on = impact.until >= number;
+            if !goes_on {
+                impact.count(*blocks, limited);
+            }
+            goes_on
+        });
+    }
+
+    /// Those that lose more than is wanted, by what keeps them from less.
+    pub(super) fn limited(&self) -> BTreeMap<Limit, Limited> {
+        let mut limited = self.limited.clone();
+        for (blocks, impact) in &self.going {
+            impact.count(*blocks, &mut limited);
+        }
+        limited
+    }
+}
+
+impl Impact {
+    /// Counts it where it loses too much.
+    fn count(&self, blocks: [u32; 2], limited: &mut BTreeMap<Limit, Limited>) {
+        let Some(limit) = self.refused.map(|_| Limit::Masses).or(self.limit) else {
+            return;
+        };
+        let own = Limited {
+            count: 0,
+            blocks,
+            time: self.time,
+            speed: self.speed,
+        };
+        let known = limited.entry(limit).or_insert(own);
+        let count = known.count + 1;
+        if own.time < known.time {
+            *known = own;
+        }
+        known.count = count;
+    }
+}
