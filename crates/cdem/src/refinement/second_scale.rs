@@ -279,7 +279,8 @@ impl<const D: usize> SecondScale<D> {
         self.impacts.look(blocks, depth, seen);
     }
 
-    /// What the user should know: which collisions lose more than `energy_loss`, and why.
+    /// What the user should know: which collisions were foreseen to lose more than
+    /// `energy_loss`, and why.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let name = |block: usize| &self.foundation.mesh.blocks[block].name;
         let limited = self.impacts.limited().into_iter().map(|(limit, found)| {
