@@ -22,9 +22,37 @@ fn resize(case: &mut Case, across: [usize; 3]) {
     }
 }
 
-/// Rocks `across`, `cut` into tetrahedra or not, fall for `end` seconds. Returns their
-/// rms velocity at the end, m/s, and the contacts of a rock.
-fn settle(across: [usize; 3], cut: bool, end: f64) -> [f64; 2] {
+/// What rocks do at the end of a run.
+struct Settled {
+    /// Speeds of their centres of mass, m/s, in order.
+    speeds: Vec<f64>,
+    /// Contacts of a rock.
+    contacts: f64,
+    /// Kinetic energy over the work of gravity.
+    motion: f64,
+}
+
+impl Settled {
+    /// The speed that a share of the rocks stays below, m/s.
+    fn speed(&self, share: f64) -> f64 {
+        self.speeds[(share * (self.speeds.len() - 1) as f64) as usize]
+    }
+
+    /// That the rocks lie.
+    fn assert_rest(&self) {
+        // A rock that lies has three points, of which others share some.
+        assert!(self.contacts > 2.0, "{} contacts", self.contacts);
+        // Half of them stand still but for the round-off of a second's steps, of
+        // 1e-16 of g times the step each: rest is no slow creep.
+        assert!(self.speed(0.5) < 1e-9, "median {:e} m/s", self.speed(0.5));
+        // One in a hundred may roll, or spin on a corner, yet.
+        assert!(self.speed(0.99) < 1e-3, "{:e} m/s", self.speed(0.99));
+        assert!(self.motion < 1e-4, "{:e} of the energy", self.motion);
+    }
+}
+
+/// Rocks `across`, `cut` into tetrahedra or not, fall for `end` seconds.
+fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
     let mut case = load("rocks-in-a-box");
     case.scene.time.end = end;
     resize(&mut case, across);
@@ -55,17 +83,30 @@ fn settle(across: [usize; 3], cut: bool, end: f64) -> [f64; 2] {
     });
     let end = balance.look(&mut simulation);
     let fallen: f64 = simulation.scene().time.end * 9.81;
-    let mass: f64 = simulation.block_rows()[..count]
-        .iter()
-        .map(|row| row.mass)
-        .sum();
+    let rows = &simulation.block_rows()[..count];
+    let mass: f64 = rows.iter().map(|row| row.mass).sum();
     let momentum = balance.momentum / (mass * fallen);
-    let speed = (2.0 * end.kinetic_energy.max(0.0) / mass).sqrt();
+    let mut speeds: Vec<f64> = rows
+        .iter()
+        .map(|row| row.velocity.iter().map(|v| v * v).sum::<f64>().sqrt())
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    let settled = Settled {
+        speeds,
+        contacts: simulation.live_contacts().len() as f64 / count as f64,
+        motion: end.kinetic_energy / end.gravity_work,
+    };
     println!(
-        "{count} rocks, cut {cut}: {} contacts begun, rms velocity {speed:.1e} m/s, overlap {overlap:.1e}, \
+        "{count} rocks, cut {cut}: {} contacts begun, {:.2} a rock at the end, kinetic energy {:.1e} of gravity's \
+         work, half slower than {:.1e} m/s, 99 % than {:.1e}, all than {:.1e}, overlap {overlap:.1e}, \
          penetration {:.1e} (tolerance {tolerance:.1e}), correction loss {:.1e} of the energy, \
          momentum {momentum:.1e}, residual {:.1e}, growth {:.1e}, {} steps, {} updates in {:.1?}",
         simulation.contacts_begun(),
+        settled.contacts,
+        settled.motion,
+        settled.speed(0.5),
+        settled.speed(0.99),
+        settled.speed(1.0),
         simulation.max_penetration(),
         end.correction_loss / end.gravity_work,
         balance.residual,
@@ -83,10 +124,7 @@ fn settle(across: [usize; 3], cut: bool, end: f64) -> [f64; 2] {
     assert!(simulation.max_penetration() <= tolerance, "{balance:?}");
     // One solve in a million may end early; the next step goes on from there.
     println!("{:?}", simulation.warnings());
-    [
-        speed,
-        simulation.live_contacts().len() as f64 / count as f64,
-    ]
+    settled
 }
 
 #[test]
@@ -98,28 +136,24 @@ fn rocks_settle_in_a_box() {
 #[test]
 #[ignore = "slow study: rocks until they rest"]
 fn a_hundred_rocks_come_to_rest() {
-    let [speed, contacts] = settle([5, 5, 5], false, 5.0);
-    // A rock that lies has three points, of which others share some.
-    assert!(contacts > 2.0, "{contacts}");
-    // A few millimetres a second in the mean: one or the other may tip over yet.
-    assert!(speed < 5e-3, "{speed}");
+    settle([5, 5, 5], false, 4.0).assert_rest();
 }
 
 #[test]
 #[ignore = "slow study: a thousand rocks"]
-fn a_thousand_rocks_settle_in_a_box() {
-    settle([20, 10, 5], false, 4.0);
-    settle([20, 10, 5], true, 1.2);
+fn a_thousand_rocks_come_to_rest() {
+    settle([20, 10, 5], false, 4.0).assert_rest();
+    settle([20, 10, 5], true, 4.0).assert_rest();
 }
 
 #[test]
 #[ignore = "slow study: five thousand rocks"]
-fn five_thousand_rocks_settle_in_a_box() {
-    settle([50, 20, 5], false, 2.0);
+fn five_thousand_rocks_come_to_rest() {
+    settle([50, 20, 5], false, 4.0).assert_rest();
 }
 
 #[test]
 #[ignore = "slow study: five thousand rocks"]
-fn five_thousand_cut_rocks_settle_in_a_box() {
-    settle([50, 20, 5], true, 1.2);
+fn five_thousand_cut_rocks_come_to_rest() {
+    settle([50, 50, 2], true, 4.0).assert_rest();
 }
