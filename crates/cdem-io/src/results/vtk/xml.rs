@@ -55,11 +55,18 @@ impl Values<'_> {
     }
 }
 
+/// Levels of compression, in the order in which they are tried.
+const LEVELS: [u32; 3] = [1, 0, 9];
+
 /// A file under construction.
 pub(super) struct XmlFile {
     dataset: &'static str,
     header: String,
     appended: Vec<u8>,
+    /// Where meshio puts each array, and the next, as it reads the file: uncompressed, in
+    /// base64. It then looks for arrays by their offset and finds the wrong one where one of
+    /// these is that of a later array (meshio 5.3.5, `_parse_raw_binary`).
+    unpacked: Vec<usize>,
     open: Vec<&'static str>,
 }
 
@@ -70,6 +77,7 @@ impl XmlFile {
             dataset,
             header: String::new(),
             appended: Vec::new(),
+            unpacked: vec![0],
             open: Vec::new(),
         };
         file.open(dataset, &[]);
@@ -146,7 +154,22 @@ impl XmlFile {
         self.attribute("format", "appended");
         self.attribute("offset", self.appended.len());
         self.header.push_str("/>\n");
-        compress(&values.to_bytes(), &mut self.appended);
+        self.append(&values.to_bytes());
+    }
+
+    /// Appends an array, compressed so that the next one's offset is none at which meshio has
+    /// put another.
+    fn append(&mut self, bytes: &[u8]) {
+        let (start, place) = (self.appended.len(), self.unpacked[self.unpacked.len() - 1]);
+        for level in LEVELS {
+            self.appended.truncate(start);
+            compress(bytes, level, &mut self.appended);
+            if !self.unpacked.contains(&self.appended.len()) {
+                break;
+            }
+        }
+        let with_size = size_of::<u64>() + bytes.len();
+        self.unpacked.push(place + 4 * with_size.div_ceil(3));
     }
 
     fn attribute(&mut self, name: &str, value: impl std::fmt::Display) {
@@ -180,8 +203,9 @@ impl XmlFile {
 
 /// Appends `bytes` as VTK's compressed array: number of blocks, block size,
 /// size of the last block if it is not full, compressed sizes, blocks.
-fn compress(bytes: &[u8], out: &mut Vec<u8>) {
-    let blocks: Vec<Vec<u8>> = bytes.par_chunks(BLOCK).map(compress_block).collect();
+fn compress(bytes: &[u8], level: u32, out: &mut Vec<u8>) {
+    let block = |bytes| compress_block(bytes, level);
+    let blocks: Vec<Vec<u8>> = bytes.par_chunks(BLOCK).map(block).collect();
     let mut header = vec![blocks.len(), BLOCK, bytes.len() % BLOCK];
     header.extend(blocks.iter().map(Vec::len));
     for word in header {
@@ -192,10 +216,54 @@ fn compress(bytes: &[u8], out: &mut Vec<u8>) {
     }
 }
 
-fn compress_block(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+fn compress_block(bytes: &[u8], level: u32) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(level));
     encoder
         .write_all(bytes)
         .and_then(|()| encoder.finish())
         .expect("compression into memory cannot fail")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Arrays of whole numbers from one to `count` each, of so many numbers.
+    fn file(count: i32, lengths: &[usize]) -> XmlFile {
+        let mut file = XmlFile::new("UnstructuredGrid");
+        for &length in lengths {
+            let values: Vec<i32> = (0..length as i32).map(|i| i * i % count).collect();
+            file.array("numbers", 0, &Values::Whole(&values));
+        }
+        file
+    }
+
+    #[test]
+    fn no_offset_is_one_at_which_meshio_puts_an_earlier_array() {
+        // The second offset of the first kind of file is 36 for one number; the others meet
+        // How often the first level of compression would make one.
+        let mut met = 0;
+        for count in 1..40 {
+            for length in 1..60 {
+                let lengths = [length, 3 * length, 1, length, 12, 7 * length];
+                let file = file(count, &lengths);
+                let offset = |line: &str| -> Option<usize> {
+                    let (_, rest) = line.split_once("offset=\"")?;
+                    rest.split('"').next()?.parse().ok()
+                };
+                let offsets: Vec<usize> = file.header.lines().filter_map(offset).collect();
+                assert_eq!(offsets.len(), lengths.len());
+                for (i, at) in offsets.iter().enumerate().skip(1) {
+                    assert!(!file.unpacked[..i].contains(at), "{lengths:?} of {count}");
+                }
+                let mut fast = Vec::new();
+                for &length in &lengths {
+                    let numbers = (0..length as i32).flat_map(|i| (i * i % count).to_le_bytes());
+                    compress(&numbers.collect::<Vec<u8>>(), LEVELS[0], &mut fast);
+                    met += usize::from(file.unpacked.contains(&fast.len()));
+                }
+            }
+        }
+        assert!(met > 0, "no file that meshio would misread was tried");
+    }
 }
