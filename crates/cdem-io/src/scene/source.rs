@@ -21,7 +21,11 @@ pub(super) fn read(text: &str) -> Result<Tree, (Problem, Range<usize>)> {
         let span = error.span().unwrap_or(text.len()..text.len());
         let message = format!("this is not TOML: {}", error.message());
         let problem = Problem::new(KeyPath::root(), message);
-        match syntax_help(text, &span) {
+        let help = match error.message() {
+            "duplicate key" => Some(duplicate_help(&text[..span.start])),
+            _ => syntax_help(text, &span),
+        };
+        match help {
             Some(help) => (problem.help(help), span),
             None => (problem, span),
         }
@@ -29,6 +33,17 @@ pub(super) fn read(text: &str) -> Result<Tree, (Problem, Range<usize>)> {
     let mut problems = Vec::new();
     let value = table(document.get_ref(), &KeyPath::root(), &mut problems);
     Ok(Tree { value, problems })
+}
+
+/// What to try where a key or table stands twice, after the text `before` it.
+fn duplicate_help(before: &str) -> &'static str {
+    if before.trim_end().ends_with("[[") {
+        "it is a single table above: give all of them double brackets"
+    } else if before.trim_end().ends_with('[') {
+        "a table stands once: move these keys to the first of this name"
+    } else {
+        "a key stands once: delete one of them"
+    }
 }
 
 /// What to try at frequent slips.

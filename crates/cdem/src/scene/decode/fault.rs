@@ -191,6 +191,7 @@ fn plain(expected: &dyn Expected) -> String {
     match text.as_str() {
         "u32" => format!("a whole number from 0 to {}", u32::MAX),
         "usize" => "a whole number, at least 0".to_owned(),
+        "i64" => "a whole number".to_owned(),
         "a string" => "text in quotes".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "an array".to_owned(),
