@@ -145,12 +145,7 @@ impl<'a, const D: usize> Nesting<'a, D> {
         let stiffness = Stiffness::new(self.fine, fine, lame);
         let at = |&node: &u32| fine[node as usize];
         let mut moved: Vec<[f64; D]> = self.fine_of.iter().map(at).collect();
-        let forces = |field: &[[f64; D]]| {
-            let mut forces = self.gather(stiffness.forces(field));
-            let fixed = forces.iter_mut().zip(kept).filter(|(_, kept)| **kept);
-            fixed.for_each(|(force, _)| *force = [0.0; D]);
-            forces
-        };
+        let forces = |field: &[[f64; D]]| but_of(kept, self.gather(stiffness.forces(field)));
         let lost = fine
             .iter()
             .zip(self.spread(&moved))
@@ -175,12 +170,7 @@ impl<const D: usize> Overlay<D> {
         lame: [f64; 2],
     ) -> Vec<[f64; D]> {
         let stiffness = Stiffness::new(self, displacement, lame);
-        let forces = |field: &[[f64; D]]| {
-            let mut forces = stiffness.forces(field);
-            let fixed = forces.iter_mut().zip(kept).filter(|(_, kept)| **kept);
-            fixed.for_each(|(force, _)| *force = [0.0; D]);
-            forces
-        };
+        let forces = |field: &[[f64; D]]| but_of(kept, stiffness.forces(field));
         let turned = self.points.iter().map(|point| stiffness.turned(point));
         let unturned = displacement.iter().zip(&self.points).zip(turned);
         let back: Vec<[f64; D]> = unturned
@@ -188,6 +178,14 @@ impl<const D: usize> Overlay<D> {
             .collect();
         conjugate_gradients(&forces(&back), forces)
     }
+}
+
+/// Forces on nodes but those that are `kept` where they are.
+fn but_of<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64; D]> {
+    for (force, _) in forces.iter_mut().zip(kept).filter(|(_, kept)| **kept) {
+        *force = [0.0; D];
+    }
+    forces
 }
 
 /// Stress of what turns without strain, over that of shear strain.

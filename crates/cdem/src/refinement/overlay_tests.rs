@@ -332,25 +332,34 @@ fn what_is_refined_in_space_comes_back() {
     goes_and_comes_back::<3, Tetrahedron>();
 }
 
-/// What varies linearly in space does so after refinement, in distorted elements too.
-fn linear_fields_stay<const D: usize, C: Cell>() {
+/// Checks overlays of random meshes of each kind of element, refined here and there: over
+/// what ground, and the name of the case.
+fn check_overlays<const D: usize, C: Cell>(
+    check: impl Fn(&Ground<D>, &Overlay<D>, &mut Rng, &str),
+) {
     for kind in kinds::<D>() {
         for seed in 0..10 {
             let mut rng = Rng::with_seed(seed);
             let ground = Ground::<D>::random(kind, &mut rng);
             let forest = ground.refined::<C>(&mut rng);
-            let Some(overlay) = Overlay::new(&ground.mesh, ground.base(), 0, &forest) else {
-                continue;
-            };
-            let gradient = random::<D>(D, &mut rng);
-            let field = |point: &[f64; D]| std::array::from_fn(|c| 0.3 + dot(&gradient[c], point));
-            let nesting = Nesting::new(&overlay, None).expect("over its base");
-            let before: Vec<[f64; D]> = ground.mesh.nodes.iter().map(field).collect();
-            for (after, point) in nesting.grow(&before).iter().zip(&overlay.points) {
-                assert!(norm(&sub(after, &field(point))) < 1e-13, "{kind:?} {seed}");
+            if let Some(overlay) = Overlay::new(&ground.mesh, ground.base(), 0, &forest) {
+                check(&ground, &overlay, &mut rng, &format!("{kind:?} {seed}"));
             }
         }
     }
+}
+
+/// What varies linearly in space does so after refinement, in distorted elements too.
+fn linear_fields_stay<const D: usize, C: Cell>() {
+    check_overlays::<D, C>(|ground, overlay, rng, case| {
+        let gradient = random::<D>(D, rng);
+        let field = |point: &[f64; D]| std::array::from_fn(|c| 0.3 + dot(&gradient[c], point));
+        let nesting = Nesting::new(overlay, None).expect("over its base");
+        let before: Vec<[f64; D]> = ground.mesh.nodes.iter().map(field).collect();
+        for (after, point) in nesting.grow(&before).iter().zip(&overlay.points) {
+            assert!(norm(&sub(after, &field(point))) < 1e-13, "{case}");
+        }
+    });
 }
 
 #[test]
@@ -366,37 +375,29 @@ fn linear_fields_of_solid_meshes_stay() {
 /// Without its deformation an overlay that is turned and bent is only turned; a node that
 /// is kept stays.
 fn slack_is_rigid<const D: usize, C: Cell>() {
-    for kind in kinds::<D>() {
-        for seed in 0..10 {
-            let mut rng = Rng::with_seed(seed);
-            let ground = Ground::<D>::random(kind, &mut rng);
-            let forest = ground.refined::<C>(&mut rng);
-            let Some(overlay) = Overlay::new(&ground.mesh, ground.base(), 0, &forest) else {
-                continue;
-            };
-            let bent = random::<D>(overlay.points.len(), &mut rng);
-            let field = |(point, bent): (&[f64; D], &[f64; D])| {
-                // A quarter turn.
-                let mut field = [-point[1] - point[0], point[0] - point[1], 0.0];
-                add_scaled(&mut field, 1e-3, &pad(bent));
-                std::array::from_fn(|c| field[c])
-            };
-            let field: Vec<[f64; D]> = overlay.points.iter().zip(&bent).map(field).collect();
-            let mut kept = vec![false; field.len()];
-            kept[overlay.elements[0].element.nodes()[0] as usize] = seed % 2 == 0;
-            let shift = overlay.slack(&field, &kept, LAME);
-            for (_, shift) in kept.iter().zip(&shift).filter(|(kept, _)| **kept) {
-                assert_eq!(*shift, [0.0; D]);
-            }
-            let at = moved(&overlay.points, &moved(&field, &shift));
-            for piece in &overlay.elements {
-                let [a, b] = [0, 1].map(|i| piece.element.nodes()[i] as usize);
-                let length = |of: &[[f64; D]]| norm(&sub(&of[a], &of[b]));
-                let off = length(&at) / length(&overlay.points) - 1.0;
-                assert!(off.abs() < 1e-9, "{kind:?} {seed}: {off:e}");
-            }
+    check_overlays::<D, C>(|_, overlay, rng, case| {
+        let bent = random::<D>(overlay.points.len(), rng);
+        let field = |(point, bent): (&[f64; D], &[f64; D])| {
+            // A quarter turn.
+            let mut field = [-point[1] - point[0], point[0] - point[1], 0.0];
+            add_scaled(&mut field, 1e-3, &pad(bent));
+            std::array::from_fn(|c| field[c])
+        };
+        let field: Vec<[f64; D]> = overlay.points.iter().zip(&bent).map(field).collect();
+        let mut kept = vec![false; field.len()];
+        kept[overlay.elements[0].element.nodes()[0] as usize] = rng.bool();
+        let shift = overlay.slack(&field, &kept, LAME);
+        for (_, shift) in kept.iter().zip(&shift).filter(|(kept, _)| **kept) {
+            assert_eq!(*shift, [0.0; D]);
         }
-    }
+        let at = moved(&overlay.points, &moved(&field, &shift));
+        for piece in &overlay.elements {
+            let [a, b] = [0, 1].map(|i| piece.element.nodes()[i] as usize);
+            let length = |of: &[[f64; D]]| norm(&sub(&of[a], &of[b]));
+            let off = length(&at) / length(&overlay.points) - 1.0;
+            assert!(off.abs() < 1e-9, "{case}: {off:e}");
+        }
+    });
 }
 
 #[test]

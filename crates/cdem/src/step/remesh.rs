@@ -23,66 +23,13 @@ impl<const D: usize> Run<D> {
     pub(super) fn remesh(&mut self, second: &mut SecondScale<D>, changes: Vec<Change<D>>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<Before<D>> = blocks.iter().map(|&block| self.before(block)).collect();
-        let held: BTreeMap<usize, Vec<[bool; D]>> = blocks
-            .iter()
-            .map(|&block| (block, self.held(block)))
-            .collect();
-        let mut old_covers: BTreeMap<usize, Option<Cover<D>>> = BTreeMap::new();
-        for change in changes {
-            let block = change.block;
-            old_covers.insert(block, second.exchange(change));
-        }
-        let covers = second.covers();
-        let time = self.time();
-        let old_mesh = self.model.mesh.clone();
-        let bound: BTreeMap<usize, Vec<[f64; D]>> = blocks
-            .iter()
-            .zip(&before)
-            .map(|(&block, before)| (block, self.with_momenta(block, before).but_loose(1.0)))
-            .collect();
-        let momenta = self.loose_momenta(&bound);
-        let old_state = std::mem::take(&mut self.state);
-        self.bring_up(&blocks, &old_state);
-        let old_elements = Elements {
-            mesh: &old_mesh,
-            sets: std::mem::take(&mut self.model.sets),
-            place: std::mem::take(&mut self.model.place),
-        };
-        self.model.remesh(second, time);
-        let transfers = old_covers.iter().map(|(&block, old)| {
-            let lame = second.foundation.lame(block);
-            let transfer = Transfer::between(old.as_ref(), covers[block].as_ref(), lame);
-            (block, transfer.expect("zones come or go, not both"))
+        let bound = blocks.iter().zip(&before).map(|(&block, before)| {
+            let bound = self.with_momenta(block, before).but_loose(1.0);
+            (block, bound)
         });
-        let transfers: BTreeMap<usize, Transfer<D>> = transfers.collect();
-        let carry = Carry {
-            old: &old_mesh,
-            new: &self.model.mesh,
-            transfers: &transfers,
-            base: &second.foundation.mesh,
-            covers: old_covers
-                .iter()
-                .map(|(&block, old)| (block, [old.as_ref(), covers[block].as_ref()]))
-                .collect(),
-        };
-        let origins = carry.origins();
-        let mut state = carry.state(&old_state, &origins, &held);
-        let kicks = old_state.velocity.iter().zip(&self.impulses.before);
-        let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
-        let kicks = carry.values(&kicks);
-        self.impulses = carry.impulses(&self.impulses);
-        self.node_impulse =
-            carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
-        for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
-            let nodes = self.model.nodes(*block);
-            let bound = transfer.velocities(&bound[block]);
-            let gathered = transfer.gather(momenta[block].clone());
-            let inertia = &self.model.inertia;
-            inertia.solve(nodes.start, (&gathered, &bound), &mut state.velocity[nodes]);
-        }
-        self.model
-            .remember(&old_elements, &origins, &state.displacement);
-        self.state = state;
+        let bound = bound.collect();
+        let old_mesh = self.model.mesh.clone();
+        let (old_state, kicks) = self.carry_over(second, changes, &bound, &old_mesh);
         let unpaid = blocks.iter().zip(&before);
         let unpaid: Vec<f64> = unpaid
             .map(|(&block, before)| self.give_back(block, before))
@@ -100,6 +47,73 @@ impl<const D: usize> Run<D> {
         self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
         self.touched = (0..mesh.nodes.len() as u32).collect();
         self.plan = Plan::default();
+    }
+
+    /// Exchanges covers, and carries over model and state: velocities of blocks that are
+    /// coarser by the momenta that they have beside those of their `bound` motion, m/s.
+    /// Returns the state as it was, and what the last kick has made of velocities, m/s.
+    fn carry_over(
+        &mut self,
+        second: &mut SecondScale<D>,
+        changes: Vec<Change<D>>,
+        bound: &BTreeMap<usize, Vec<[f64; D]>>,
+        old_mesh: &Mesh<D>,
+    ) -> (State<D>, Vec<[f64; D]>) {
+        let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
+        let held = blocks.iter().map(|&block| (block, self.held(block)));
+        let held: BTreeMap<usize, Vec<[bool; D]>> = held.collect();
+        let momenta = self.loose_momenta(bound);
+        let old_covers = changes.into_iter().map(|change| {
+            let block = change.block;
+            (block, second.exchange(change))
+        });
+        let old_covers: BTreeMap<usize, Option<Cover<D>>> = old_covers.collect();
+        let old_state = std::mem::take(&mut self.state);
+        self.bring_up(&blocks, &old_state);
+        let old_elements = Elements {
+            mesh: old_mesh,
+            sets: std::mem::take(&mut self.model.sets),
+            place: std::mem::take(&mut self.model.place),
+        };
+        let time = old_state.number as f64 * self.model.step;
+        self.model.remesh(second, time);
+        let covers = old_covers.iter().map(|(&block, old)| {
+            let covers = [old.as_ref(), second.covers()[block].as_ref()];
+            (block, covers)
+        });
+        let covers: BTreeMap<usize, [Option<&Cover<D>>; 2]> = covers.collect();
+        let transfers = covers.iter().map(|(&block, &[old, new])| {
+            let transfer = Transfer::between(old, new, second.foundation.lame(block));
+            (block, transfer.expect("zones come or go, not both"))
+        });
+        let transfers: BTreeMap<usize, Transfer<D>> = transfers.collect();
+        let carry = Carry {
+            old: old_mesh,
+            new: &self.model.mesh,
+            transfers: &transfers,
+            base: &second.foundation.mesh,
+            covers,
+        };
+        let origins = carry.origins();
+        let mut state = carry.state(&old_state, &origins, &held);
+        let kicks = old_state.velocity.iter().zip(&self.impulses.before);
+        let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
+        let kicks = carry.values(&kicks);
+        self.impulses = carry.impulses(&self.impulses);
+        self.node_impulse =
+            carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
+        for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
+            let nodes = self.model.nodes(*block);
+            let bound = transfer.velocities(&bound[block]);
+            let gathered = transfer.gather(momenta[block].clone());
+            let own = &mut state.velocity[nodes.clone()];
+            let inertia = &self.model.inertia;
+            inertia.solve(nodes.start, (&gathered, &bound), own);
+        }
+        self.model
+            .remember(&old_elements, &origins, &state.displacement);
+        self.state = state;
+        (old_state, kicks)
     }
 
     /// Takes some energy, J, of the deformation of a block that is refined; returns how much
