@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use cdem::sample::{BlockRow, HistoryRow};
-use cdem::significant;
+use cdem::{Stage, significant};
 use cdem_io::results::{Status, Summary};
 use console::Style;
 
@@ -14,6 +14,9 @@ use crate::terminal::{print as line, strong};
 
 /// Most blocks of which the velocities are told: those that are fastest at the end.
 const BLOCKS: usize = 8;
+
+/// Time of each stage of the steps.
+type StageTimes = [(Stage, Duration); Stage::ALL.len()];
 
 pub(crate) struct Closing<'a> {
     pub(crate) dimension: usize,
@@ -25,7 +28,7 @@ pub(crate) struct Closing<'a> {
     /// The most energy exchanged so far, J.
     pub(crate) exchanged: f64,
     pub(crate) folder: &'a Path,
-    pub(crate) profile: Option<&'a Times>,
+    pub(crate) profile: Option<(Times, StageTimes)>,
 }
 
 /// Prints duration, contacts, energy, momentum, velocities, and where to look.
@@ -47,8 +50,8 @@ pub(crate) fn print(closing: &Closing<'_>) {
         line(format_args!("  {row}"));
     }
     line("");
-    if let Some(times) = closing.profile {
-        for row in profile(times) {
+    if let Some((times, stages)) = &closing.profile {
+        for row in profile(times, stages) {
             line(format_args!("  {row}"));
         }
         line("");
@@ -230,13 +233,23 @@ fn components(vector: &[f64]) -> String {
     vector.iter().map(text).collect::<Vec<_>>().join(" ")
 }
 
-fn profile(times: &Times) -> Vec<String> {
+/// Where the time went, and its share of that of the step loop.
+fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
     let part = |name: &str, time: Duration| vec![name.to_owned(), seconds(time.as_secs_f64())];
-    columns(&[
+    let share = |name: &str, time: Duration| {
+        let share = time.as_secs_f64() / times.wall.as_secs_f64().max(f64::MIN_POSITIVE);
+        let mut row = part(name, time);
+        row.push(percent(share));
+        row
+    };
+    let mut rows = vec![
         part("reading, checking, building", times.setup),
-        part("stepping", times.wall.saturating_sub(times.output)),
-        part("writing rows and frames", times.output),
-    ])
+        share("stepping", times.wall.saturating_sub(times.output)),
+    ];
+    let stages = stages.iter().filter(|(_, time)| !time.is_zero());
+    rows.extend(stages.map(|(stage, time)| share(&format!("  {}", stage.name()), *time)));
+    rows.push(share("writing rows and frames", times.output));
+    columns(&rows)
 }
 
 /// A duration with as much detail as it deserves.

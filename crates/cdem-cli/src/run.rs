@@ -24,6 +24,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
         start,
         warnings,
     } = start(args)?;
+    if args.profile {
+        run.simulation.time_stages();
+    }
     let (status, reason, failure) = run.drive(&mut recorder, &interrupt);
     let summary = run.summary(status, reason, warnings);
     for warning in run.simulation.warnings() {
@@ -45,7 +48,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
         end: &run.observed(),
         exchanged: run.simulation.energy_exchanged(),
         folder: folder.path(),
-        profile: args.profile.then_some(&run.times),
+        profile: args
+            .profile
+            .then(|| (run.times, run.simulation.stage_times())),
     });
     Ok(match status {
         Status::Done => Outcome::Done,

@@ -1,12 +1,14 @@
 //! A run for those who drive it: the dimension is hidden here.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::model::names::parts;
 use crate::model::{Model, ModelError};
+use crate::profile::Stage;
 
 use crate::refinement::{FORESEEN_SPEED, SecondScale};
 use crate::report::{Instant, Probe};
@@ -182,6 +184,27 @@ impl Simulation {
     pub fn step(&mut self) -> Result<(), StepError> {
         let watch_energy = self.watches_energy();
         each!(mut self, driven => driven.step(watch_energy))
+    }
+
+    /// Counts from now on how long each stage of a step takes: [`Self::stage_times`].
+    pub fn time_stages(&mut self) {
+        each!(mut self, driven => {
+            driven.run.watch.start();
+            driven.run.contacts.iter_mut().for_each(|contacts| contacts.time_stages());
+        });
+    }
+
+    /// Wall-clock time of each stage of the steps since [`Self::time_stages`].
+    #[must_use]
+    pub fn stage_times(&self) -> [(Stage, Duration); Stage::ALL.len()] {
+        each!(self, driven => {
+            let run = &driven.run;
+            let contacts = run.contacts.as_ref();
+            Stage::ALL.map(|stage| {
+                let of_contacts = contacts.map(|contacts| contacts.books().watch.spent(stage));
+                (stage, run.watch.spent(stage) + of_contacts.unwrap_or_default())
+            })
+        })
     }
 
     /// Looks whether an element has turned inside out, which [`Self::step`]
@@ -391,6 +414,13 @@ impl<const D: usize> Driven<D> {
     fn step(&mut self, watch_energy: bool) -> Result<(), StepError> {
         self.instant = None;
         self.run.step();
+        let checked = self.check(watch_energy);
+        self.run.watch.lap(Stage::Checks);
+        checked
+    }
+
+    /// Whether the step has left the run sound.
+    fn check(&mut self, watch_energy: bool) -> Result<(), StepError> {
         if let Some(rest) = &mut self.rest {
             rest.look(&self.run);
         }

@@ -52,7 +52,7 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        books.solved(system.solve(&mut self.constraints, motion.velocity, self.precision));
+        books.count(|| system.solve(&mut self.constraints, motion.velocity, self.precision));
     }
 }
 

@@ -15,6 +15,7 @@ use crate::contact::system::{SHARE, System};
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
+use crate::profile::{Stage, Stopwatch};
 use crate::step::kick::Velocity;
 use crate::vector::pad;
 
@@ -124,6 +125,8 @@ pub(crate) struct Books {
     pub(crate) hurried: u64,
     /// At which velocity impulses work.
     pub(crate) at: Velocity,
+    /// Time that contact takes.
+    pub(crate) watch: Stopwatch,
 }
 
 impl Books {
@@ -157,8 +160,11 @@ impl Books {
         unsolved.into_iter().chain(hurried)
     }
 
-    /// Counts a solve that has ended with a residual.
-    pub(super) fn solved(&mut self, residual: f64) {
+    /// Counts a solve, and its time; it returns its residual.
+    pub(super) fn count(&mut self, solve: impl FnOnce() -> f64) {
+        self.watch.lap(Stage::Geometry);
+        let residual = solve();
+        self.watch.lap(Stage::Solution);
         self.unsolved += u64::from(residual > UNSOLVED);
         self.residual = self.residual.max(residual);
     }
@@ -345,9 +351,11 @@ impl<const D: usize> Island<D> {
             let mut constraints: Vec<_> = live.map(constraint).collect();
             let start = self.start(&constraints, motion);
             let precision = self.precision(setting, at, drift);
-            self.system.load(&constraints, mobility);
             let system = &mut self.system;
-            books.solved(system.solve(&mut constraints, motion.velocity, precision));
+            books.count(|| {
+                system.load(&constraints, mobility);
+                system.solve(&mut constraints, motion.velocity, precision)
+            });
             let least = setting.least_speed(drift);
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {

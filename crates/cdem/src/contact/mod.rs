@@ -50,6 +50,7 @@ use surface::{Pair, Positions, Surface};
 use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
+use crate::profile::Stage;
 use crate::scene::{ContactModel, Scene};
 use crate::step::kick::Velocity;
 use crate::step::outlook::Outlook;
@@ -329,6 +330,7 @@ impl<const D: usize> Contacts<D> {
         timing: Timing,
         receive: Receive<D>,
     ) {
+        self.books.watch.skip();
         let setting = self.terms.setting(inertia);
         for island in &mut self.islands {
             let Some(timing) = island.nodes.first().and_then(|&node| timing(node)) else {
@@ -350,6 +352,7 @@ impl<const D: usize> Contacts<D> {
                 ..record
             }));
         }
+        self.books.watch.lap(Stage::Geometry);
     }
 
     /// The same without leaving a trace; returns what it would have cost, as
@@ -400,6 +403,7 @@ impl<const D: usize> Contacts<D> {
         interior: &mut dyn Interior<D>,
         receive: Receive<D>,
     ) {
+        self.books.watch.skip();
         let setting = self.terms.setting(inertia);
         let taken = &self.in_island;
         for island in &mut self.islands {
@@ -421,6 +425,7 @@ impl<const D: usize> Contacts<D> {
                 );
             }
         }
+        self.books.watch.lap(Stage::Geometry);
     }
 
     /// After a coarse step: forces of the step, deepest penetration.
@@ -496,6 +501,11 @@ impl<const D: usize> Contacts<D> {
     /// Energies so far, J.
     pub(crate) fn books(&self) -> &Books {
         &self.books
+    }
+
+    /// Counts the time that contact takes from now on.
+    pub(crate) fn time_stages(&mut self) {
+        self.books.watch.start();
     }
 
     /// Contacts that have begun so far.

@@ -9,7 +9,7 @@ use super::{Facet, Group, Mesh};
 /// Members of the groups of all sources, by source and raw group.
 #[derive(Default)]
 pub(super) struct Members {
-    of: BTreeMap<(usize, u32), (Vec<u32>, Vec<Facet>)>,
+    of: BTreeMap<(usize, u32), Group>,
 }
 
 impl Members {
@@ -31,8 +31,10 @@ impl Members {
         for (index, element) in (0..).zip(&part.elements) {
             let of_element = &source.raw.group_sets[part.sets[index as usize] as usize];
             for &group in of_element {
-                let (nodes, _) = self.of.entry((number, group)).or_default();
-                nodes.extend(element.nodes().iter().map(|n| n + first_node));
+                let members = self.of.entry((number, group)).or_default();
+                let nodes = element.nodes().iter();
+                members.nodes.extend(nodes.map(|n| n + first_node));
+                members.inside.elements.push(index + first_element);
             }
             for (local, corners) in (0..).zip(element.kind.facets()) {
                 let free = boundary
@@ -47,21 +49,44 @@ impl Members {
                 };
                 if free {
                     for &group in of_element {
-                        self.of.entry((number, group)).or_default().1.push(facet);
+                        let members = self.of.entry((number, group)).or_default();
+                        members.facets.push(facet);
                     }
                 }
                 let nodes = corners.iter().map(|&c| element.nodes[c as usize]);
                 let points = nodes.clone().map(|n| part.points[n as usize]);
                 for group in source.facet_groups(points) {
-                    let (members, facets) = self.of.entry((number, group)).or_default();
-                    members.extend(nodes.clone().map(|n| n + first_node));
-                    facets.extend(free.then_some(facet));
+                    let members = self.of.entry((number, group)).or_default();
+                    members.nodes.extend(nodes.clone().map(|n| n + first_node));
+                    let facets = match free {
+                        true => &mut members.facets,
+                        false => &mut members.inside.facets,
+                    };
+                    facets.push(facet);
                 }
             }
         }
         for (node, &point) in (first_node..).zip(&part.points) {
             for group in source.point_groups(point) {
-                self.of.entry((number, group)).or_default().0.push(node);
+                self.of.entry((number, group)).or_default().nodes.push(node);
+            }
+        }
+        self.add_curves(number, source, &part.points, first_node);
+    }
+
+    /// Adds the edges of curves in space between `points`, nodes from the `first` on.
+    fn add_curves(&mut self, number: usize, source: &Source, points: &[u32], first: u32) {
+        if !source.has_curves() {
+            return;
+        }
+        let node_at: BTreeMap<u32, u32> = points.iter().copied().zip(first..).collect();
+        for (&point, &node) in &node_at {
+            for (other, group) in source.curves_from(point) {
+                if let Some(&other) = node_at.get(&other) {
+                    let members = self.of.entry((number, group)).or_default();
+                    let edge = [node.min(other), node.max(other)];
+                    members.inside.edges.push(edge);
+                }
             }
         }
     }
@@ -79,8 +104,12 @@ impl Members {
                 };
                 for index in raw {
                     let members = self.of.remove(&(number, index)).unwrap_or_default();
-                    group.nodes.extend(members.0);
-                    group.facets.extend(members.1);
+                    group.nodes.extend(members.nodes);
+                    group.facets.extend(members.facets);
+                    let inside = &mut group.inside;
+                    inside.elements.extend(members.inside.elements);
+                    inside.facets.extend(members.inside.facets);
+                    inside.edges.extend(members.inside.edges);
                 }
                 group.nodes.sort_unstable();
                 group.nodes.dedup();

@@ -178,4 +178,17 @@ pub struct Group {
     pub facets: Vec<Facet>,
     /// What it is, for messages: "surfaces of prisms.msh" and the like.
     pub origin: String,
+    /// What else its nodes lie on.
+    pub(crate) inside: Inside,
+}
+
+/// What nodes of a group lie on that is no boundary facet: new nodes there belong to it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Inside {
+    /// Elements, of groups of full dimension.
+    pub(crate) elements: Vec<u32>,
+    /// Facets within blocks.
+    pub(crate) facets: Vec<Facet>,
+    /// Nodes at both ends of the edges of curves in space, the lower one first.
+    pub(crate) edges: Vec<[u32; 2]>,
 }

@@ -16,6 +16,8 @@ pub(super) struct Source {
     facets: Vec<([u32; 4], u32)>,
     /// Points and the groups of lower dimension than facets that they lie in, sorted.
     points: Vec<(u32, u32)>,
+    /// Edges of curves in space, the lower point first, and their groups, sorted.
+    edges: Vec<([u32; 2], u32)>,
     /// Whether a point belongs to a facet in a group: a quick refusal.
     on_facet: Vec<bool>,
 }
@@ -31,6 +33,7 @@ impl Source {
             cells: vec![Vec::new(); raw.group_sets.len()],
             facets: Vec::new(),
             points: Vec::new(),
+            edges: Vec::new(),
             on_facet: vec![false; raw.points.len()],
             raw: RawMesh::default(),
         };
@@ -53,6 +56,12 @@ impl Source {
                         let groups = &raw.group_sets[set as usize];
                         let of_node = |&n| groups.iter().map(move |&group| (n, group));
                         source.points.extend(nodes.iter().flat_map(of_node));
+                        if let &[a, b] = nodes {
+                            let edge = [a.min(b), a.max(b)];
+                            source
+                                .edges
+                                .extend(groups.iter().map(|&group| (edge, group)));
+                        }
                     }
                     _ => {}
                 }
@@ -62,6 +71,8 @@ impl Source {
         source.facets.dedup();
         source.points.sort_unstable();
         source.points.dedup();
+        source.edges.sort_unstable();
+        source.edges.dedup();
         source.raw = raw;
         Ok(source)
     }
@@ -150,6 +161,20 @@ impl Source {
             .iter()
             .take_while(move |(other, _)| *other == point);
         same.map(|&(_, group)| group)
+    }
+
+    /// Whether groups of curves in space have edges.
+    pub(super) fn has_curves(&self) -> bool {
+        !self.edges.is_empty()
+    }
+
+    /// Edges of curves in space from a point to one with a higher number: that, and a group.
+    pub(super) fn curves_from(&self, point: u32) -> impl Iterator<Item = (u32, u32)> {
+        let start = self.edges.partition_point(|&([a, _], _)| a < point);
+        let same = self.edges[start..]
+            .iter()
+            .take_while(move |&&([a, _], _)| a == point);
+        same.map(|&([_, b], group)| (b, group))
     }
 
     /// Number of points that no element uses.

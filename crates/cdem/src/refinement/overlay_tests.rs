@@ -8,7 +8,7 @@ use super::refined::refined;
 use super::tests::{Ground, size, volume};
 use super::{Cell, Forest, Tetrahedron, Triangle};
 use crate::element::tests::kinds;
-use crate::mesh::{Facet, Mesh};
+use crate::mesh::{Facet, Group, Inside, Mesh};
 use crate::vector::{add, add_scaled, cross, dot, norm, pad, sub};
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
@@ -347,6 +347,62 @@ fn check_overlays<const D: usize, C: Cell>(
             }
         }
     }
+}
+
+/// New nodes in an element, on a facet within the block, or on an edge of a group belong to it.
+fn groups_inside_stay<const D: usize, C: Cell>() {
+    check_overlays::<D, C>(|ground, overlay, rng, case| {
+        let mesh = &ground.mesh;
+        let element = rng.usize(0..mesh.elements.len()) as u32;
+        let shape = &mesh.elements[element as usize];
+        let local = rng.usize(0..shape.kind.facets().len()) as u8;
+        let facet = Facet { element, local };
+        let corners: Vec<u32> = mesh.facet_nodes(facet).collect();
+        let edge = [corners[0].min(corners[1]), corners[0].max(corners[1])];
+        let inside = [
+            Inside {
+                elements: vec![element],
+                ..Inside::default()
+            },
+            Inside {
+                facets: vec![facet],
+                ..Inside::default()
+            },
+            Inside {
+                edges: vec![edge],
+                ..Inside::default()
+            },
+        ];
+        let cells = [shape.nodes().to_vec(), corners, edge.to_vec()];
+        for (inside, mut nodes) in inside.into_iter().zip(cells) {
+            nodes.sort_unstable();
+            let group = Group {
+                nodes: nodes.clone(),
+                inside,
+                ..Group::default()
+            };
+            let grouped = Mesh {
+                groups: vec![group],
+                ..mesh.clone()
+            };
+            let found = refined(&grouped, &[Some(overlay)]);
+            let new = (overlay.base_count as u32..).zip(&overlay.hulls);
+            let is_in = |hull: &[u32]| hull.iter().all(|node| nodes.contains(node));
+            let new = new.filter(|(_, hull)| is_in(hull)).map(|(node, _)| node);
+            let wanted: Vec<u32> = nodes.iter().copied().chain(new).collect();
+            assert_eq!(found.groups[0].nodes, wanted, "{case}");
+        }
+    });
+}
+
+#[test]
+fn groups_inside_plane_meshes_stay() {
+    groups_inside_stay::<2, Triangle>();
+}
+
+#[test]
+fn groups_inside_solid_meshes_stay() {
+    groups_inside_stay::<3, Tetrahedron>();
 }
 
 /// What varies linearly in space does so after refinement, in distorted elements too.

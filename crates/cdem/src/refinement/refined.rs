@@ -1,9 +1,10 @@
 //! The mesh of all blocks, with overlays over some of them.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use super::overlay::Overlay;
-use crate::mesh::{Block, Element, Facet, Group, Mesh, Parts};
+use crate::mesh::{Block, Element, Facet, Group, Inside, Mesh, Parts};
 
 /// Where the facets of the base mesh have gone.
 struct Facets<'a, const D: usize> {
@@ -137,26 +138,54 @@ impl<const D: usize> Facets<'_, D> {
         blocks.partition_point(|block| block.nodes.end <= node)
     }
 
-    /// A group as it is now: new nodes and facets on its facets belong to it.
+    /// A group as it is now: new nodes in its elements, on its facets and on its edges belong
+    /// to it, and new facets on its facets.
     fn group(&self, group: &Group) -> Group {
         let now = |&node: &u32| {
             let block = self.block_of(node);
             node - self.base.blocks[block].nodes.start + self.mesh.blocks[block].nodes.start
         };
+        let inside = &group.inside;
         let facets = self.all(&group.facets);
+        let of_facets = facets.iter().copied().chain(self.all(&inside.facets));
+        let elements = inside.elements.iter();
+        let elements = elements.flat_map(|&element| self.of[element as usize].clone());
+        let of_element = |element: u32| self.mesh.elements[element as usize].nodes();
         let mut nodes: Vec<u32> = group.nodes.iter().map(now).collect();
-        nodes.extend(
-            facets
-                .iter()
-                .flat_map(|&facet| self.mesh.facet_nodes(facet)),
-        );
+        nodes.extend(of_facets.flat_map(|facet| self.mesh.facet_nodes(facet)));
+        nodes.extend(elements.flat_map(of_element));
+        nodes.extend(self.on_edges(&inside.edges));
         nodes.sort_unstable();
         nodes.dedup();
         Group {
+            name: group.name.clone(),
+            origin: group.origin.clone(),
             nodes,
             facets,
-            ..group.clone()
+            inside: Inside::default(),
         }
+    }
+
+    /// New nodes on edges of the base mesh.
+    fn on_edges(&self, edges: &[[u32; 2]]) -> Vec<u32> {
+        let edges: HashSet<[u32; 2]> = edges.iter().copied().collect();
+        let mut nodes = Vec::new();
+        if edges.is_empty() {
+            return nodes;
+        }
+        let blocks = self.base.blocks.iter().zip(&self.mesh.blocks);
+        for ((base, block), overlay) in blocks.zip(self.overlays) {
+            let Some(overlay) = overlay else { continue };
+            let first = block.nodes.start + overlay.base_count as u32;
+            for (node, hull) in (first..).zip(&overlay.hulls) {
+                if let &[a, b] = hull.as_slice()
+                    && edges.contains(&[a, b].map(|node| node + base.nodes.start))
+                {
+                    nodes.push(node);
+                }
+            }
+        }
+        nodes
     }
 
     /// What these facets of the base mesh are now, sorted.

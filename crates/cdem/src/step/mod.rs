@@ -30,6 +30,7 @@ use crate::mesh::Element;
 use crate::model::build::{Built, SPEED_OF_LIGHT};
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
+use crate::profile::{Stage, Stopwatch};
 use crate::refinement::SecondScale;
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
 
@@ -54,6 +55,8 @@ pub(crate) struct Run<const D: usize> {
     around: Around,
     /// Which boundary conditions act.
     acting: Vec<bool>,
+    /// Time of all but what contact counts itself.
+    pub(crate) watch: Stopwatch,
 }
 
 /// Corrections of positions so far.
@@ -88,6 +91,7 @@ impl<const D: usize> Run<D> {
             element_updates: 0,
             corrections: Corrections::default(),
             plan: Plan::default(),
+            watch: Stopwatch::default(),
             acting: model
                 .prescribed
                 .iter()
@@ -125,6 +129,7 @@ impl<const D: usize> Run<D> {
 
     /// One coarse step.
     pub(crate) fn step(&mut self) {
+        self.watch.skip();
         for &node in &self.touched {
             self.node_impulse[node as usize] = [0.0; D];
         }
@@ -148,6 +153,7 @@ impl<const D: usize> Run<D> {
         // steps sees the state as the next step will.
         self.switch_boundaries();
         self.part_contacts();
+        self.watch.lap(Stage::Geometry);
         self.prepare();
     }
 
@@ -173,14 +179,18 @@ impl<const D: usize> Run<D> {
         let join = self.find_contacts();
         if self.plan.elements.is_empty() {
             self.assign_levels();
+            self.watch.lap(Stage::Plan);
         }
         let before = self.refine();
+        self.watch.lap(Stage::Refinement);
         if join || self.plan.elements.is_empty() {
             self.assign_levels();
         }
         self.group_contacts();
+        self.watch.lap(Stage::Plan);
         if let Some(before) = before {
             self.ledger.remesh_loss += before - self.balance();
+            self.watch.lap(Stage::Refinement);
         }
     }
 
@@ -211,7 +221,9 @@ impl<const D: usize> Run<D> {
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
-        contacts.is_some_and(|contacts| contacts.find(at, &outlook, instant))
+        let join = contacts.is_some_and(|contacts| contacts.find(at, &outlook, instant));
+        self.watch.lap(Stage::Search);
+        join
     }
 
     /// Section 5: penetration that several simultaneous hits have left goes
@@ -293,6 +305,7 @@ impl<const D: usize> Run<D> {
             Purpose::Advance,
         );
         self.state.velocity = velocity;
+        self.watch.lap(Stage::Forces);
         self.hold_contacts(substep);
         let velocity = &self.state.velocity;
         self.model
@@ -313,6 +326,7 @@ impl<const D: usize> Run<D> {
         for set in 0..self.model.sets.len() {
             self.element_updates += substep.elements(set).len() as u64;
         }
+        self.watch.lap(Stage::Motion);
     }
 
     /// Section 5: the impulses that keep closed pairs together, or part them.
@@ -334,6 +348,7 @@ impl<const D: usize> Run<D> {
             },
             &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
         );
+        self.watch.skip();
         for (node, impulse) in &received {
             if self.model.inertia.held(*node as usize).contains(&true) {
                 let contact = &mut self.impulses.contact[*node as usize];
@@ -384,6 +399,7 @@ impl<const D: usize> Run<D> {
             }
         }
         let Some(contacts) = contacts else { return };
+        self.watch.lap(Stage::Motion);
         let mut split = Split {
             sets: &model.sets,
             place: &model.place,
@@ -405,6 +421,7 @@ impl<const D: usize> Run<D> {
             &mut split,
             &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
         );
+        self.watch.skip();
         if received.is_empty() {
             return;
         }

@@ -8,6 +8,7 @@ use crate::contact::remesh::Place;
 use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
 use crate::model::build::SPEED_OF_LIGHT;
+use crate::profile::Stage;
 use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
 use crate::vector::{add_scaled, norm, scale};
 
@@ -78,6 +79,7 @@ impl<const D: usize> Run<D> {
             }
             before.get_or_insert_with(|| self.balance());
             self.remesh(&mut second, changes);
+            self.watch.lap(Stage::Refinement);
             self.find_contacts();
         }
         self.second_scale = Some(second);
