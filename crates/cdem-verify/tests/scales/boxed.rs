@@ -1,6 +1,20 @@
 //! Boxes that bounce about between walls, for long: refined and coarsened again and again.
 
+use std::collections::BTreeSet;
+
+use cdem::Simulation;
 use cdem_verify::{Balance, load, run};
+
+/// Pairs of blocks that touch, sorted.
+fn pairs(simulation: &Simulation) -> BTreeSet<[String; 2]> {
+    let live = simulation.live_contacts().into_iter();
+    live.map(|contact| {
+        let mut pair = [contact.main, contact.target];
+        pair.sort();
+        pair
+    })
+    .collect()
+}
 
 /// Energy is never above that of the start. Where no box is refined and none touches, it is
 /// not above what it was the last time that this was so; in between a change of mesh may
@@ -13,7 +27,7 @@ fn bounce(end: f64, changes: u64) {
     let start = simulation.history();
     let mut balance = Balance::new(&mut simulation);
     let (mut last, mut changed) = (start, 0);
-    let (mut contacts, mut exchanged) = (0, 0.0);
+    let (mut touching, mut impacts, mut exchanged) = (BTreeSet::new(), 0, 0.0);
     let (mut quiet, mut raised) = (start.kinetic_energy, 0.0_f64);
     run(&mut simulation, |simulation| {
         let row = balance.look(simulation);
@@ -27,14 +41,17 @@ fn bounce(end: f64, changes: u64) {
             quiet = quiet.min(energy);
         }
         changed += u64::from(row.elements != last.elements);
-        // What one box has of it, at each touch.
-        exchanged += (simulation.contacts_begun() - contacts) as f64 * energy / boxes;
-        contacts = simulation.contacts_begun();
+        // What one box has of it, each time that two come to touch.
+        let now = pairs(simulation);
+        let begun = now.difference(&touching).count();
+        exchanged += begun as f64 * energy / boxes;
+        impacts += begun;
+        touching = now;
         last = row;
     });
     let of_start = |energy: f64| energy / start.kinetic_energy;
     println!(
-        "{} steps, {contacts} contacts, {changed} changes of mesh; of the energy {:.3} left, {:.3} \
+        "{} steps, {impacts} impacts, {changed} changes of mesh; of the energy {:.3} left, {:.3} \
          lost in impacts, {:.3} in changes of mesh, rise {:.1e}, in flight {:.1e}; momentum {:.1e}; residual {:.1e} \
          of the energy, {:.1e} of what boxes had as they touched",
         last.step,

@@ -1,8 +1,9 @@
 //! What keeps a collision from losing as little as is wanted, and that a run says so.
 
+use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::scene::Mass;
-use cdem_verify::{Case, run};
+use cdem::scene::{ContactModel, Mass};
+use cdem_verify::{Case, load, run};
 
 use crate::prisms::Prisms;
 
@@ -22,7 +23,10 @@ fn case() -> Case {
 
 /// What is said of a collision, and how many elements there are at most.
 fn told(case: &Case) -> (Vec<String>, u64) {
-    let mut simulation = prisms().start(case);
+    told_of(prisms().start(case))
+}
+
+fn told_of(mut simulation: Simulation) -> (Vec<String>, u64) {
     let mut most = 0;
     run(&mut simulation, |simulation| {
         most = most.max(simulation.history().elements);
@@ -74,4 +78,26 @@ fn the_speed_is_told() {
     let (told, most) = told(&case);
     assert!(told.len() == 1 && most == 2, "{told:?} {most}");
     assert!(told[0].contains("fast"), "{told:?}");
+}
+
+/// Cubes that meet flush would take too many elements.
+#[test]
+fn a_crowd_is_told() {
+    let mut case = load("joint-3d");
+    case.scene.contact.model = ContactModel::TwoScale;
+    case.scene.contact.strength.tensile_strength = 0.0;
+    case.scene.contact.strength.cohesion = 0.0;
+    case.scene.load.clear();
+    case.scene.boundary.clear();
+    case.scene.contact.energy_loss = 1e-3;
+    for name in ["lower", "upper"] {
+        case.divide(name, &[1; 3], ElementKind::Hex8);
+    }
+    let upper = case.block("upper");
+    upper.translate = vec![0.0, 0.0, 0.01];
+    upper.velocity = vec![0.0, 0.0, -1.0];
+    case.scene.time.end = 0.012;
+    let (told, most) = told_of(case.start());
+    assert!(told.len() == 1 && most > 2, "{told:?} {most}");
+    assert!(told[0].contains("too many elements"), "{told:?}");
 }

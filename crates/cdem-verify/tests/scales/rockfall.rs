@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 use cdem::Simulation;
-use cdem::sample::BlockRow;
+use cdem::sample::{BlockRow, ContactRow};
 use cdem::scene::ContactModel;
 use cdem_verify::{Balance, load};
 use nalgebra::Vector3;
@@ -44,13 +44,21 @@ fn impact_energy(rows: [&BlockRow; 2], point: [f64; 3], normal: [f64; 3], fixed:
     0.5 * approach.min(0.0).powi(2) / mobility
 }
 
-/// Pairs of blocks in contact, with a point and the normal of each.
+/// Pairs of blocks in contact, sorted, with a point of each and the normal from the second
+/// to the first.
 fn pairs(simulation: &Simulation) -> BTreeMap<[String; 2], [[f64; 3]; 2]> {
     let frame = simulation.contact_frame();
     let places = frame.points.into_iter().zip(frame.normals);
     let live = simulation.live_contacts().into_iter().zip(places);
-    live.map(|(contact, (point, normal))| ([contact.main, contact.target], [point, normal]))
-        .collect()
+    let pair = |(contact, (point, normal)): (ContactRow, ([f64; 3], [f64; 3]))| {
+        if contact.main < contact.target {
+            ([contact.main, contact.target], [point, normal])
+        } else {
+            let normal = normal.map(|x: f64| -x);
+            ([contact.target, contact.main], [point, normal])
+        }
+    };
+    live.map(pair).collect()
 }
 
 fn fall(model: ContactModel, end: f64) -> Outcome {

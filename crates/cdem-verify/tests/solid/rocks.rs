@@ -136,20 +136,20 @@ fn rocks_settle_in_a_box() {
 #[test]
 #[ignore = "slow study: rocks until they rest"]
 fn a_hundred_rocks_come_to_rest() {
-    settle([5, 5, 5], false, 4.0).assert_rest();
+    settle([5, 5, 5], false, 4.5).assert_rest();
 }
 
 #[test]
 #[ignore = "slow study: a thousand rocks"]
 fn a_thousand_rocks_come_to_rest() {
-    settle([20, 10, 5], false, 4.0).assert_rest();
-    settle([20, 10, 5], true, 4.0).assert_rest();
+    settle([20, 10, 5], false, 4.5).assert_rest();
+    settle([20, 10, 5], true, 4.5).assert_rest();
 }
 
 #[test]
 #[ignore = "slow study: five thousand rocks"]
 fn five_thousand_rocks_come_to_rest() {
-    settle([50, 20, 5], false, 4.0).assert_rest();
+    settle([50, 20, 5], false, 4.5).assert_rest();
 }
 
 #[test]

@@ -73,6 +73,14 @@ pub(crate) struct Record {
 }
 
 impl Record {
+    /// What there is of it if it ends at a time, s.
+    pub(crate) fn ended(&self, time: f64) -> Self {
+        Self {
+            time_off: Some(time),
+            ..self.clone()
+        }
+    }
+
     /// Counts an impulse in the frame of which some was counted `before`, N·s.
     pub(crate) fn count<const D: usize>(&mut self, before: &[f64; D], impulse: &[f64; D]) {
         self.step_impulse += impulse[0] - before[0];

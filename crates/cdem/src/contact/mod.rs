@@ -347,10 +347,7 @@ impl<const D: usize> Contacts<D> {
                 }
             };
             let ended = ended.into_iter();
-            self.ended.extend(ended.map(|record| Record {
-                time_off: Some(time),
-                ..record
-            }));
+            self.ended.extend(ended.map(|record| record.ended(time)));
         }
         self.books.watch.lap(Stage::Geometry);
     }

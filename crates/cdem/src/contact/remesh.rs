@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::contact::island::Island;
+use crate::contact::island::{Island, MISS};
 use crate::contact::live::{Live, Record};
 use crate::contact::search::{Patches, Search};
 use crate::contact::solve::shear_norm;
@@ -10,7 +10,14 @@ use crate::contact::surface::{Feature, Pair, Positions, Surface};
 use crate::contact::{Contacts, Moment};
 use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
-use crate::vector::{add_scaled, dot};
+use crate::vector::{add_scaled, dot, norm, scale, sub};
+
+/// Overlap that a change of mesh may make, over the tolerance: what gaps may miss at the end
+/// of any drift.
+const SLIGHT_OVERLAP: f64 = MISS;
+
+/// Contacts of a block that are lifted one after the other, at most.
+const LIFTS: usize = 64;
 
 /// Two blocks that are about to touch, or touch.
 #[derive(Clone, Debug)]
@@ -115,49 +122,97 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Which nodes, and others of their features, would move on these `ways`, m, where other
-    /// blocks are no farther away than that.
-    pub(crate) fn close(&self, at: Positions<D>, ways: &[f64]) -> Vec<bool> {
-        let longest = |nodes: &[u32]| {
-            let of = nodes.iter().map(|&node| ways[node as usize]);
-            of.fold(0.0, f64::max)
-        };
-        let mut margins = vec![self.terms.tolerance; self.fixed.len()];
+    /// Nodes of features that would come into what is beside them by these `moves` of all
+    /// nodes, m, or leave what they touch.
+    pub(crate) fn harmed(&self, at: Positions<D>, moves: &[[f64; D]]) -> Vec<bool> {
+        let tolerance = self.terms.tolerance;
+        let ways: Vec<f64> = moves.iter().map(norm).collect();
+        let mut margins = vec![tolerance; self.fixed.len()];
         for (way, &block) in ways.iter().zip(&self.terms.block_of) {
             let margin = &mut margins[block as usize];
-            *margin = margin.max(way + self.terms.tolerance);
+            *margin = margin.max(way + tolerance);
         }
         let margin = |block: u32| margins[block as usize];
         let may_meet = self.terms.may_meet(&self.fixed);
-        let goes = |block: u32| margin(block) > self.terms.tolerance;
+        let goes = |block: u32| margin(block) > tolerance;
         let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
         let surface = &*self.terms.surface;
-        let pairs = self
-            .terms
-            .patches
-            .overlapping(surface, at, &margin, &wanted);
-        let mut close = vec![false; ways.len()];
-        for pair in pairs {
+        let patches = &self.terms.patches;
+        let mut closed: Vec<Pair> = self.live().map(|live| live.pair).collect();
+        closed.sort_unstable();
+        let mut harmed = vec![false; moves.len()];
+        for pair in patches.overlapping(surface, at, &margin, &wanted) {
             let sides = [
                 surface.main_nodes(pair.main),
                 surface.target_nodes(pair.target),
             ];
+            let longest = |nodes: &[u32]| {
+                let of = nodes.iter().map(|&node| ways[node as usize]);
+                of.fold(0.0, f64::max)
+            };
             let of_sides = sides.map(longest);
-            let reach = of_sides[0] + of_sides[1] + 2.0 * self.terms.tolerance;
-            if of_sides != [0.0; 2] && surface.apart(pair, at) <= reach {
+            let reach = of_sides[0] + of_sides[1] + 2.0 * tolerance;
+            if of_sides == [0.0; 2] || surface.apart(pair, at) > reach {
+                continue;
+            }
+            let projection = surface.project(pair, at);
+            let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+            let change = surface
+                .operator(pair, &foot, at)
+                .relative_velocity(0, moves);
+            let after = projection.gap + change;
+            let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
+            let leaves = change > tolerance && closed.binary_search(&pair).is_ok();
+            // Edges that are parallel have no gap.
+            if enters || leaves || after.is_nan() {
                 for (nodes, way) in sides.iter().zip(of_sides) {
-                    nodes
-                        .iter()
-                        .for_each(|&node| close[node as usize] |= way > 0.0);
+                    let nodes = nodes.iter();
+                    nodes.for_each(|&node| harmed[node as usize] |= way > 0.0);
                 }
             }
         }
-        close
+        harmed
+    }
+
+    /// The least move of a block besides these `moves` of all nodes, m, with which none of its
+    /// contacts overlaps more; `None` where there is none, or a longer one than the tolerance.
+    pub(crate) fn lift(
+        &self,
+        block: u32,
+        at: Positions<D>,
+        moves: &[[f64; D]],
+    ) -> Option<[f64; D]> {
+        let of_block = self
+            .live()
+            .filter(|live| live.record.blocks.contains(&block));
+        let gaps = of_block.map(|live| {
+            let operator = live.operator(&*self.terms.surface, at);
+            let main = self.terms.surface.main_nodes(live.pair.main)[0];
+            let is_main = self.terms.block_of[main as usize] == block;
+            let out = scale(if is_main { 1.0 } else { -1.0 }, &operator.frame[0]);
+            (operator.relative_velocity(0, moves), out)
+        });
+        let gaps: Vec<(f64, [f64; D])> = gaps.collect();
+        let mut shift = [0.0; D];
+        for _ in 0..LIFTS {
+            let after = gaps
+                .iter()
+                .map(|(change, out)| (change + dot(out, &shift), out));
+            match after.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((least, out)) if least < 0.0 => add_scaled(&mut shift, -least, out),
+                _ => return (norm(&shift) <= self.terms.tolerance).then_some(shift),
+            }
+            if norm(&shift) > self.terms.tolerance {
+                return None;
+            }
+        }
+        // What is left is round-off, or the next look says that it is not.
+        Some(shift)
     }
 
     /// Goes on with the surface of another mesh of the same blocks, of which some have
     /// `changed`: contacts go on where they are; those of points that there are no more
-    /// begin anew, as far as they touch there.
+    /// where their blocks touch nearest to these, as far as they do.
     pub(crate) fn remesh(
         &mut self,
         (old, new): (Sight<D>, Sight<D>),
@@ -167,7 +222,6 @@ impl<const D: usize> Contacts<D> {
         inertia: &Inertia<D>,
         time: f64,
     ) {
-        let nodes_of = |block: u32| mesh.blocks[block as usize].nodes.clone();
         let before = std::mem::replace(&mut self.terms.surface, surface);
         self.terms.block_of = vec![0; mesh.nodes.len()];
         for (number, block) in (0..).zip(&mesh.blocks) {
@@ -175,50 +229,33 @@ impl<const D: usize> Contacts<D> {
             self.terms.block_of[nodes].fill(number);
         }
         self.terms.halvings = mesh.halvings_at_nodes();
-        let after = &*self.terms.surface;
-        self.terms.patches = Patches::new(after, &self.terms.block_of, &mesh.nodes);
+        self.terms.patches = Patches::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
         self.search = Search::default();
         self.near.clear();
         self.joins.clear();
         self.grouped = false;
-        let mut lost: Vec<Record> = Vec::new();
-        let mut kept: Vec<Live<D>> = Vec::new();
-        let mut all: Vec<Live<D>> = Vec::new();
-        for island in &mut self.islands {
-            all.append(&mut island.live);
-        }
-        for mut live in all {
-            let marks = before.marks(live.pair, &live.foot, old.rest);
-            let nodes = live.record.blocks.map(nodes_of);
-            let found = after.at_marks(&marks, nodes, new.rest);
-            let Some((pair, foot)) = found else {
-                lost.push(live.record);
-                continue;
-            };
-            let frames = [
-                before.operator(live.pair, &live.foot, old.at).frame,
-                after.operator(pair, &foot, new.at).frame,
-            ];
-            live.impulse = turned(&live.impulse, &frames);
-            if live
-                .record
-                .blocks
-                .iter()
-                .any(|&block| changed[block as usize])
-            {
-                live.foot = foot;
+        let all = self.islands.iter_mut();
+        let all: Vec<Live<D>> = all.flat_map(|island| island.live.drain(..)).collect();
+        let carry = Carry {
+            before: &*before,
+            after: &*self.terms.surface,
+            sights: [old, new],
+            mesh,
+            changed,
+        };
+        let (mut kept, mut lost) = (Vec::new(), Vec::new());
+        for live in all {
+            match carry.carried(live) {
+                Ok(live) => kept.push(live),
+                Err(of) => lost.push(of),
             }
-            live.pair = pair;
-            kept.push(live);
         }
-        kept.sort_by_key(|live| live.pair);
+        // Of several that are one now, one that still holds by its strength goes on.
+        kept.sort_by_key(|live| (live.pair, !live.joint));
         kept.dedup_by(|next, first| {
             let same = next.pair == first.pair;
             if same {
-                self.ended.push(Record {
-                    time_off: Some(time),
-                    ..next.record.clone()
-                });
+                self.ended.push(next.record.ended(time));
             }
             same
         });
@@ -231,19 +268,24 @@ impl<const D: usize> Contacts<D> {
         self.begin_anew(lost, new.at, inertia, time);
     }
 
-    /// Contacts of blocks that have `lost` some begin where these blocks touch.
-    fn begin_anew(&mut self, lost: Vec<Record>, at: Positions<D>, inertia: &Inertia<D>, time: f64) {
+    /// Contacts of blocks that have `lost` some begin where these blocks touch, and are the
+    /// nearest of those from now on.
+    fn begin_anew(
+        &mut self,
+        mut lost: Vec<Lost<D>>,
+        at: Positions<D>,
+        inertia: &Inertia<D>,
+        time: f64,
+    ) {
         if lost.is_empty() {
             return;
         }
-        let ordered = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-        let mut blocks: Vec<[u32; 2]> = lost.iter().map(|r| ordered(r.blocks)).collect();
+        let mut blocks: Vec<[u32; 2]> = lost
+            .iter()
+            .map(|of| ordered(of.live.record.blocks))
+            .collect();
         blocks.sort_unstable();
         blocks.dedup();
-        self.ended.extend(lost.into_iter().map(|record| Record {
-            time_off: Some(time),
-            ..record
-        }));
         let within = self.terms.tolerance;
         let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
         let pairs = self
@@ -259,14 +301,90 @@ impl<const D: usize> Contacts<D> {
                 && projection.outside <= within
                 && surface.admits(pair, at)
                 && surface.presses(pair, at, within);
-            if touches {
-                let count = island.live.len();
-                self.books.touches += island.touch(&setting, Moment::still(at), pair, time);
-                for live in &mut island.live[count..] {
-                    live.fresh = false;
+            if touches && island.touch(&setting, Moment::still(at), pair, time) > 0 {
+                let Some(live) = island.live.last_mut() else {
+                    continue;
+                };
+                live.fresh = false;
+                match Lost::nearest(&lost, live, surface.point(pair, at)) {
+                    Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
+                    None => self.books.touches += 1,
                 }
             }
         }
+        self.ended
+            .extend(lost.into_iter().map(|of| of.live.record.ended(time)));
+    }
+}
+
+/// A contact of a point that there is no more.
+struct Lost<const D: usize> {
+    live: Live<D>,
+    /// Where it was, m.
+    point: [f64; D],
+}
+
+impl<const D: usize> Lost<D> {
+    /// The nearest to a contact of the same blocks at a point, m.
+    fn nearest(all: &[Self], live: &Live<D>, point: [f64; D]) -> Option<usize> {
+        let blocks = ordered(live.record.blocks);
+        let same = (0..all.len()).filter(|&i| ordered(all[i].live.record.blocks) == blocks);
+        let apart = |i: usize| norm(&sub(&all[i].point, &point));
+        same.min_by(|&i, &j| apart(i).total_cmp(&apart(j)))
+    }
+}
+
+impl<const D: usize> Live<D> {
+    /// Is another from now on, at a point and in a direction of its own.
+    fn follow_on(&mut self, other: &Self) {
+        self.joint = other.joint;
+        self.record = Record {
+            area: self.record.area,
+            blocks: self.record.blocks,
+            ..other.record.clone()
+        };
+    }
+}
+
+fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Contacts from one surface to another.
+struct Carry<'a, const D: usize> {
+    before: &'a dyn Surface<D>,
+    after: &'a dyn Surface<D>,
+    /// Before and after.
+    sights: [Sight<'a, D>; 2],
+    /// After.
+    mesh: &'a Mesh<D>,
+    /// Which blocks have another mesh.
+    changed: &'a [bool],
+}
+
+impl<const D: usize> Carry<'_, D> {
+    /// A contact where it was, if its point is still there.
+    fn carried(&self, mut live: Live<D>) -> Result<Live<D>, Lost<D>> {
+        let [old, new] = self.sights;
+        let blocks = live.record.blocks;
+        let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
+        let marks = self.before.marks(live.pair, &live.foot, old.rest);
+        let Some((pair, foot)) = self.after.at_marks(&marks, nodes, new.rest) else {
+            let point = self.before.point(live.pair, old.at);
+            return Err(Lost { live, point });
+        };
+        let frames = [
+            self.before.operator(live.pair, &live.foot, old.at).frame,
+            self.after.operator(pair, &foot, new.at).frame,
+        ];
+        for vector in [&mut live.impulse, &mut live.offset] {
+            *vector = turned(vector, &frames);
+        }
+        if blocks.iter().any(|&block| self.changed[block as usize]) {
+            live.foot = foot;
+        }
+        live.pair = pair;
+        Ok(live)
     }
 }
 

@@ -20,6 +20,14 @@ const CROWD: f64 = 8192.0;
 /// as one over the distance: that of smaller elements would leave what is elastic.
 const PRESSED: f64 = 8.0;
 
+/// Size of elements over the way of compression waves in the time of damping in proportion to
+/// stiffness, at least. What is shorter is damped within one wave: a touch of smaller elements
+/// loses less, but they need steps as the square of their size. Over the size of the elements
+/// before refinement no more than that is asked for: what is damped so much at their size
+/// deforms in its points of contact alone.
+const DAMPED: f64 = 0.5;
+const DAMPED_OF_SIZE: f64 = 0.25;
+
 /// Distance between touches over the size of the elements there before refinement, from
 /// which on blocks meet flush.
 const FLUSH: f64 = 0.25;
@@ -63,6 +71,8 @@ pub(crate) struct Depth {
 pub(crate) enum Limit {
     /// Finer ones would be strained beyond what is elastic: [`PRESSED`].
     Speed,
+    /// Damping takes what finer ones would keep: [`DAMPED`].
+    Damping,
     /// `max_level`.
     Level,
     /// There are no more time levels.
@@ -175,20 +185,25 @@ impl<const D: usize> SecondScale<D> {
         })
     }
 
-    /// The least size of elements on one side of an encounter, m, and why.
+    /// The least size of elements on one side of an encounter, m, and why; where they may not be
+    /// halved once, their own.
     fn least_size(&self, encounter: &Encounter<D>, side: usize, pressed: f64) -> (f64, Limit) {
         let (block, size) = (encounter.blocks[side], encounter.sizes[side]);
         let halved = |times: u32| 0.5_f64.powi(times as i32) * size;
         let pressed = pressed * encounter.speed / self.wave_speed(block) * self.widths[block];
+        let damping = self.foundation.material(block).damping.stiffness;
+        let damped = DAMPED * damping * self.wave_speed(block);
         let limits = [
             (pressed, Limit::Speed),
+            (damped.min(DAMPED_OF_SIZE * size), Limit::Damping),
             (halved(self.max_level), Limit::Level),
             (halved(encounter.halvings[side]), Limit::Step),
         ];
         let larger = |a: (f64, Limit), b: (f64, Limit)| if b.0 > a.0 { b } else { a };
         let [first, rest @ ..] = limits;
         let (least, limit) = rest.into_iter().fold(first, larger);
-        (least.min(size), limit)
+        let least = if least > halved(1) { size } else { least };
+        (least, limit)
     }
 
     /// Why elements of the least `sizes`, m, are no smaller where they lose most.

@@ -73,6 +73,19 @@ impl<const D: usize> Foundation<D> {
         (self.space.overlay)(base, &self.mesh, block, wanted)
     }
 
+    /// Masses of the nodes of a block with a cover or without one, kg.
+    pub(crate) fn nodal_masses<'a>(
+        &'a self,
+        block: usize,
+        cover: Option<&'a Cover<D>>,
+    ) -> &'a [f64] {
+        let nodes = &self.mesh.blocks[block].nodes;
+        match cover {
+            Some(cover) => &cover.mass,
+            None => &self.masses.nodal[nodes.start as usize..nodes.end as usize],
+        }
+    }
+
     /// Size of the largest element of a block, m.
     pub(super) fn largest_size(&self, block: usize) -> f64 {
         let elements = self.mesh.blocks[block].elements.clone();

@@ -37,6 +37,8 @@ pub(super) struct Limited {
     pub(super) blocks: [u32; 2],
     pub(super) time: f64,
     pub(super) speed: f64,
+    /// What it was to lose of its energy.
+    pub(super) share: f64,
 }
 
 impl Impacts {
@@ -117,6 +119,7 @@ impl Impact {
             blocks,
             time: self.time,
             speed: self.speed,
+            share: self.loss / self.energy,
         };
         let known = limited.entry(limit).or_insert(own);
         let count = known.count + 1;

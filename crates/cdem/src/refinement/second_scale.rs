@@ -57,6 +57,8 @@ pub(crate) struct SecondScale<const D: usize> {
 pub(crate) struct Change<const D: usize> {
     pub(crate) block: usize,
     pub(crate) cover: Option<Cover<D>>,
+    /// Displacements of its nodes then, m, where these are fewer.
+    pub(crate) displacement: Option<Vec<[f64; D]>>,
     zones: Vec<Zone<D>>,
 }
 
@@ -288,6 +290,9 @@ impl<const D: usize> SecondScale<D> {
                 Limit::Speed => {
                     "so fast that smaller elements would leave what is elastic".to_owned()
                 }
+                Limit::Damping => "damping in proportion to stiffness takes what smaller elements \
+                                   would keep"
+                    .to_owned(),
                 Limit::Level => format!("`max_level` is {}", self.max_level),
                 Limit::Step => format!(
                     "smaller elements need finer steps than 1/{} of the coarse one: try a smaller \
@@ -307,11 +312,13 @@ impl<const D: usize> SecondScale<D> {
             let [a, b] = found.blocks.map(|block| name(block as usize));
             format!(
                 "collisions that were foreseen to lose more than `energy_loss` = {} at the first \
-                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {:.4e} s, at {} m/s)",
+                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {:.4e} s, at {} m/s, to \
+                 lose {} at most)",
                 short(self.energy_loss),
                 found.count,
                 found.time,
-                significant(found.speed, 3)
+                significant(found.speed, 3),
+                significant(found.share, 2)
             )
         });
         limited.collect()
@@ -359,6 +366,7 @@ impl<const D: usize> SecondScale<D> {
             cover.map(|cover| Change {
                 block,
                 cover,
+                displacement: None,
                 zones,
             })
         };

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::cover::Cover;
 use super::forest::Lineage;
 use super::nesting::Nesting;
-use crate::vector::{norm, sub};
+use crate::vector::{add_scaled, scale, sub};
 
 /// From one mesh of a block to a finer or a coarser one.
 pub(crate) struct Transfer<'a, const D: usize> {
@@ -59,25 +59,46 @@ impl<'a, const D: usize> Transfer<'a, D> {
         }
     }
 
-    /// Displacements, m: what is coarser is deformed as nearly as it can be, but for nodes
-    /// of which any component is `held`.
-    pub(crate) fn displacements(&self, of: &[[f64; D]], held: &[[bool; D]]) -> Vec<[f64; D]> {
-        if self.is_finer {
-            return self.nesting.grow(of);
-        }
+    /// Displacements on a finer mesh, m.
+    pub(crate) fn grown(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
+        self.nesting.grow(of)
+    }
+
+    /// Which nodes of a coarser mesh stay where they are: those about which nothing changes,
+    /// and those of which any component is `held`.
+    pub(crate) fn kept(&self, held: &[[bool; D]]) -> Vec<bool> {
         let mut kept = self.nesting.stays();
         for (kept, held) in kept.iter_mut().zip(self.nesting.pick(held)) {
             *kept |= held.contains(&true);
         }
-        self.nesting.smooth(of, &kept, self.lame)
+        kept
     }
 
-    /// How far the nodes move of which some go over to a coarser mesh with other
-    /// displacements, m.
-    pub(crate) fn jumps(&self, before: &[[f64; D]], after: &[[f64; D]]) -> Vec<f64> {
+    /// Displacements on a coarser mesh, m, as near as can be, but that some nodes are `kept`
+    /// where they are; where none is, the centre of mass stays, nodes having these `masses`
+    /// before and after, kg.
+    pub(crate) fn smoothed(
+        &self,
+        of: &[[f64; D]],
+        kept: &[bool],
+        masses: [&[f64]; 2],
+    ) -> Vec<[f64; D]> {
+        let mut moved = self.nesting.smooth(of, kept, self.lame);
+        if !kept.contains(&true) {
+            let shift = sub(&mean(of, masses[0]), &mean(&moved, masses[1]));
+            for moved in &mut moved {
+                add_scaled(moved, 1.0, &shift);
+            }
+        }
+        moved
+    }
+
+    /// How the nodes move of which some go over to a coarser mesh with other displacements,
+    /// m.
+    pub(crate) fn moves(&self, before: &[[f64; D]], after: &[[f64; D]]) -> Vec<[f64; D]> {
         let after = self.nesting.spread(after);
         let moves = before.iter().zip(&after);
-        moves.map(|(old, new)| norm(&sub(new, old))).collect()
+        moves.map(|(old, new)| sub(new, old)).collect()
     }
 
     /// Impulses on nodes, N·s: they stay where they are, or go to those between which they are.
@@ -94,6 +115,15 @@ impl<'a, const D: usize> Transfer<'a, D> {
     pub(crate) fn gather(&self, of: Vec<[f64; D]>) -> Vec<[f64; D]> {
         self.nesting.gather(of)
     }
+}
+
+/// Mean of what nodes have, by their masses.
+fn mean<const D: usize>(of: &[[f64; D]], masses: &[f64]) -> [f64; D] {
+    let mut sum = [0.0; D];
+    for (of, mass) in of.iter().zip(masses) {
+        add_scaled(&mut sum, *mass, of);
+    }
+    scale(1.0 / masses.iter().sum::<f64>(), &sum)
 }
 
 /// An element of a block: the one that it is or has come of, and which part of that.

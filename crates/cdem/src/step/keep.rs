@@ -75,6 +75,14 @@ impl<const D: usize> Run<D> {
         }
     }
 
+    /// Work of gravity on a block whose centre has moved since, J.
+    pub(super) fn work_of_gravity(&self, block: usize, before: &Before<D>) -> f64 {
+        let (points, _) = self.motion_of(block);
+        let (mass, centre) = self.body(block, &points).centre();
+        let gravity = self.model.gravity_at(self.time());
+        mass * dot(&gravity, &sub(&centre, &before.centre))
+    }
+
     /// Positions, m, and velocities of the nodes of a block, m/s.
     fn motion_of(&self, block: usize) -> (Vec<[f64; D]>, Vec<[f64; D]>) {
         let at = self.model.positions(&self.state);

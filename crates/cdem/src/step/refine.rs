@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Run;
+use crate::contact::Contacts;
 use crate::contact::remesh::Place;
 use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
@@ -37,10 +38,6 @@ const IMPACT: f64 = 4.0;
 /// they have parted.
 const STAY: f64 = 1.0;
 const PARTED: f64 = 0.25;
-
-/// Move of a surface as it goes over to a coarser mesh, over the tolerance of contact, that
-/// no contact on it feels.
-const SLIGHT_JUMP: f64 = 0.1;
 
 /// Share of its energy that a block may owe and not pay, and of the mobility of two blocks
 /// that they have though they are held: round-off.
@@ -104,40 +101,53 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &self.contacts else {
             return changes;
         };
-        let mut jumps = vec![0.0; self.model.mesh.nodes.len()];
-        let can_be = |change: &Change<D>| {
-            let of_block = self.jumps(second, change);
-            let is_possible = of_block.is_some();
-            let nodes = self.model.nodes(change.block);
-            for (jump, of_node) in jumps[nodes].iter_mut().zip(of_block.unwrap_or_default()) {
-                if of_node > SLIGHT_JUMP * contacts.tolerance() {
-                    *jump = of_node;
-                }
-            }
-            is_possible
-        };
-        let mut changes: Vec<Change<D>> = changes.into_iter().filter(can_be).collect();
-        if jumps.iter().any(|&jump| jump > 0.0) {
-            let close = contacts.close(self.model.positions(&self.state), &jumps);
-            changes.retain(|change| !close[self.model.nodes(change.block)].contains(&true));
+        let at = self.model.positions(&self.state);
+        let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
+        let can_be = |change: Change<D>| self.settled(second, change, contacts, &mut moves);
+        let mut changes: Vec<Change<D>> = changes.into_iter().filter_map(can_be).collect();
+        if changes.iter().any(|change| change.displacement.is_some()) {
+            let harmed = contacts.harmed(at, &moves);
+            changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
         }
         changes
     }
 
-    /// How far the nodes of a block move with a change, m; nothing where that would need
-    /// more energy than there is.
-    fn jumps(&self, second: &SecondScale<D>, change: &Change<D>) -> Option<Vec<f64>> {
+    /// A change with the displacements that go with it, and how nodes move then, m; nothing
+    /// where that would need more energy than there is. A block that rests is lifted off what
+    /// its faces would come into as they become plane.
+    fn settled(
+        &self,
+        second: &SecondScale<D>,
+        mut change: Change<D>,
+        contacts: &Contacts<D>,
+        moves: &mut [[f64; D]],
+    ) -> Option<Change<D>> {
         let (block, cover) = (change.block, change.cover.as_ref());
         let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
         let transfer = Transfer::between(old, cover, foundation.lame(block))?;
         if transfer.is_finer() {
-            return Some(Vec::new());
+            return Some(change);
         }
-        let own = &self.state.displacement[self.model.nodes(block)];
-        let after = transfer.displacements(own, &self.held(block));
+        let nodes = self.model.nodes(block);
+        let own = &self.state.displacement[nodes.clone()];
+        let kept = transfer.kept(&self.held(block));
+        let masses = [old, cover].map(|cover| foundation.nodal_masses(block, cover));
+        let mut after = transfer.smoothed(own, &kept, masses);
+        moves[nodes.clone()].copy_from_slice(&transfer.moves(own, &after));
+        if !kept.contains(&true) {
+            let at = self.model.positions(&self.state);
+            let lift = contacts.lift(block as u32, at, moves);
+            for moved in after.iter_mut().chain(&mut moves[nodes.clone()]) {
+                add_scaled(moved, 1.0, &lift.unwrap_or([0.0; D]));
+            }
+        }
         let strain_energy = foundation.strain_energy(block, cover, &after);
-        let is_enough = self.bound_energy_of(block) + strain_energy <= self.energy_of(block);
-        is_enough.then(|| transfer.jumps(own, &after))
+        if self.bound_energy_of(block) + strain_energy > self.energy_of(block) {
+            moves[nodes].fill([0.0; D]);
+            return None;
+        }
+        change.displacement = Some(after);
+        Some(change)
     }
 
     /// What the ledger lacks, J, but for what was there at the start.

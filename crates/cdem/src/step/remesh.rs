@@ -34,6 +34,11 @@ impl<const D: usize> Run<D> {
         let unpaid: Vec<f64> = unpaid
             .map(|(&block, before)| self.give_back(block, before))
             .collect();
+        for (&block, before) in blocks.iter().zip(&before) {
+            let work = self.work_of_gravity(block, before);
+            self.ledger.gravity_work += work;
+            second.owe(block, -work);
+        }
         self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
             let unpaid = self.pay_of_deformation(second, block, unpaid);
@@ -60,14 +65,15 @@ impl<const D: usize> Run<D> {
         old_mesh: &Mesh<D>,
     ) -> (State<D>, Vec<[f64; D]>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
-        let held = blocks.iter().map(|&block| (block, self.held(block)));
-        let held: BTreeMap<usize, Vec<[bool; D]>> = held.collect();
         let momenta = self.loose_momenta(bound);
-        let old_covers = changes.into_iter().map(|change| {
+        let (mut old_covers, mut coarser) = (BTreeMap::new(), BTreeMap::new());
+        for mut change in changes {
             let block = change.block;
-            (block, second.exchange(change))
-        });
-        let old_covers: BTreeMap<usize, Option<Cover<D>>> = old_covers.collect();
+            if let Some(displacement) = change.displacement.take() {
+                coarser.insert(block, displacement);
+            }
+            old_covers.insert(block, second.exchange(change));
+        }
         let old_state = std::mem::take(&mut self.state);
         self.bring_up(&blocks, &old_state);
         let old_elements = Elements {
@@ -95,7 +101,7 @@ impl<const D: usize> Run<D> {
             covers,
         };
         let origins = carry.origins();
-        let mut state = carry.state(&old_state, &origins, &held);
+        let mut state = carry.state(&old_state, &origins, &coarser);
         let kicks = old_state.velocity.iter().zip(&self.impulses.before);
         let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
         let kicks = carry.values(&kicks);
@@ -271,18 +277,19 @@ impl<'a, const D: usize> Carry<'a, D> {
         self.values(&all).into_iter().map(|[x]| x).collect()
     }
 
-    /// The state of an old mesh on the new one; velocities of blocks that are coarser want
-    /// their momenta yet.
+    /// The state of an old mesh on the new one, blocks that are coarser having these
+    /// displacements, m; their velocities want their momenta yet.
     fn state(
         &self,
         old: &State<D>,
         origins: &Origins,
-        held: &BTreeMap<usize, Vec<[bool; D]>>,
+        coarser: &BTreeMap<usize, Vec<[f64; D]>>,
     ) -> State<D> {
         State {
             number: old.number,
             displacement: self.vectors(&old.displacement, |block, transfer, of| {
-                transfer.displacements(of, &held[&block])
+                let known = coarser.get(&block).cloned();
+                known.unwrap_or_else(|| transfer.grown(of))
             }),
             carry: self.values(&old.carry),
             velocity: self.vectors(&old.velocity, |_, transfer, of| transfer.velocities(of)),

@@ -4,7 +4,7 @@
 use super::Run;
 use super::keep::share;
 use crate::refinement::Overlay;
-use crate::vector::{add_scaled, norm};
+use crate::vector::add_scaled;
 
 /// Looks at what is beside nodes that are to move, at most.
 const LOOKS: usize = 4;
@@ -49,22 +49,20 @@ impl<const D: usize> Run<D> {
         let at = self.model.positions(&self.state);
         let own = &self.state.displacement[nodes.clone()];
         let mut kept: Vec<bool> = self.held(block).iter().map(|h| h.contains(&true)).collect();
-        let mut ways = vec![0.0; self.model.mesh.nodes.len()];
+        let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
         for _ in 0..LOOKS {
             let mut shift = overlay.slack(own, &kept, lame);
             if !kept.contains(&true) {
                 self.centre(block, &mut shift);
             }
-            for (way, shift) in ways[nodes.clone()].iter_mut().zip(&shift) {
-                *way = norm(shift);
-            }
-            let close = contacts.close(at, &ways);
-            let close = &close[nodes.clone()];
-            if !close.contains(&true) {
+            moves[nodes.clone()].copy_from_slice(&shift);
+            let harmed = contacts.harmed(at, &moves);
+            let harmed = &harmed[nodes.clone()];
+            if !harmed.contains(&true) {
                 return Some(shift);
             }
-            for (kept, close) in kept.iter_mut().zip(close) {
-                *kept |= close;
+            for (kept, harmed) in kept.iter_mut().zip(harmed) {
+                *kept |= harmed;
             }
         }
         None

@@ -1,0 +1,43 @@
+//! The number of threads is no part of the physics of two scales either.
+
+use cdem::scene::ContactModel;
+use cdem_verify::load;
+
+/// All that a run says of itself from the start until its mesh has changed so often, and how
+/// many steps that is: floating-point numbers in the shortest text that gives them back.
+fn told(scene: &str, threads: usize, changes: u32) -> (String, u64) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a pool of threads").install(|| {
+        let mut case = load(scene);
+        case.scene.contact.model = ContactModel::TwoScale;
+        let mut simulation = case.start();
+        let mut told = String::new();
+        let (mut elements, mut changed) = (simulation.history().elements, 0);
+        while changed < changes && !simulation.finished() {
+            simulation.step().expect("a step");
+            let row = simulation.history();
+            changed += u32::from(row.elements != elements);
+            elements = row.elements;
+            told += &format!("{row:?}\n");
+        }
+        assert_eq!(changed, changes, "{scene}: the mesh has changed");
+        told += &format!("{:?}", simulation.ended_contacts());
+        told += &format!("{:?}", simulation.live_contacts());
+        told += &format!("{:?}", simulation.frame());
+        (told, simulation.step_index())
+    })
+}
+
+#[test]
+fn changes_of_mesh_give_the_same_bits_on_any_number_of_threads() {
+    for (scene, changes) in [("bouncing-boxes", 8), ("rockfall-of-200", 3)] {
+        let alone = told(scene, 1, changes);
+        println!("{scene}: {changes} changes of mesh in {} steps", alone.1);
+        for threads in [2, 3, 7] {
+            assert!(
+                told(scene, threads, changes) == alone,
+                "{scene}: {threads} threads"
+            );
+        }
+    }
+}
