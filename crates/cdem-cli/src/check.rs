@@ -173,7 +173,7 @@ fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
         Err(_) => "more than can be counted".to_owned(),
     };
     format!(
-        "{text} without output, from {} at {}",
+        "{text} without output, by {} tried at {}",
         counted(steps, "step"),
         counted(rayon::current_num_threads() as u64, "thread")
     )

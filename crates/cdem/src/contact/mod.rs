@@ -127,7 +127,7 @@ pub(crate) struct Contacts<const D: usize> {
     max_penetration: f64,
 }
 
-/// What does not change in a run once contacts are closed for t = 0.
+/// What does not change but with the mesh, once contacts are closed for t = 0.
 struct Terms<const D: usize> {
     surface: Box<dyn Surface<D>>,
     patches: Patches,

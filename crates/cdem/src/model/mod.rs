@@ -22,7 +22,8 @@ use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::scene::{Damping, Problem, Schedule};
 
-/// What a run never changes, and the arrays of [`State`] that it does.
+/// What a step does not change, but a change of mesh does; the arrays of [`State`] are what
+/// it does.
 pub(crate) struct Model<const D: usize> {
     pub(crate) mesh: Mesh<D>,
     /// Elements by shape and kinematics; they keep their own stress history.
@@ -59,7 +60,8 @@ pub(crate) struct BlockData {
     pub(crate) inertia_error: f64,
 }
 
-/// All that a restart needs, beside what the elements and contacts keep.
+/// What a step changes. A restart needs it, and what the elements, the contacts, the second
+/// scale and the impulses of the last kick keep.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct State<const D: usize> {
     /// Coarse steps made.

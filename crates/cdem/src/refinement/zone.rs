@@ -17,8 +17,9 @@ pub(crate) struct Zone<const D: usize> {
     pub(crate) until: u64,
 }
 
-/// Size of an element over its distance from what is finest, at most (design, section 6):
-/// masses of coarser ones cannot be fitted.
+/// Size of an element over its distance from what is finest, at most: twice that of the design,
+/// section 6, for a quarter to a tenth of the elements in space and the same velocities (book,
+/// "How finely").
 pub(crate) const GRADING: f64 = 1.0;
 
 /// The same where blocks meet flush: a plane wave does not thin out, and of a front each
