@@ -1,4 +1,4 @@
-//! Blocks of which some or all motion is prescribed.
+//! Blocks of which some or all motion is prescribed, or none.
 
 use std::collections::BTreeSet;
 
@@ -87,4 +87,34 @@ fn driven_plates_are_not_refined() {
         refined.into_iter().collect::<Vec<_>>(),
         Vec::from_iter(above)
     );
+}
+
+/// A block that flies goes straight on while it gets its mesh back.
+#[test]
+fn what_flies_goes_straight_on_when_it_is_coarse_again() {
+    let mut case = load("meetings");
+    case.scene.contact.model = ContactModel::TwoScale;
+    let mut simulation = case.start();
+    let start = simulation.history().elements;
+    let (mut before, mut elements, mut changes) = (simulation.block_rows(), start, 0);
+    let (mut off, mut contacts) = (0.0_f64, 0);
+    run(&mut simulation, |simulation| {
+        let (row, rows) = (simulation.history(), simulation.block_rows());
+        if contacts == 0 && row.contacts == 0 {
+            for (one, other) in before.iter().zip(&rows) {
+                let duration = other.time - one.time;
+                for c in 0..2 {
+                    let way = other.position[c] - one.position[c];
+                    let mean = 0.5 * (one.velocity[c] + other.velocity[c]);
+                    off = off.max((way - mean * duration).abs());
+                }
+            }
+            changes += u32::from(row.elements < elements);
+        }
+        (before, elements, contacts) = (rows, row.elements, row.contacts);
+    });
+    println!("{changes} changes of mesh in flight, {off:.1e} m aside");
+    assert!(changes > 0 && elements == start, "{changes}");
+    // Round-off of places of a metre, in sums over hundreds of nodes.
+    assert!(off < 1e-13, "{off:e}");
 }
