@@ -1,5 +1,8 @@
 //! A block with an overlay: its mesh, its masses, and how fast its elements may go.
 
+use std::ops::RangeInclusive;
+
+use super::depth::Limit;
 use super::foundation::Foundation;
 use super::mass::Moments;
 use super::overlay::Overlay;
@@ -35,29 +38,49 @@ pub(crate) struct Cover<const D: usize> {
 
 impl<const D: usize> Cover<D> {
     /// A block with an overlay, or without, refined to more zones than before: never coarser
-    /// anywhere, so that nothing is lost. Without a cover where it is fine enough; `None` where
-    /// it cannot be.
+    /// anywhere, so that nothing is lost. Without a cover where it is fine enough.
+    ///
+    /// # Errors
+    /// What keeps it from being refined so.
     pub(super) fn finer(
         foundation: &Foundation<D>,
         block: usize,
         zones: &[Zone<D>],
         old: Option<&Self>,
-    ) -> Option<Option<Self>> {
+    ) -> Result<Option<Self>, Limit> {
         let least = old.map_or(0, |old| old.throughout);
         let most = MOST_THROUGHOUT.min(foundation.scene.contact.max_level as i32);
-        (least..=most).find_map(|times| Self::new(foundation, block, zones, times))
+        Self::first(foundation, block, zones, least..=most)
     }
 
     /// A block with an overlay, to some of its zones alone: never finer anywhere. Without
-    /// a cover where these need none; `None` where it cannot be.
+    /// a cover where these need none.
+    ///
+    /// # Errors
+    /// What keeps it from being so.
     pub(super) fn coarser(
         foundation: &Foundation<D>,
         block: usize,
         zones: &[Zone<D>],
         old: Option<&Self>,
-    ) -> Option<Option<Self>> {
+    ) -> Result<Option<Self>, Limit> {
         let most = old.map_or(0, |old| old.throughout);
-        (0..=most).find_map(|times| Self::new(foundation, block, zones, times))
+        Self::first(foundation, block, zones, 0..=most)
+    }
+
+    /// The first whose masses can be fitted, its elements halved ever more often throughout.
+    fn first(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        mut times: RangeInclusive<i32>,
+    ) -> Result<Option<Self>, Limit> {
+        let found = times.find_map(|times| {
+            let cover = Self::new(foundation, block, zones, times);
+            // No mesh that is finer yet has longer steps.
+            (!matches!(cover, Err(Limit::Masses))).then_some(cover)
+        });
+        found.unwrap_or(Err(Limit::Masses))
     }
 
     /// A block refined to its zones, and all its elements halved so often.
@@ -66,7 +89,7 @@ impl<const D: usize> Cover<D> {
         block: usize,
         zones: &[Zone<D>],
         throughout: i32,
-    ) -> Option<Option<Self>> {
+    ) -> Result<Option<Self>, Limit> {
         let most = match throughout {
             0 => f64::INFINITY,
             _ => foundation.largest_size(block) * 0.5_f64.powi(throughout),
@@ -82,18 +105,19 @@ impl<const D: usize> Cover<D> {
             }
         });
         let Some(overlay) = overlay else {
-            return Some(None);
+            return Ok(None);
         };
         Self::with_masses(foundation, block, overlay, throughout).map(Some)
     }
 
-    /// The same with an overlay, if its masses can be fitted.
+    /// The same with an overlay, if its masses can be fitted, and there are levels for its
+    /// elements.
     fn with_masses(
         foundation: &Foundation<D>,
         block: usize,
         overlay: Overlay<D>,
         throughout: i32,
-    ) -> Option<Self> {
+    ) -> Result<Self, Limit> {
         let mesh = refined::of_block(&foundation.mesh, block, Some(&overlay));
         let sets = foundation.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
@@ -104,7 +128,7 @@ impl<const D: usize> Cover<D> {
             overlay: &overlay,
             points: &mesh.nodes,
         };
-        let factors = fit.factors(&lumped)?;
+        let factors = fit.factors(&lumped).ok_or(Limit::Masses)?;
         let mass = |node: usize| {
             (0..2)
                 .map(|part| factors.of[part][node] * lumped[part][node])
@@ -116,11 +140,12 @@ impl<const D: usize> Cover<D> {
                 let is_new = element as usize >= kept;
                 if is_new || factors.are_others {
                     let omega = set.frequency(i, &factors.of[usize::from(is_new)]);
-                    level[element as usize] = Some(foundation.level(block, omega)?);
+                    let own = foundation.level(block, omega).ok_or(Limit::Step)?;
+                    level[element as usize] = Some(own);
                 }
             }
         }
-        Some(Self {
+        Ok(Self {
             mass: (0..mesh.nodes.len()).map(mass).collect(),
             level,
             overlay,

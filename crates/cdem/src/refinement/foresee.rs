@@ -42,7 +42,7 @@ impl<const D: usize> SecondScale<D> {
         let cover = if zone.finest < encounter.sizes[0] {
             Cover::finer(foundation, block, &[zone], None)
         } else {
-            Some(None)
+            Ok(None)
         };
         let [before, _] = self.updates(block, None);
         let [updates, elements] = cover
@@ -50,7 +50,7 @@ impl<const D: usize> SecondScale<D> {
             .map_or([before, 0], |cover| self.updates(block, cover.as_ref()));
         Some(Foreseen {
             block,
-            elements: cover.map(|_| elements as usize),
+            elements: cover.ok().map(|_| elements as usize),
             updates: [updates, before],
         })
     }

@@ -25,8 +25,8 @@ struct Impact {
     /// When it was looked at then, s, and how fast it was, m/s.
     time: f64,
     speed: f64,
-    /// A block of it that could not be refined.
-    refused: Option<u32>,
+    /// A block of it that could not be refined, and why.
+    refused: Option<(u32, Limit)>,
 }
 
 /// Collisions that lose more than is wanted, for one reason.
@@ -70,19 +70,26 @@ impl Impacts {
         }
     }
 
-    /// Keeps which of some blocks, sorted, could not be refined for their impacts.
-    pub(super) fn refine(&mut self, blocks: &[usize], is_refused: impl Fn(usize) -> bool) {
+    /// Keeps which of some blocks, sorted, could not be refined for their impacts, and why.
+    pub(super) fn refine(&mut self, blocks: &[usize], refused: &BTreeMap<usize, Limit>) {
         for (pair, impact) in &mut self.going {
             for &block in pair {
                 if blocks.binary_search(&(block as usize)).is_err() {
                     continue;
                 }
-                if is_refused(block as usize) {
-                    impact.refused = Some(block);
-                } else if impact.refused == Some(block) {
-                    impact.refused = None;
+                match (refused.get(&(block as usize)), impact.refused) {
+                    (Some(&limit), _) => impact.refused = Some((block, limit)),
+                    (None, Some((known, _))) if known == block => impact.refused = None,
+                    _ => {}
                 }
             }
+        }
+    }
+
+    /// Keeps that a block could not be refined for the impact of two, and why.
+    pub(super) fn refuse(&mut self, [a, b]: [u32; 2], block: usize, limit: Limit) {
+        if let Some(impact) = self.going.get_mut(&[a.min(b), a.max(b)]) {
+            impact.refused = Some((block as u32, limit));
         }
     }
 
@@ -111,7 +118,7 @@ impl Impacts {
 impl Impact {
     /// Counts it where it loses too much.
     fn count(&self, blocks: [u32; 2], limited: &mut BTreeMap<Limit, Limited>) {
-        let Some(limit) = self.refused.map(|_| Limit::Masses).or(self.limit) else {
+        let Some(limit) = self.refused.map(|(_, limit)| limit).or(self.limit) else {
             return;
         };
         let own = Limited {

@@ -1,5 +1,7 @@
 //! Which places of which blocks are refined, and how finely.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::cover::Cover;
@@ -40,6 +42,8 @@ pub(crate) struct SecondScale<const D: usize> {
     /// How many of these each cover has, and those that it could not have.
     made: Vec<usize>,
     refused: Vec<Vec<Zone<D>>>,
+    /// What has kept each block from having the last of those.
+    why_refused: Vec<Limit>,
     covers: Vec<Option<Cover<D>>>,
     /// The last coarse step for which each block may have any.
     stays: Vec<u64>,
@@ -64,7 +68,7 @@ pub(crate) struct Change<const D: usize> {
 
 /// Another cover for a block in the place of an old one, if there can be one.
 type MakeCover<const D: usize> =
-    fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Option<Option<Cover<D>>>;
+    fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Result<Option<Cover<D>>, Limit>;
 
 impl<const D: usize> SecondScale<D> {
     /// Of blocks that are as they were.
@@ -90,6 +94,7 @@ impl<const D: usize> SecondScale<D> {
             zones: vec![Vec::new(); count],
             made: vec![0; count],
             refused: vec![Vec::new(); count],
+            why_refused: vec![Limit::Masses; count],
             covers: vec![None; count],
             stays: vec![0; count],
             waiting: Vec::new(),
@@ -205,6 +210,8 @@ impl<const D: usize> SecondScale<D> {
             }
             let zone = self.zone(encounter, side, finest, is_flush, until);
             if self.refused[block].iter().any(|known| known.covers(&zone)) {
+                let blocks = encounter.blocks.map(|block| block as u32);
+                self.impacts.refuse(blocks, block, self.why_refused[block]);
                 continue;
             }
             let mut known = self.zones[block].iter_mut();
@@ -334,13 +341,10 @@ impl<const D: usize> SecondScale<D> {
         waiting.dedup();
         let with = |&block: &usize| (block, self.zones[block].clone());
         let more = waiting.iter().map(with).collect();
-        let mut changes = self.covers_for(more, Cover::finer);
-        let is_refused = |block: usize| {
-            let found = changes.binary_search_by_key(&block, |change| change.block);
-            found.is_err()
-        };
-        self.impacts.refine(&waiting, is_refused);
-        for &block in waiting.iter().filter(|&&block| is_refused(block)) {
+        let (mut changes, refused) = self.covers_for(more, Cover::finer);
+        self.impacts.refine(&waiting, &refused);
+        for (&block, &limit) in &refused {
+            self.why_refused[block] = limit;
             let new = self.zones[block].split_off(self.made[block]);
             self.refused[block].extend(new);
         }
@@ -350,7 +354,7 @@ impl<const D: usize> SecondScale<D> {
             }
             let mut fewer = self.left(number);
             fewer.retain(|(block, _)| waiting.binary_search(block).is_err());
-            changes.extend(self.covers_for(fewer, Cover::coarser));
+            changes.extend(self.covers_for(fewer, Cover::coarser).0);
         }
         let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
         for change in same {
@@ -359,18 +363,33 @@ impl<const D: usize> SecondScale<D> {
         differ
     }
 
-    /// Other covers of blocks, as far as these can be, each independent of the others.
-    fn covers_for(&self, zones: Vec<(usize, Vec<Zone<D>>)>, make: MakeCover<D>) -> Vec<Change<D>> {
+    /// Other covers of blocks, each independent of the others, and what keeps blocks from
+    /// having one.
+    fn covers_for(
+        &self,
+        zones: Vec<(usize, Vec<Zone<D>>)>,
+        make: MakeCover<D>,
+    ) -> (Vec<Change<D>>, BTreeMap<usize, Limit>) {
         let change = |(block, zones): (usize, Vec<Zone<D>>)| {
             let cover = make(&self.foundation, block, &zones, self.covers[block].as_ref());
-            cover.map(|cover| Change {
+            let change = cover.map(|cover| Change {
                 block,
                 cover,
                 displacement: None,
                 zones,
-            })
+            });
+            change.map_err(|limit| (block, limit))
         };
-        zones.into_par_iter().filter_map(change).collect()
+        let made: Vec<Result<Change<D>, (usize, Limit)>> =
+            zones.into_par_iter().map(change).collect();
+        let (mut changes, mut refused) = (Vec::new(), BTreeMap::new());
+        for made in made {
+            match made {
+                Ok(change) => changes.push(change),
+                Err((block, limit)) => drop(refused.insert(block, limit)),
+            }
+        }
+        (changes, refused)
     }
 
     /// The zones that are still needed, of blocks of which some are not.
