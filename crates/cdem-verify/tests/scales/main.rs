@@ -15,6 +15,7 @@ mod limits;
 mod meetings;
 mod paper;
 mod prisms;
+mod resting;
 mod rockfall;
 mod rolling;
 mod sliding;

@@ -1,0 +1,40 @@
+//! What has come to rest is refined no more.
+
+use cdem_verify::{Balance, load, run};
+
+/// Seconds at the end for which the block has to lie.
+const LIES: f64 = 0.05;
+
+#[test]
+fn a_dropped_block_lies_as_one_element() {
+    let case = load("dropped-block");
+    let mut simulation = case.start();
+    let start = simulation.history().elements;
+    let mut balance = Balance::new(&mut simulation);
+    let weight = 9.81 * simulation.block_rows()[1].mass;
+    let end = case.scene.time.end;
+    let (mut most, mut energy, mut borne) = (0, 0.0_f64, Vec::new());
+    run(&mut simulation, |simulation| {
+        let row = balance.look(simulation);
+        most = most.max(row.elements);
+        let pushed = simulation.block_rows()[1].force[1];
+        if simulation.time() > end - LIES {
+            assert_eq!(row.elements, start, "{row:?}");
+            energy = energy.max(row.kinetic_energy.abs() / row.gravity_work);
+            borne.push(pushed / weight);
+        }
+    });
+    let off = borne.iter().map(|share| (share - 1.0).abs());
+    let off = off.fold(0.0, f64::max);
+    println!(
+        "{most} elements at most, then {start}; kinetic energy {energy:.1e} of gravity's work, \
+         force over weight off by {off:.1e}; {balance:?}"
+    );
+    assert!(most > start);
+    // What is left falls by the damping, without end: a 1e-6th of the speed of the fall, and of
+    // the weight.
+    assert!(energy < 1e-12, "{energy:e}");
+    assert!(off < 1e-6, "{off:e}");
+    // Design, section 7, of one element.
+    assert!(balance.residual < 2e-2, "{balance:?}");
+}
