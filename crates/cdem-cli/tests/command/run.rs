@@ -141,7 +141,14 @@ fn the_number_of_threads_does_not_change_the_results() {
 fn a_profile_is_told_on_request() {
     let place = Place::with_scene(FALL);
     let told = place.cdem("run scene.toml --profile").done().stdout();
-    for part in ["building", "stepping", "writing"] {
+    for part in [
+        "building",
+        "stepping",
+        "search for contacts",
+        "forces of elements",
+        "impulses of contacts",
+        "writing",
+    ] {
         assert!(told.contains(part), "{told}");
     }
 }
