@@ -49,11 +49,11 @@ fn tidy(schema: &mut Schema) {
 }
 
 /// Where a key belongs: keys often slip below the header of another table.
-pub(super) fn home(key: &str) -> Option<&'static str> {
+pub(super) fn home(key: &str) -> Option<String> {
     let schema = json_schema();
     let has = |table: &Value| table["properties"].get(key).is_some();
     if has(&schema) {
-        return Some("at the top, before the first [table]");
+        return Some("at the top, before the first [table]".to_owned());
     }
     let tables = [
         ("Time", "in [time]"),
@@ -65,8 +65,11 @@ pub(super) fn home(key: &str) -> Option<&'static str> {
         ("Output", "in [output]"),
         ("Probe", "in [[probe]]"),
     ];
-    let found = tables.iter().find(|(name, _)| has(&schema["$defs"][name]));
-    found.map(|(_, place)| *place)
+    let found = tables
+        .iter()
+        .filter(|(name, _)| has(&schema["$defs"][name]));
+    let places: Vec<&str> = found.map(|(_, place)| *place).collect();
+    (!places.is_empty()).then(|| places.join(" or "))
 }
 
 #[cfg(test)]
@@ -75,13 +78,15 @@ mod tests {
 
     #[test]
     fn keys_have_a_home() {
-        assert_eq!(
-            home("gravity"),
-            Some("at the top, before the first [table]")
-        );
-        assert_eq!(home("safety"), Some("in [time]"));
-        assert_eq!(home("checkpoint"), Some("in [output]"));
-        assert_eq!(home("colour"), None);
+        for (key, place) in [
+            ("gravity", Some("at the top, before the first [table]")),
+            ("safety", Some("in [time]")),
+            ("checkpoint", Some("in [output]")),
+            ("model", Some("in [[material]] or in [contact]")),
+            ("colour", None),
+        ] {
+            assert_eq!(home(key).as_deref(), place);
+        }
     }
 
     /// All values at any depth.
