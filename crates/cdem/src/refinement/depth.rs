@@ -21,10 +21,10 @@ const CROWD: f64 = 8192.0;
 const PRESSED: f64 = 8.0;
 
 /// Size of elements over the way of compression waves in the time of damping in proportion to
-/// stiffness, at least. What is shorter is damped within one wave: a touch of smaller elements
-/// loses less, but they need steps as the square of their size. Over the size of the elements
-/// before refinement no more than that is asked for: what is damped so much at their size
-/// deforms in its points of contact alone.
+/// stiffness, at least: smaller ones, damped within a wave, need steps as the square of their
+/// size. It is a bound of cost: a corner would be damped a little less on them. Over the size of
+/// the elements before refinement no more than that is asked for, so that each may be halved
+/// twice.
 const DAMPED: f64 = 0.5;
 const DAMPED_OF_SIZE: f64 = 0.25;
 
@@ -71,7 +71,7 @@ pub(crate) struct Depth {
 pub(crate) enum Limit {
     /// Finer ones would be strained beyond what is elastic: [`PRESSED`].
     Speed,
-    /// Damping takes what finer ones would keep: [`DAMPED`].
+    /// Finer ones would need much shorter steps for their damping: [`DAMPED`].
     Damping,
     /// `max_level`.
     Level,

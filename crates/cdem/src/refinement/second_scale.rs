@@ -297,8 +297,8 @@ impl<const D: usize> SecondScale<D> {
                 Limit::Speed => {
                     "so fast that smaller elements would leave what is elastic".to_owned()
                 }
-                Limit::Damping => "damping in proportion to stiffness takes what smaller elements \
-                                   would keep"
+                Limit::Damping => "smaller elements would need far shorter steps for their \
+                                   damping in proportion to stiffness"
                     .to_owned(),
                 Limit::Level => format!("`max_level` is {}", self.max_level),
                 Limit::Step => format!(
