@@ -367,27 +367,31 @@ impl<const D: usize> Run<D> {
         &self,
         mut visit: impl FnMut(usize, usize, &Deformation),
     ) -> Result<(), StepError> {
-        let moving = self.model.blocks.iter().enumerate();
-        for (block, _) in moving.filter(|(_, data)| !data.fixed) {
-            for (number, element) in self.model.elements(block).enumerate() {
-                let (set, i) = self.model.place[element];
-                let set = &self.model.sets[set as usize];
-                let displacement = &self.state.displacement;
-                if set.is_strained_within(i as usize, displacement, MODERATE) {
-                    continue;
-                }
-                let found = set.deformation(i as usize, displacement);
-                let jacobian = found.min_jacobian;
-                if jacobian.is_finite() && (jacobian <= 0.0 || found.min_stretch < FLAT) {
-                    return Err(StepError::Inverted {
-                        time: self.time(),
-                        block: self.block_name(block),
-                        element: number as u32,
-                        jacobian,
-                    });
-                }
-                visit(block, number, &found);
+        let displacement = &self.state.displacement;
+        let mut strained = Vec::new();
+        for set in &self.model.sets {
+            set.strained(displacement, MODERATE, &mut |e| strained.push(e));
+        }
+        strained.sort_unstable();
+        for element in strained {
+            let node = self.model.mesh.elements[element as usize].nodes()[0];
+            let block = self.model.block_of[node as usize] as usize;
+            if self.model.blocks[block].fixed {
+                continue;
             }
+            let number = element as usize - self.model.elements(block).start;
+            let (set, i) = self.model.place[element as usize];
+            let found = self.model.sets[set as usize].deformation(i as usize, displacement);
+            let jacobian = found.min_jacobian;
+            if jacobian.is_finite() && (jacobian <= 0.0 || found.min_stretch < FLAT) {
+                return Err(StepError::Inverted {
+                    time: self.time(),
+                    block: self.block_name(block),
+                    element: number as u32,
+                    jacobian,
+                });
+            }
+            visit(block, number, &found);
         }
         Ok(())
     }

@@ -485,7 +485,7 @@ impl<const D: usize> Driven<D> {
             inertia_error: model.blocks[number].inertia_error,
             fixed: model.blocks[number].fixed,
         };
-        let per_element: usize = model.sets.iter().map(|set| set.len() * set.memory()).sum();
+        let in_sets: usize = model.sets.iter().map(|set| set.memory()).sum();
         Overview {
             blocks: model.mesh.blocks.iter().enumerate().map(block).collect(),
             nodes: model.mesh.nodes.len(),
@@ -495,7 +495,7 @@ impl<const D: usize> Driven<D> {
             step_count: model.step_count,
             levels,
             updates_per_step: updates,
-            memory_bytes: (per_element
+            memory_bytes: (in_sets
                 + model.inertia.dense_memory()
                 + model.mesh.elements.len() * BYTES_PER_ELEMENT
                 + model.mesh.nodes.len() * BYTES_PER_NODE * D) as u64,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
-use super::geometry::{Nodal, View};
+use super::geometry::{Element, Nodal};
 
 /// Longest stable step of central differences, s, for the angular frequency
 /// `omega` (rad/s) with stiffness-proportional damping `beta` (s), the
@@ -41,7 +41,7 @@ pub(crate) fn highest_frequency(stiffness: &[f64], mass: &[f64], nodes: usize) -
 
 /// Highest angular frequency of an element with nodal masses `mass`, rad/s.
 pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
-    element: View<D, N, Q>,
+    element: &Element<D, N, Q>,
     mass: &[f64; N],
 ) -> f64 {
     if Q == 1 {
@@ -56,7 +56,7 @@ pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
 
 /// Highest angular frequency of an element with its mass matrix, rad/s.
 pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
-    element: View<D, N, Q>,
+    element: &Element<D, N, Q>,
     mass: &[[f64; N]; N],
 ) -> f64 {
     let entry = |at: usize| {
@@ -73,7 +73,7 @@ pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
 /// In the orthonormal (Mandel) basis C = λ 1⊗1 + 2μ I, whose root is
 /// √(2μ) (I + k 1⊗1) with 1 + kD = √((Dλ + 2μ)/2μ).
 fn simplex<const D: usize, const N: usize, const Q: usize>(
-    element: View<D, N, Q>,
+    element: &Element<D, N, Q>,
     gradients: &Nodal<D, N>,
     mass: &[f64; N],
 ) -> f64 {

@@ -1,12 +1,10 @@
 //! What elements are at rest: gradients, volumes, masses, stiffness.
 
-use std::sync::Arc;
-
-use super::lanes::{Lanes, MOST, Real};
+use super::lanes::Real;
 use super::shape::{self, Point};
 use super::tensor::{self, Tensor};
 use crate::material::Elastic;
-use crate::mesh::{Element, ElementKind};
+use crate::mesh::ElementKind;
 use crate::scene::Plane;
 
 /// Values or vectors at the nodes of an element.
@@ -78,176 +76,42 @@ impl Moduli {
     }
 }
 
-/// Elements of one shape at rest, as arrays.
-pub(super) struct Geometry<const D: usize, const N: usize, const Q: usize> {
-    kind: ElementKind,
-    mesh_elements: Vec<u32>,
-    nodes: Vec<[u32; N]>,
-    gradients: Vec<[Nodal<D, N>; Q]>,
-    volumes: Vec<[f64; Q]>,
-    material: Vec<u32>,
-    moduli: Arc<[Moduli]>,
-    rest: Arc<[[f64; D]]>,
-    thickness: f64,
-}
-
 /// One element, or several side by side: gradients of its shape functions and volume (m³)
 /// at its Gauss points, and its material.
-#[derive(Clone, Copy)]
-pub(super) struct View<'a, const D: usize, const N: usize, const Q: usize, T = f64> {
-    pub(super) gradients: &'a [Nodal<D, N, T>; Q],
-    pub(super) volumes: &'a [T; Q],
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Element<const D: usize, const N: usize, const Q: usize, T = f64> {
+    pub(super) gradients: [Nodal<D, N, T>; Q],
+    pub(super) volumes: [T; Q],
     pub(super) lame: Lame<T>,
 }
 
-/// Elements side by side.
-pub(super) struct Gathered<const D: usize, const N: usize, const Q: usize, T> {
-    gradients: [Nodal<D, N, T>; Q],
-    volumes: [T; Q],
-    lame: Lame<T>,
+/// An element before it is deformed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corners<const D: usize, const N: usize> {
+    pub(super) kind: ElementKind,
+    /// Where its nodes are, m.
+    pub(super) at: [[f64; D]; N],
+    /// 1 in space, m.
+    pub(super) thickness: f64,
 }
 
-impl<const D: usize, const N: usize, const Q: usize, T: Copy> Gathered<D, N, Q, T> {
-    #[inline(always)]
-    pub(super) fn view(&self) -> View<'_, D, N, Q, T> {
-        View {
-            gradients: &self.gradients,
-            volumes: &self.volumes,
-            lame: self.lame,
-        }
-    }
-}
-
-impl<const D: usize, const N: usize, const Q: usize> Geometry<D, N, Q> {
-    /// `members` are (number in `elements`, material), ascending; `weight` is the share of
-    /// its volume that an element stands for.
-    pub(super) fn new(
-        kind: ElementKind,
-        elements: &[Element],
-        weight: impl Fn(u32) -> f64,
-        members: &[(u32, u32)],
-        rest: Arc<[[f64; D]]>,
-        moduli: Arc<[Moduli]>,
-        thickness: f64,
-    ) -> Self {
-        let rule = shape::stiffness_rule(kind);
-        let mut geometry = Self {
-            kind,
-            mesh_elements: members.iter().map(|m| m.0).collect(),
-            nodes: Vec::with_capacity(members.len()),
-            gradients: Vec::with_capacity(members.len()),
-            volumes: Vec::with_capacity(members.len()),
-            material: members.iter().map(|m| m.1).collect(),
-            moduli,
-            rest,
-            thickness,
-        };
-        for &(element, _) in members {
-            let all = elements[element as usize].nodes;
-            let nodes = std::array::from_fn(|a| all[a]);
-            let at = |q: usize| geometry.map_point(&nodes, rule[q]);
-            let points: [MappedPoint<D, N>; Q] = std::array::from_fn(at);
-            geometry.nodes.push(nodes);
-            geometry
-                .gradients
-                .push(points.each_ref().map(|p| p.gradients));
-            let weight = weight(element);
-            geometry
-                .volumes
-                .push(points.each_ref().map(|p| weight * p.volume));
-        }
-        geometry
-    }
-
-    pub(super) fn mesh_elements(&self) -> &[u32] {
-        &self.mesh_elements
-    }
-
-    #[inline]
-    pub(super) fn nodes(&self, i: usize) -> &[u32; N] {
-        &self.nodes[i]
-    }
-
-    #[inline]
-    pub(super) fn view(&self, i: usize) -> View<'_, D, N, Q> {
-        View {
-            gradients: &self.gradients[i],
-            volumes: &self.volumes[i],
-            lame: self.moduli(i).lame,
-        }
-    }
-
-    /// Material of element `i`.
-    #[inline]
-    pub(super) fn moduli(&self, i: usize) -> &Moduli {
-        &self.moduli[self.material[i] as usize]
-    }
-
-    /// `field` at the nodes of some elements side by side, less that of their first nodes.
-    #[inline(always)]
-    pub(super) fn relative<L: Lanes>(
-        &self,
-        lanes: L,
-        elements: &[u32],
-        field: &[[f64; D]],
-    ) -> Nodal<D, N, L::Number> {
-        let mut all = [[[0.0; MOST]; D]; N];
-        for lane in 0..L::COUNT {
-            let nodes = &self.nodes[elements[lane] as usize];
-            let first = field[nodes[0] as usize];
-            for a in 0..N {
-                let own = &field[nodes[a] as usize];
-                for k in 0..D {
-                    all[a][k][lane] = own[k] - first[k];
-                }
-            }
-        }
-        all.map(|of_node| of_node.map(|component| lanes.load(&component)))
-    }
-
-    /// What the kernels need of some elements side by side.
-    #[inline(always)]
-    pub(super) fn gather<L: Lanes>(
-        &self,
-        lanes: L,
-        elements: &[u32],
-    ) -> Gathered<D, N, Q, L::Number> {
-        let element = |lane: usize| elements[lane.min(L::COUNT - 1)] as usize;
-        let lame: [Lame<f64>; MOST] = std::array::from_fn(|lane| self.moduli(element(lane)).lame);
-        let lame = Lame {
-            lambda: lanes.gather(|lane| lame[lane].lambda),
-            mu: lanes.gather(|lane| lame[lane].mu),
-        };
-        let gradients: [_; MOST] = std::array::from_fn(|lane| &self.gradients[element(lane)]);
-        let volumes: [_; MOST] = std::array::from_fn(|lane| &self.volumes[element(lane)]);
-        let mut gathered = Gathered {
-            gradients: [[[lame.mu; D]; N]; Q],
-            volumes: [lame.mu; Q],
+impl<const D: usize, const N: usize> Corners<D, N> {
+    /// As the kernels use it; `weight` is the share of its volume that it stands for.
+    pub(super) fn element<const Q: usize>(&self, weight: f64, lame: Lame<f64>) -> Element<D, N, Q> {
+        let rule = shape::stiffness_rule(self.kind);
+        let points: [MappedPoint<D, N>; Q] = std::array::from_fn(|q| self.map(rule[q]));
+        Element {
+            gradients: points.each_ref().map(|point| point.gradients),
+            volumes: points.each_ref().map(|point| weight * point.volume),
             lame,
-        };
-        for q in 0..Q {
-            gathered.volumes[q] = lanes.gather(|lane| volumes[lane][q]);
-            // That of the first node is minus the sum of the others, and not asked for.
-            for a in 1..N {
-                for k in 0..D {
-                    gathered.gradients[q][a][k] = lanes.gather(|lane| gradients[lane][q][a][k]);
-                }
-            }
         }
-        gathered
     }
 
-    /// Bytes per element.
-    pub(super) const fn memory() -> usize {
-        size_of::<u32>() * (2 + N) + size_of::<f64>() * Q * (1 + N * D)
-    }
-
-    /// ∫ρ N_a N_b of element `i`, kg.
-    pub(super) fn consistent_mass(&self, i: usize) -> [[f64; N]; N] {
+    /// ∫ρ N_a N_b, kg.
+    pub(super) fn consistent_mass(&self, density: f64) -> [[f64; N]; N] {
         let mut mass = [[0.0; N]; N];
-        let density = self.moduli(i).density;
         for point in shape::mass_rule(self.kind) {
-            let mapped = self.map_point(&self.nodes[i], point);
+            let mapped = self.map(point);
             for (row, value) in mass.iter_mut().zip(mapped.values) {
                 for (entry, other) in row.iter_mut().zip(mapped.values) {
                     *entry += density * mapped.volume * value * other;
@@ -257,25 +121,11 @@ impl<const D: usize, const N: usize, const Q: usize> Geometry<D, N, Q> {
         mass
     }
 
-    /// ∫ρ N_a of element `i`, kg.
-    pub(super) fn lumped_mass(&self, i: usize) -> [f64; N] {
-        let (volumes, density) = (&self.volumes[i], self.moduli(i).density);
-        let mut mass = [0.0; N];
-        for (point, volume) in shape::stiffness_rule(self.kind).iter().zip(volumes) {
-            let values = shape::shape(self.kind, point.position).values;
-            for (share, value) in mass.iter_mut().zip(values) {
-                *share += density * volume * value;
-            }
-        }
-        mass
-    }
-
-    fn map_point(&self, nodes: &[u32; N], point: Point) -> MappedPoint<D, N> {
+    fn map(&self, point: Point) -> MappedPoint<D, N> {
         let shape = shape::shape(self.kind, point.position);
-        let origin = self.rest[nodes[0] as usize];
+        let origin = self.at[0];
         let mut jacobian: Tensor<D> = [[0.0; D]; D];
-        for (node, reference) in nodes.iter().zip(shape.gradients) {
-            let position = self.rest[*node as usize];
+        for (position, reference) in self.at.iter().zip(shape.gradients) {
             for i in 0..D {
                 for j in 0..D {
                     jacobian[i][j] += (position[i] - origin[i]) * reference[j];
@@ -302,7 +152,19 @@ struct MappedPoint<const D: usize, const N: usize> {
     volume: f64,
 }
 
-impl<const D: usize, const N: usize, const Q: usize> View<'_, D, N, Q> {
+impl<const D: usize, const N: usize, const Q: usize> Element<D, N, Q> {
+    /// ∫ρ N_a, kg.
+    pub(super) fn lumped_mass(&self, kind: ElementKind, density: f64) -> [f64; N] {
+        let mut mass = [0.0; N];
+        for (point, volume) in shape::stiffness_rule(kind).iter().zip(self.volumes) {
+            let values = shape::shape(kind, point.position).values;
+            for (share, value) in mass.iter_mut().zip(values) {
+                *share += density * volume * value;
+            }
+        }
+        mass
+    }
+
     /// Entry of the stiffness at rest between component `k` of node `a` and
     /// component `l` of node `b`, N/m.
     pub(super) fn stiffness(&self, (a, k): (usize, usize), (b, l): (usize, usize)) -> f64 {
@@ -315,7 +177,7 @@ impl<const D: usize, const N: usize, const Q: usize> View<'_, D, N, Q> {
             }
             volume * entry
         };
-        self.gradients.iter().zip(self.volumes).map(at).sum()
+        self.gradients.iter().zip(&self.volumes).map(at).sum()
     }
 }
 

@@ -1,7 +1,7 @@
 //! The paper's (2): incremental kinematics with objective rotation of stress.
 
 use super::Past;
-use super::geometry::{self, Moduli, Nodal, View};
+use super::geometry::{self, Element, Moduli, Nodal};
 use super::lanes::Real;
 use super::set::{Formulation, MAX_RECORD, StressIntegral};
 use super::tensor::{self, Tensor};
@@ -77,7 +77,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
 
     #[inline(always)]
     fn respond<T: Real>(
-        element: View<D, N, Q, T>,
+        element: &Element<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> Nodal<D, N, T> {
@@ -93,7 +93,8 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         }
         let mut force = geometry::zero(u);
         let mut stress = [[[half; D]; D]; Q];
-        for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
+        for (q, (gradients, &volume)) in element.gradients.iter().zip(&element.volumes).enumerate()
+        {
             let increment = current_gradient(gradients, &middle, &step);
             let added = element.lame.stress(&tensor::symmetric(&increment));
             let added = tensor::scaled(half, &added);
@@ -116,12 +117,12 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     /// σ̇ = C:d with the rate of deformation d.
     #[inline(always)]
     fn force_rate<T: Real>(
-        element: View<D, N, Q, T>,
+        element: &Element<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
             let rate = current_gradient(gradients, u, velocity);
             let stress = element.lame.stress(&tensor::symmetric(&rate));
             let first_piola = first_piola(&stress, gradients, u);
@@ -131,16 +132,18 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         force
     }
 
-    fn strain_energy(element: View<D, N, Q>, u: &Nodal<D, N>, record: &[f64]) -> f64 {
-        let mut now = [0.0; MAX_RECORD];
-        let now = &mut now[..record.len()];
-        now.copy_from_slice(record);
-        <Self as Formulation<D, N, Q>>::respond(element, u, now);
-        Record::<D>::of(N, now).work
+    #[inline(always)]
+    fn strain_energy<T: Real>(
+        element: &Element<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        record: &mut [T],
+    ) -> T {
+        <Self as Formulation<D, N, Q>>::respond(element, u, record);
+        Record::<D, T>::of(N, record).work
     }
 
     fn stress(
-        element: View<D, N, Q>,
+        element: &Element<D, N, Q>,
         moduli: &Moduli,
         u: &Nodal<D, N>,
         record: &[f64],
@@ -151,7 +154,8 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         <Self as Formulation<D, N, Q>>::respond(element, u, now);
         let now = Record::<D>::of(N, now);
         let mut integral = StressIntegral::default();
-        for (q, (gradients, &volume)) in element.gradients.iter().zip(element.volumes).enumerate() {
+        for (q, (gradients, &volume)) in element.gradients.iter().zip(&element.volumes).enumerate()
+        {
             let jacobian = tensor::determinant(&deformation_gradient(gradients, u));
             let kirchhoff = tensor::scaled(jacobian, &now.stress(q));
             let across = moduli.out_of_plane * tensor::trace(&kirchhoff);
@@ -160,7 +164,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         integral
     }
 
-    fn past(element: View<D, N, Q>, moduli: &Moduli, record: &[f64]) -> Option<Past<D>> {
+    fn past(element: &Element<D, N, Q>, moduli: &Moduli, record: &[f64]) -> Option<Past<D>> {
         let record = Record::<D>::of(N, record);
         let volume: f64 = element.volumes.iter().sum();
         let mean = |k: usize, l: usize| {
@@ -178,14 +182,14 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     }
 
     fn set_past(
-        element: View<D, N, Q>,
+        element: &Element<D, N, Q>,
         moduli: &Moduli,
         past: &Past<D>,
         u: &Nodal<D, N>,
         record: &mut [f64],
     ) {
         let mut force = [[0.0; D]; N];
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
             let first_piola = first_piola(&past.stress, gradients, u);
             geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
         }

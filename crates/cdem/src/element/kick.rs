@@ -1,159 +1,192 @@
-//! The kick of many elements: as many side by side as the machine's registers hold.
+//! The kick of many elements: part by part on all threads, and in a part as many side by
+//! side as the machine's registers hold.
 
 use std::marker::PhantomData;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::geometry::{Geometry, Nodal};
-use super::lanes::{Lanes, Register, Single};
+use super::geometry::{Element, Moduli, Nodal};
+use super::lanes::{Lanes, Register, Row, WIDTH};
+use super::nearby::Nearby;
+use super::part::{Group, Part};
 use super::set::{Formulation, MAX_RECORD};
+use super::{Due, Interval};
 
-/// The records of all elements of a set.
-pub(super) enum History<'a> {
-    /// Each kick brings them up to date.
-    Kept(&'a mut [f64]),
-    /// They stay as they are.
-    Seen(&'a [f64]),
+/// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
+/// viscous ones, which are left out where nothing is damped.
+pub(crate) type Shares<'a, const D: usize> = [&'a mut [[f64; D]]; 2];
+
+/// The first `count` of each, and the others.
+fn split<const D: usize>(shares: Shares<'_, D>, count: usize) -> [Shares<'_, D>; 2] {
+    let [elastic, viscous] = shares.map(|share| {
+        let count = count.min(share.len());
+        share.split_at_mut(count)
+    });
+    [[elastic.0, viscous.0], [elastic.1, viscous.1]]
 }
 
-impl History<'_> {
-    #[inline(always)]
-    fn get(&self, number: usize) -> f64 {
-        match self {
-            History::Kept(all) => all[number],
-            History::Seen(all) => all[number],
-        }
+/// Works on all parts and what is theirs of the shares.
+pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
+    parts: &mut [Part<D, N, Q>],
+    shares: Shares<D>,
+    work: &(impl Fn(&mut Part<D, N, Q>, Shares<D>) + Sync),
+) {
+    if let [part] = parts {
+        return work(part, shares);
     }
+    let (left, right) = parts.split_at_mut(parts.len() / 2);
+    let count = left.iter().map(Part::node_count).sum();
+    let [of_left, of_right] = split(shares, count);
+    rayon::join(
+        || each_part(left, of_left, work),
+        || each_part(right, of_right, work),
+    );
 }
 
-/// What a kick reads and writes.
-pub(super) struct Kick<'a, const D: usize, const N: usize, const Q: usize, F> {
-    geometry: &'a Geometry<D, N, Q>,
-    history: History<'a>,
+/// A kick of elements of one formulation.
+pub(super) struct Kick<'a, const D: usize, F> {
+    due: &'a Due<'a>,
     /// Of all nodes, m and m/s.
     displacement: &'a [[f64; D]],
     velocity: &'a [[f64; D]],
-    /// N·s.
-    impulse: &'a mut [[f64; D]],
-    viscous: &'a mut [[f64; D]],
+    /// Number in the mesh of each element of the set.
+    mesh_elements: &'a [u32],
     formulation: PhantomData<F>,
 }
 
-impl<'a, const D: usize, const N: usize, const Q: usize, F> Kick<'a, D, N, Q, F>
-where
-    F: Formulation<D, N, Q>,
-{
-    /// Of displacements, m, and velocities, m/s, of all nodes, to impulses, elastic and
-    /// viscous, N·s.
+impl<'a, const D: usize, F> Kick<'a, D, F> {
     pub(super) fn new(
-        geometry: &'a Geometry<D, N, Q>,
-        history: History<'a>,
+        due: &'a Due<'a>,
         [displacement, velocity]: [&'a [[f64; D]]; 2],
-        [impulse, viscous]: [&'a mut [[f64; D]]; 2],
+        mesh_elements: &'a [u32],
     ) -> Self {
         Self {
-            geometry,
-            history,
+            due,
             displacement,
             velocity,
-            impulse,
-            viscous,
+            mesh_elements,
             formulation: PhantomData,
         }
     }
 
-    /// Kicks the elements that are `due`, each over its interval, s.
-    pub(super) fn run(self, due: &[u32], interval: &[f64]) {
-        assert_eq!(
-            due.len(),
-            interval.len(),
-            "one interval for each element due"
-        );
-        Arch::new().dispatch(Task {
-            kick: self,
-            due,
-            interval,
+    /// Kicks the groups of a part that are due.
+    pub(super) fn part<const N: usize, const Q: usize>(
+        &self,
+        part: &mut Part<D, N, Q>,
+        shares: Shares<D>,
+    ) where
+        F: Formulation<D, N, Q>,
+    {
+        Nearby::with(|nearby| {
+            Arch::new().dispatch(Task {
+                kick: self,
+                part,
+                shares,
+                nearby,
+            });
         });
     }
 
+    /// Interval of each element of a batch, s.
     #[inline(always)]
-    fn side_by_side<L: Lanes>(&mut self, lanes: L, due: &[u32], interval: &[f64]) {
-        let gathered = self.geometry.gather(lanes, due);
-        let element = gathered.view();
-        let u = self.geometry.relative(lanes, due, self.displacement);
-        let force = if F::RECORD == 0 {
-            F::respond(element, &u, &mut [])
-        } else {
-            let mut record = [u[0][0]; MAX_RECORD];
-            let record = &mut record[..F::RECORD];
-            for (k, number) in record.iter_mut().enumerate() {
-                *number = lanes.gather(|lane| self.history.get(due[lane] as usize * F::RECORD + k));
+    fn intervals<const N: usize, const Q: usize>(
+        &self,
+        group: &Group<D, N, Q>,
+        batch: usize,
+    ) -> Row {
+        match self.due.interval {
+            Interval::OfLevel(all) => [group.level.map_or(0.0, |level| all[level as usize]); WIDTH],
+            Interval::OfElement(all) => {
+                let mut intervals = [0.0; WIDTH];
+                let members = &group.members[batch * WIDTH..];
+                for (interval, &member) in intervals.iter_mut().zip(members) {
+                    *interval = all[self.mesh_elements[member as usize] as usize];
+                }
+                intervals
             }
-            let force = F::respond(element, &u, record);
-            if let History::Kept(all) = &mut self.history {
-                for (k, number) in record.iter().enumerate() {
-                    let each = lanes.each(*number);
-                    for lane in 0..L::COUNT {
-                        all[due[lane] as usize * F::RECORD + k] = each[lane];
-                    }
+        }
+    }
+
+    #[inline(always)]
+    fn group<L: Lanes, const N: usize, const Q: usize>(
+        &self,
+        lanes: L,
+        (group, moduli): (&mut Group<D, N, Q>, &Moduli),
+        nearby: &mut Nearby,
+        [elastic, viscous]: Shares<D>,
+    ) where
+        F: Formulation<D, N, Q>,
+    {
+        nearby.displacement.read(&group.nodes, self.displacement);
+        nearby.elastic.clear(group.nodes.len());
+        let is_damped = moduli.damping > 0.0;
+        if is_damped {
+            nearby.velocity.read(&group.nodes, self.velocity);
+            nearby.viscous.clear(group.nodes.len());
+        }
+        for batch in 0..group.batches.len() {
+            let intervals = self.intervals(group, batch);
+            for first in (0..WIDTH).step_by(L::COUNT) {
+                let place = (batch, first);
+                let element = group.batches.gather(lanes, place, moduli.lame);
+                let nodes = *group.batches.nodes_of_batch(batch);
+                let u = nearby.displacement.relative(lanes, &nodes, first);
+                let force = self.respond(lanes, group, place, &element, &u);
+                let duration = lanes.load(&intervals, first);
+                nearby.elastic.add(lanes, &nodes, first, (&force, duration));
+                if is_damped {
+                    let velocity = nearby.velocity.relative(lanes, &nodes, first);
+                    let rate = F::force_rate(&element, &u, &velocity);
+                    let duration = lanes.splat(moduli.damping) * duration;
+                    nearby.viscous.add(lanes, &nodes, first, (&rate, duration));
                 }
             }
-            force
-        };
-        let duration = lanes.gather(|lane| interval[lane]);
-        scatter(
-            lanes,
-            self.geometry,
-            due,
-            (&force, duration),
-            self.impulse,
-            |_| true,
-        );
-        let damping = |lane: usize| self.geometry.moduli(due[lane] as usize).damping;
-        if (0..L::COUNT).any(|lane| damping(lane) > 0.0) {
-            let velocity = self.geometry.relative(lanes, due, self.velocity);
-            let rate = F::force_rate(element, &u, &velocity);
-            let duration = lanes.gather(|lane| damping(lane) * interval[lane]);
-            let is_damped = |lane: usize| damping(lane) > 0.0;
-            scatter(
-                lanes,
-                self.geometry,
-                due,
-                (&rate, duration),
-                self.viscous,
-                is_damped,
-            );
+        }
+        nearby.elastic.write(elastic);
+        if is_damped {
+            nearby.viscous.write(viscous);
+        } else {
+            viscous.fill([0.0; D]);
         }
     }
 }
 
-/// Adds the impulses of forces over some durations, s, to the nodes, element by element.
-#[inline(always)]
-fn scatter<L: Lanes, const D: usize, const N: usize, const Q: usize>(
-    lanes: L,
-    geometry: &Geometry<D, N, Q>,
-    elements: &[u32],
-    (force, duration): (&Nodal<D, N, L::Number>, L::Number),
-    impulse: &mut [[f64; D]],
-    counts: impl Fn(usize) -> bool,
-) {
-    let each = force.map(|of_node| of_node.map(|force| lanes.each(duration * force)));
-    for lane in (0..L::COUNT).filter(|&lane| counts(lane)) {
-        let nodes = geometry.nodes(elements[lane] as usize);
-        for (node, of_node) in nodes.iter().zip(&each) {
-            let target = &mut impulse[*node as usize];
-            for k in 0..D {
-                target[k] += of_node[k][lane];
+impl<const D: usize, F> Kick<'_, D, F> {
+    /// Forces of elements side by side, N; brings their records up to now where these are kept.
+    #[inline(always)]
+    fn respond<L: Lanes, const N: usize, const Q: usize>(
+        &self,
+        lanes: L,
+        group: &mut Group<D, N, Q>,
+        (batch, first): (usize, usize),
+        element: &Element<D, N, Q, L::Number>,
+        u: &Nodal<D, N, L::Number>,
+    ) -> Nodal<D, N, L::Number>
+    where
+        F: Formulation<D, N, Q>,
+    {
+        let rows = group.batches.records_mut(batch, F::RECORD);
+        let mut record = [lanes.splat(0.0); MAX_RECORD];
+        let record = &mut record[..F::RECORD];
+        for (number, row) in record.iter_mut().zip(&*rows) {
+            *number = lanes.load(row, first);
+        }
+        let force = F::respond(element, u, record);
+        if self.due.is_kept {
+            for (number, row) in record.iter().zip(rows) {
+                lanes.store(*number, row, first);
             }
         }
+        force
     }
 }
 
-/// A kick for whatever instructions the machine has.
+/// A kick of a part for whatever instructions the machine has.
 struct Task<'a, 'b, const D: usize, const N: usize, const Q: usize, F> {
-    kick: Kick<'a, D, N, Q, F>,
-    due: &'b [u32],
-    interval: &'b [f64],
+    kick: &'a Kick<'a, D, F>,
+    part: &'b mut Part<D, N, Q>,
+    shares: Shares<'b, D>,
+    nearby: &'b mut Nearby,
 }
 
 impl<const D: usize, const N: usize, const Q: usize, F> WithSimd for Task<'_, '_, D, N, Q, F>
@@ -164,18 +197,14 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            mut kick,
-            due,
-            interval,
-        } = self;
-        let whole = due.len() / S::F64_LANES * S::F64_LANES;
-        let batches = due[..whole].chunks_exact(S::F64_LANES);
-        for (due, interval) in batches.zip(interval.chunks_exact(S::F64_LANES)) {
-            kick.side_by_side(Register(simd), due, interval);
-        }
-        for (due, interval) in due[whole..].chunks(1).zip(interval[whole..].chunks(1)) {
-            kick.side_by_side(Single, due, interval);
+        let (lanes, moduli) = (Register(simd), self.part.moduli);
+        let mut shares = self.shares;
+        for group in self.part.groups_mut() {
+            let [own, others] = split(shares, group.nodes.len());
+            if group.is_due(self.kick.due.coarsest) {
+                self.kick.group(lanes, (group, &moduli), self.nearby, own);
+            }
+            shares = others;
         }
     }
 }

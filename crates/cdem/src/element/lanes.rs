@@ -5,8 +5,12 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use pulp::Simd;
 
-/// Most numbers side by side.
-pub(super) const MOST: usize = 8;
+/// Numbers side by side in memory: as many as the widest registers hold, and a multiple of
+/// what the others do.
+pub(super) const WIDTH: usize = 8;
+
+/// A number of each of as many elements.
+pub(super) type Row = [f64; WIDTH];
 
 /// A number, or several side by side.
 pub(crate) trait Real:
@@ -34,24 +38,17 @@ impl Real for f64 {
 pub(super) trait Lanes: Copy {
     type Number: Real;
 
-    /// How many.
+    /// How many: a divisor of [`WIDTH`].
     const COUNT: usize;
 
-    /// The numbers `of` each lane.
-    #[inline(always)]
-    fn gather(self, of: impl Fn(usize) -> f64) -> Self::Number {
-        let mut all = [0.0; MOST];
-        for lane in 0..Self::COUNT {
-            all[lane] = of(lane);
-        }
-        self.load(&all)
-    }
+    /// One number in all lanes.
+    fn splat(self, value: f64) -> Self::Number;
 
-    /// The first [`Self::COUNT`] of these.
-    fn load(self, all: &[f64; MOST]) -> Self::Number;
+    /// The numbers of a row from `first` on.
+    fn load(self, row: &Row, first: usize) -> Self::Number;
 
-    /// The numbers of the lanes, the first [`Self::COUNT`] of these.
-    fn each(self, numbers: Self::Number) -> [f64; MOST];
+    /// Puts the numbers into a row from `first` on.
+    fn store(self, numbers: Self::Number, row: &mut Row, first: usize);
 }
 
 /// One.
@@ -64,15 +61,18 @@ impl Lanes for Single {
     const COUNT: usize = 1;
 
     #[inline(always)]
-    fn load(self, all: &[f64; MOST]) -> f64 {
-        all[0]
+    fn splat(self, value: f64) -> f64 {
+        value
     }
 
     #[inline(always)]
-    fn each(self, number: f64) -> [f64; MOST] {
-        let mut all = [0.0; MOST];
-        all[0] = number;
-        all
+    fn load(self, row: &Row, first: usize) -> f64 {
+        row[first]
+    }
+
+    #[inline(always)]
+    fn store(self, number: f64, row: &mut Row, first: usize) {
+        row[first] = number;
     }
 }
 
@@ -86,18 +86,24 @@ impl<S: Simd> Lanes for Register<S> {
     const COUNT: usize = S::F64_LANES;
 
     #[inline(always)]
-    fn load(self, all: &[f64; MOST]) -> Numbers<S> {
+    fn splat(self, value: f64) -> Numbers<S> {
         Numbers {
             simd: self.0,
-            numbers: S::as_simd_f64s(all).0[0],
+            numbers: self.0.splat_f64s(value),
         }
     }
 
     #[inline(always)]
-    fn each(self, numbers: Numbers<S>) -> [f64; MOST] {
-        let mut all = [0.0; MOST];
-        S::as_mut_simd_f64s(&mut all).0[0] = numbers.numbers;
-        all
+    fn load(self, row: &Row, first: usize) -> Numbers<S> {
+        Numbers {
+            simd: self.0,
+            numbers: S::as_simd_f64s(&row[first..first + S::F64_LANES]).0[0],
+        }
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: Numbers<S>, row: &mut Row, first: usize) {
+        S::as_mut_simd_f64s(&mut row[first..first + S::F64_LANES]).0[0] = numbers.numbers;
     }
 }
 

@@ -9,29 +9,32 @@
 //! So a far-off body loses no digits, and each element's impulses add up to
 //! zero to round-off.
 
+mod batch;
 mod frequency;
 mod geometry;
 mod incremental;
 mod kick;
 mod lanes;
+mod nearby;
+mod part;
 mod set;
 pub(crate) mod shape;
+mod survey;
 pub(crate) mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
 mod total;
 
-use std::sync::Arc;
-
 use crate::material::Elastic;
-use crate::mesh::{ElementKind, Mesh, Parts};
+use crate::mesh::{ElementKind, Mesh};
 use crate::scene::{Kinematics, Plane};
-use geometry::{Geometry, Moduli};
+use geometry::Moduli;
 use incremental::Incremental;
-use set::Set;
+use set::{Set, Source};
 use total::Total;
 
 pub(crate) use frequency::{highest_frequency, stable_step};
+pub(crate) use kick::Shares;
 
 /// Most nodes of an element: a hexahedron's.
 pub(crate) const MAX_NODES: usize = 8;
@@ -84,11 +87,34 @@ impl<const D: usize> Past<D> {
     }
 }
 
+/// What is due in a kick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Due<'a> {
+    /// The coarsest level that is due.
+    pub(crate) coarsest: u8,
+    /// Over which time.
+    pub(crate) interval: Interval<'a>,
+    /// Whether the elements' history goes on with it; a report leaves no trace there.
+    pub(crate) is_kept: bool,
+}
+
+/// Interval of a kick, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Interval<'a> {
+    /// One a level.
+    OfLevel(&'a [f64]),
+    /// One an element of the mesh.
+    OfElement(&'a [f64]),
+}
+
 /// Elements of one shape and one kinematic formulation, as arrays.
 ///
-/// `i` and `due` are numbers within the set. Displacements and velocities are
-/// those of all nodes of the mesh. Gauss points and weights are fixed at
-/// rest; 2-D volumes include the thickness. Numbers out of range panic.
+/// `i` is a number within the set. Displacements and velocities are those of all nodes of
+/// the mesh. Gauss points and weights are fixed at rest; 2-D volumes include the thickness.
+/// Numbers out of range panic.
+///
+/// Those of one level near each other form a group: they are kicked together, and give each
+/// of their nodes one share.
 pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Formulation of the elements.
     fn kinematics(&self) -> Kinematics;
@@ -99,41 +125,37 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Number in [`Mesh::elements`] of each element, ascending.
     fn mesh_elements(&self) -> &[u32];
 
-    /// Nodes of element `i`.
-    fn nodes(&self, i: usize) -> &[u32];
+    /// Nodes of element `i` of this mesh's.
+    fn nodes<'a>(&self, mesh: &'a Mesh<D>, i: usize) -> &'a [u32] {
+        mesh.elements[self.mesh_elements()[i] as usize].nodes()
+    }
 
-    /// Adds `interval[k]`·f of element `due[k]` to `impulse`, N·s, f being
-    /// the internal nodal force (minus the energy gradient, N), and brings
-    /// the elements' history up to `displacement` (incremental kinematics:
-    /// stress turned and updated, work added up).
+    /// Sorts the elements into groups by the level of each element of the mesh; those
+    /// without one are never due. All are of level 0 at first.
+    fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>);
+
+    /// Visits level and nodes of each group, in the order of [`Shares`].
+    fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32]));
+
+    /// Writes the impulses of the groups that are due to their shares: the sums of
+    /// interval·f over their elements, N·s, f being the internal nodal force (minus the
+    /// energy gradient, N); and brings the elements' history up to the displacements
+    /// (incremental kinematics: stress turned and updated, work added up).
     ///
-    /// With stiffness-proportional damping β the impulse of the viscous
-    /// stress β·C:(strain rate) goes to `viscous`, at `velocity`. Lengths of
-    /// `due` and `interval` must agree.
-    fn kick(
-        &mut self,
-        due: &[u32],
-        interval: &[f64],
-        displacement: &[[f64; D]],
-        velocity: &[[f64; D]],
-        impulse: &mut [[f64; D]],
-        viscous: &mut [[f64; D]],
-    );
+    /// With stiffness-proportional damping β the impulse of the viscous stress
+    /// β·C:(strain rate) goes to the second shares. `motion` is displacements, m, and
+    /// velocities, m/s.
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: Shares<D>);
 
-    /// [`Self::kick`] without a trace in the history, for synchronised reports.
-    fn peek(
-        &self,
-        due: &[u32],
-        interval: &[f64],
-        displacement: &[[f64; D]],
-        velocity: &[[f64; D]],
-        impulse: &mut [[f64; D]],
-        viscous: &mut [[f64; D]],
-    );
+    /// Brings the history of element `i` up to `displacement`.
+    fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]);
 
     /// Strain energy of element `i`, J. Incremental kinematics: the work done
     /// on it up to its last kick and from there straight to `displacement`.
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64;
+
+    /// Tells the strain energy of every element, by its number in the mesh, in no order.
+    fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64));
 
     /// Nodal forces of element `i`, N, without a trace in the history: as many
     /// as it has nodes, to the head of `force`.
@@ -153,9 +175,11 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// xx yy zz xy yz zx, Pa; zz of plane strain is there in 2-D too.
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6];
 
-    /// Whether element `i` is strained by no more than `most`, in the norm of Green's strain
-    /// at all Gauss points, and not inside out: no principal stretch is beyond √(1 ± 2 most).
-    fn is_strained_within(&self, i: usize, displacement: &[[f64; D]], most: f64) -> bool;
+    /// Tells of every element that is inside out or strained by more than `most`, a tenth at
+    /// most, in the norm of Green's strain at all its Gauss points together: of the others no
+    /// principal stretch is beyond √(1 ± 2 most). Elements are told by their numbers in the
+    /// mesh, in no order.
+    fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32));
 
     /// Extremes of the deformation of element `i`.
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;
@@ -168,7 +192,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
 
     /// Highest angular frequency of element `i` alone with its consistent
     /// mass matrix, rad/s.
-    fn consistent_frequency(&self, i: usize) -> f64;
+    fn consistent_frequency(&self, i: usize, mesh: &Mesh<D>) -> f64;
 
     /// Row sums of the mass matrix of element `i`, one for each of its N
     /// nodes, kg, into the first N entries of `out`.
@@ -176,14 +200,14 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
 
     /// Consistent mass matrix of element `i`, ∫ρ N_a N_b, kg: N×N, row by row,
     /// into the first N² entries of `out`.
-    fn consistent_mass(&self, i: usize, out: &mut [f64]);
+    fn consistent_mass(&self, i: usize, mesh: &Mesh<D>, out: &mut [f64]);
 
     /// Stiffness of element `i` at rest, N/m: (N·D)×(N·D), row by row, the
     /// components of a node together, into the first (N·D)² entries of `out`.
     fn stiffness(&self, i: usize, out: &mut [f64]);
 
     /// All that element `i` keeps from kick to kick; nothing where only the present counts.
-    fn record(&self, i: usize) -> &[f64];
+    fn record(&self, i: usize) -> Vec<f64>;
 
     /// Gives element `i` what the same element of another set has kept.
     fn set_record(&mut self, i: usize, record: &[f64]);
@@ -195,7 +219,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// now: so much a volume.
     fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]);
 
-    /// Bytes per element.
+    /// Bytes of all elements.
     fn memory(&self) -> usize;
 }
 
@@ -216,16 +240,10 @@ pub(crate) fn build<const D: usize>(
     plane: Plane,
     thickness: f64,
 ) -> Vec<Box<dyn ElementSet<D>>> {
-    let model = Model {
-        rest: mesh.nodes.as_slice().into(),
-        mesh,
-        properties,
-        moduli: materials
-            .iter()
-            .map(|material| Moduli::new::<D>(material, plane))
-            .collect(),
-        thickness: if D == 2 { thickness } else { 1.0 },
-    };
+    let moduli: Vec<Moduli> = materials
+        .iter()
+        .map(|material| Moduli::new::<D>(material, plane))
+        .collect();
     let kinds = [
         ElementKind::Tri3,
         ElementKind::Quad4,
@@ -236,72 +254,54 @@ pub(crate) fn build<const D: usize>(
     let mut sets = Vec::new();
     for kind in kinds {
         for kinematics in [Kinematics::Total, Kinematics::Incremental] {
-            let members = model.members(kind, kinematics);
+            let members = members(mesh, properties, kind, kinematics);
             if members.is_empty() {
                 continue;
             }
             assert_eq!(kind.dimension(), D, "a {} in {D}-D", kind.name());
+            let source = Source {
+                kind,
+                members: &members,
+                moduli: &moduli,
+                mesh,
+                thickness: if D == 2 { thickness } else { 1.0 },
+            };
             sets.push(match kind {
-                ElementKind::Tri3 => model.set::<3, 1>(kind, kinematics, members),
-                ElementKind::Quad4 => model.set::<4, 4>(kind, kinematics, members),
-                ElementKind::Tet4 => model.set::<4, 1>(kind, kinematics, members),
-                ElementKind::Wedge6 => model.set::<6, 6>(kind, kinematics, members),
-                ElementKind::Hex8 => model.set::<8, 8>(kind, kinematics, members),
+                ElementKind::Tri3 => set::<D, 3, 1>(&source, kinematics),
+                ElementKind::Quad4 => set::<D, 4, 4>(&source, kinematics),
+                ElementKind::Tet4 => set::<D, 4, 1>(&source, kinematics),
+                ElementKind::Wedge6 => set::<D, 6, 6>(&source, kinematics),
+                ElementKind::Hex8 => set::<D, 8, 8>(&source, kinematics),
             });
         }
     }
     sets
 }
 
-/// What all sets of a mesh are made from.
-struct Model<'a, const D: usize> {
-    mesh: &'a Mesh<D>,
-    properties: &'a [BlockProperties],
-    moduli: Arc<[Moduli]>,
-    rest: Arc<[[f64; D]]>,
-    thickness: f64,
+/// (element of the mesh, material) of a set to be.
+fn members<const D: usize>(
+    mesh: &Mesh<D>,
+    properties: &[BlockProperties],
+    kind: ElementKind,
+    kinematics: Kinematics,
+) -> Vec<(u32, u32)> {
+    let mut members = Vec::new();
+    for (block, properties) in mesh.blocks.iter().zip(properties) {
+        if properties.kinematics == kinematics {
+            let of_kind = |&e: &u32| mesh.elements[e as usize].kind == kind;
+            let elements = block.elements.clone().filter(of_kind);
+            members.extend(elements.map(|e| (e, properties.material as u32)));
+        }
+    }
+    members
 }
 
-impl<const D: usize> Model<'_, D> {
-    /// (element of the mesh, material) of a set to be.
-    fn members(&self, kind: ElementKind, kinematics: Kinematics) -> Vec<(u32, u32)> {
-        let mut members = Vec::new();
-        for (block, properties) in self.mesh.blocks.iter().zip(self.properties) {
-            if properties.kinematics == kinematics {
-                let of_kind = |&e: &u32| self.mesh.elements[e as usize].kind == kind;
-                let elements = block.elements.clone().filter(of_kind);
-                members.extend(elements.map(|e| (e, properties.material as u32)));
-            }
-        }
-        members
-    }
-
-    fn set<const N: usize, const Q: usize>(
-        &self,
-        kind: ElementKind,
-        kinematics: Kinematics,
-        members: Vec<(u32, u32)>,
-    ) -> Box<dyn ElementSet<D>> {
-        let (rest, moduli) = (Arc::clone(&self.rest), Arc::clone(&self.moduli));
-        let Mesh {
-            elements, parts, ..
-        } = self.mesh;
-        let weight = |element: u32| {
-            let of = |parts: &Parts| parts.weight[element as usize];
-            parts.as_ref().map_or(1.0, of)
-        };
-        let geometry = Geometry::<D, N, Q>::new(
-            kind,
-            elements,
-            weight,
-            &members,
-            rest,
-            moduli,
-            self.thickness,
-        );
-        match kinematics {
-            Kinematics::Total => Box::new(Set::<D, N, Q, Total>::new(geometry)),
-            Kinematics::Incremental => Box::new(Set::<D, N, Q, Incremental>::new(geometry)),
-        }
+fn set<const D: usize, const N: usize, const Q: usize>(
+    source: &Source<D>,
+    kinematics: Kinematics,
+) -> Box<dyn ElementSet<D>> {
+    match kinematics {
+        Kinematics::Total => Box::new(Set::<D, N, Q, Total>::new(source)),
+        Kinematics::Incremental => Box::new(Set::<D, N, Q, Incremental>::new(source)),
     }
 }

@@ -3,12 +3,13 @@
 use std::marker::PhantomData;
 
 use super::frequency;
-use super::geometry::{self, Geometry, Moduli, Nodal, View};
-use super::kick::{History, Kick};
-use super::lanes::{Real, Single};
+use super::geometry::{self, Corners, Element, Moduli, Nodal};
+use super::kick::{Kick, Shares, each_part};
+use super::lanes::Real;
+use super::part::{Group, Member, PART, Part, Place};
 use super::tensor::{self, Tensor};
-use super::total::green_lagrange;
-use super::{Deformation, ElementSet, Past};
+use super::{Deformation, Due, ElementSet, Past, survey};
+use crate::mesh::{ElementKind, Mesh, Parts};
 use crate::scene::Kinematics;
 use crate::vector::sub;
 
@@ -30,7 +31,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
 
     /// Nodal forces, N; brings the record up to this response.
     fn respond<T: Real>(
-        element: View<D, N, Q, T>,
+        element: &Element<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> Nodal<D, N, T>;
@@ -38,30 +39,34 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     /// What strain rates change of the nodal forces in a second, N/s; times β,
     /// the forces of stiffness-proportional damping.
     fn force_rate<T: Real>(
-        element: View<D, N, Q, T>,
+        element: &Element<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T>;
 
-    /// Strain energy, J.
-    fn strain_energy(element: View<D, N, Q>, displacement: &Nodal<D, N>, record: &[f64]) -> f64;
+    /// Strain energy, J; brings the record up to now.
+    fn strain_energy<T: Real>(
+        element: &Element<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        record: &mut [T],
+    ) -> T;
 
     /// Cauchy stress, integrated.
     fn stress(
-        element: View<D, N, Q>,
+        element: &Element<D, N, Q>,
         moduli: &Moduli,
         displacement: &Nodal<D, N>,
         record: &[f64],
     ) -> StressIntegral<D>;
 
     /// What an element knows of its past, if that matters.
-    fn past(_element: View<D, N, Q>, _moduli: &Moduli, _record: &[f64]) -> Option<Past<D>> {
+    fn past(_element: &Element<D, N, Q>, _moduli: &Moduli, _record: &[f64]) -> Option<Past<D>> {
         None
     }
 
     /// Gives an element, deformed by `displacement` now, that past.
     fn set_past(
-        _element: View<D, N, Q>,
+        _element: &Element<D, N, Q>,
         _moduli: &Moduli,
         _past: &Past<D>,
         _displacement: &Nodal<D, N>,
@@ -108,10 +113,24 @@ impl<const D: usize> StressIntegral<D> {
 
 /// Elements of one shape in one formulation.
 pub(super) struct Set<const D: usize, const N: usize, const Q: usize, F> {
-    geometry: Geometry<D, N, Q>,
-    /// The records of all elements.
-    history: Vec<f64>,
+    kind: ElementKind,
+    /// 1 in space, m.
+    thickness: f64,
+    mesh_elements: Vec<u32>,
+    place: Vec<Place>,
+    parts: Vec<Part<D, N, Q>>,
     formulation: PhantomData<F>,
+}
+
+/// What a set is made of.
+pub(super) struct Source<'a, const D: usize> {
+    pub(super) kind: ElementKind,
+    /// Elements of the mesh, ascending, and their materials.
+    pub(super) members: &'a [(u32, u32)],
+    pub(super) moduli: &'a [Moduli],
+    pub(super) mesh: &'a Mesh<D>,
+    /// 1 in space, m.
+    pub(super) thickness: f64,
 }
 
 impl<const D: usize, const N: usize, const Q: usize, F> Set<D, N, Q, F>
@@ -119,22 +138,113 @@ where
     F: Formulation<D, N, Q>,
 {
     /// Undeformed, stress-free elements.
-    pub(super) fn new(geometry: Geometry<D, N, Q>) -> Self {
-        Self {
-            history: vec![0.0; F::RECORD * geometry.mesh_elements().len()],
-            geometry,
+    pub(super) fn new(source: &Source<D>) -> Self {
+        let mut set = Self {
+            kind: source.kind,
+            thickness: source.thickness,
+            mesh_elements: source.members.iter().map(|member| member.0).collect(),
+            place: vec![Place::default(); source.members.len()],
+            parts: Vec::new(),
             formulation: PhantomData,
+        };
+        let of_material = |material: usize| {
+            let members = source.members.iter().zip(0..);
+            let own = members.filter(move |(member, _)| member.1 as usize == material);
+            own.map(|(member, number)| (number, member.0))
+        };
+        for (material, moduli) in source.moduli.iter().enumerate() {
+            let numbers: Vec<(u32, u32)> = of_material(material).collect();
+            for numbers in numbers.chunks(PART) {
+                let members = numbers.iter().map(|&(number, element)| {
+                    let (nodes, element) = set.at_rest(source.mesh, element, moduli);
+                    Member {
+                        number,
+                        nodes,
+                        element,
+                        record: vec![0.0; F::RECORD],
+                    }
+                });
+                let members: Vec<_> = members.collect();
+                set.parts.push(Part::new(*moduli, &members));
+            }
         }
+        for part in 0..set.parts.len() {
+            set.find_places(part);
+        }
+        set
+    }
+
+    /// Nodes of an element of the mesh, and it at rest.
+    fn at_rest(
+        &self,
+        mesh: &Mesh<D>,
+        element: u32,
+        moduli: &Moduli,
+    ) -> ([u32; N], Element<D, N, Q>) {
+        let weight = |parts: &Parts| parts.weight[element as usize];
+        let weight = mesh.parts.as_ref().map_or(1.0, weight);
+        let corners = self.corners(mesh, element);
+        let nodes = mesh.elements[element as usize].nodes;
+        let nodes = std::array::from_fn(|a| nodes[a]);
+        (nodes, corners.element(weight, moduli.lame))
+    }
+
+    fn corners(&self, mesh: &Mesh<D>, element: u32) -> Corners<D, N> {
+        let nodes = mesh.elements[element as usize].nodes();
+        Corners {
+            kind: self.kind,
+            at: std::array::from_fn(|a| mesh.nodes[nodes[a] as usize]),
+            thickness: self.thickness,
+        }
+    }
+
+    /// Notes where the elements of a part are now.
+    fn find_places(&mut self, part: usize) {
+        for (group, own) in self.parts[part].groups().iter().enumerate() {
+            for (index, &number) in own.members.iter().enumerate() {
+                self.place[number as usize] = Place {
+                    part: part as u32,
+                    group: group as u8,
+                    index: index as u16,
+                };
+            }
+        }
+    }
+
+    fn part(&self, i: usize) -> &Part<D, N, Q> {
+        &self.parts[self.place[i].part as usize]
+    }
+
+    fn moduli(&self, i: usize) -> &Moduli {
+        &self.part(i).moduli
+    }
+
+    fn group(&self, i: usize) -> (&Group<D, N, Q>, usize) {
+        let place = self.place[i];
+        let group = &self.part(i).groups()[place.group as usize];
+        (group, place.index as usize)
+    }
+
+    fn element(&self, i: usize) -> Element<D, N, Q> {
+        let (group, index) = self.group(i);
+        group.element(index, self.moduli(i))
     }
 
     /// `field` at the nodes of element `i`, less that of its first node.
     #[inline]
     fn relative(&self, i: usize, field: &[[f64; D]]) -> Nodal<D, N> {
-        self.geometry.relative(Single, &[i as u32], field)
+        let (group, index) = self.group(i);
+        let nodes = group.nodes_of(index);
+        let first = field[nodes[0] as usize];
+        nodes.map(|node| sub(&field[node as usize], &first))
     }
 
-    fn record_of(&self, i: usize) -> &[f64] {
-        &self.history[i * F::RECORD..][..F::RECORD]
+    /// The record of element `i`, the head of these numbers.
+    fn read_record<'a>(&self, i: usize, numbers: &'a mut [f64; MAX_RECORD]) -> &'a mut [f64] {
+        let (group, index) = self.group(i);
+        let record = &mut numbers[..F::RECORD];
+        group.record(index, record);
+        record
     }
 }
 
@@ -147,56 +257,74 @@ where
     }
 
     fn len(&self) -> usize {
-        self.geometry.mesh_elements().len()
+        self.mesh_elements.len()
     }
 
     fn mesh_elements(&self) -> &[u32] {
-        self.geometry.mesh_elements()
+        &self.mesh_elements
     }
 
-    fn nodes(&self, i: usize) -> &[u32] {
-        self.geometry.nodes(i)
+    fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>) {
+        for part in 0..self.parts.len() {
+            let of = |number: u32| level(self.mesh_elements[number as usize]);
+            if self.parts[part].arrange(F::RECORD, of) {
+                self.find_places(part);
+            }
+        }
     }
 
-    fn kick(
-        &mut self,
-        due: &[u32],
-        interval: &[f64],
-        displacement: &[[f64; D]],
-        velocity: &[[f64; D]],
-        impulse: &mut [[f64; D]],
-        viscous: &mut [[f64; D]],
-    ) {
-        let history = History::Kept(&mut self.history);
-        let (motion, given) = ([displacement, velocity], [impulse, viscous]);
-        Kick::<D, N, Q, F>::new(&self.geometry, history, motion, given).run(due, interval);
+    fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32])) {
+        let groups = self.parts.iter().flat_map(|part| part.groups());
+        groups.for_each(|group| visit(group.level, &group.nodes));
     }
 
-    fn peek(
-        &self,
-        due: &[u32],
-        interval: &[f64],
-        displacement: &[[f64; D]],
-        velocity: &[[f64; D]],
-        impulse: &mut [[f64; D]],
-        viscous: &mut [[f64; D]],
-    ) {
-        let history = History::Seen(&self.history);
-        let (motion, given) = ([displacement, velocity], [impulse, viscous]);
-        Kick::<D, N, Q, F>::new(&self.geometry, history, motion, given).run(due, interval);
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: Shares<D>) {
+        let kick = Kick::<D, F>::new(due, motion, &self.mesh_elements);
+        each_part(&mut self.parts, shares, &|part, shares| {
+            kick.part(part, shares);
+        });
+    }
+
+    fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]) {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        F::respond(&self.element(i), &self.relative(i, displacement), record);
+        self.set_record(i, record);
     }
 
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64 {
-        let u = self.relative(i, displacement);
-        F::strain_energy(self.geometry.view(i), &u, self.record_of(i))
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        F::strain_energy(&self.element(i), &self.relative(i, displacement), record)
+    }
+
+    fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64)) {
+        survey::ask::<survey::StrainEnergy<F>, D, N, Q, 1>(
+            &self.parts,
+            displacement,
+            |member, [energy]| tell(self.mesh_elements[member as usize], energy),
+        );
+    }
+
+    fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
+        survey::ask::<survey::Distortion, D, N, Q, 2>(
+            &self.parts,
+            displacement,
+            |member, [strains, changes]| {
+                // Within such strains det F is near 1, or near −1: then changes are 4 and more.
+                let is_within = strains <= most * most && changes < 1.0;
+                if !is_within {
+                    tell(self.mesh_elements[member as usize]);
+                }
+            },
+        );
     }
 
     fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]) {
-        let u = self.relative(i, displacement);
-        let mut record = [0.0; MAX_RECORD];
-        let record = &mut record[..F::RECORD];
-        record.copy_from_slice(self.record_of(i));
-        force[..N].copy_from_slice(&F::respond(self.geometry.view(i), &u, record));
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        let found = F::respond(&self.element(i), &self.relative(i, displacement), record);
+        force[..N].copy_from_slice(&found);
     }
 
     fn force_rate(
@@ -208,24 +336,14 @@ where
     ) {
         let u = self.relative(i, displacement);
         let velocity = std::array::from_fn(|a| sub(&velocity[a], &velocity[0]));
-        rate[..N].copy_from_slice(&F::force_rate(self.geometry.view(i), &u, &velocity));
+        rate[..N].copy_from_slice(&F::force_rate(&self.element(i), &u, &velocity));
     }
 
     fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6] {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
         let u = self.relative(i, displacement);
-        let (element, moduli) = (self.geometry.view(i), self.geometry.moduli(i));
-        F::stress(element, moduli, &u, self.record_of(i)).average()
-    }
-
-    fn is_strained_within(&self, i: usize, displacement: &[[f64; D]], most: f64) -> bool {
-        let u = self.relative(i, displacement);
-        let gradients = self.geometry.view(i).gradients.iter();
-        let mut displaced = gradients.map(|gradients| geometry::gradient(gradients, &u));
-        displaced.all(|h| {
-            let strain = green_lagrange(&h);
-            let jacobian = tensor::determinant(&tensor::sum(&tensor::identity(1.0), &h));
-            jacobian > 0.0 && tensor::contraction(&strain, &strain) <= most * most
-        })
+        F::stress(&self.element(i), self.moduli(i), &u, record).average()
     }
 
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation {
@@ -235,7 +353,7 @@ where
             min_stretch: f64::INFINITY,
             max_stretch: 0.0,
         };
-        for gradients in self.geometry.view(i).gradients {
+        for gradients in &self.element(i).gradients {
             let f = tensor::sum(&tensor::identity(1.0), &geometry::gradient(gradients, &u));
             let right_cauchy = tensor::transposed_product(&f, &f);
             let (low, high) = tensor::extreme_principal_values(&right_cauchy);
@@ -247,28 +365,34 @@ where
     }
 
     fn frequency(&self, i: usize, mass_factor: &[f64]) -> f64 {
-        let mut mass = self.geometry.lumped_mass(i);
-        for (mass, node) in mass.iter_mut().zip(self.geometry.nodes(i)) {
-            *mass *= mass_factor[*node as usize];
+        let (group, index) = self.group(i);
+        let element = self.element(i);
+        let mut mass = element.lumped_mass(self.kind, self.moduli(i).density);
+        for (mass, node) in mass.iter_mut().zip(group.nodes_of(index)) {
+            *mass *= mass_factor[node as usize];
         }
-        frequency::lumped(self.geometry.view(i), &mass)
+        frequency::lumped(&element, &mass)
     }
 
-    fn consistent_frequency(&self, i: usize) -> f64 {
-        frequency::consistent(self.geometry.view(i), &self.geometry.consistent_mass(i))
+    fn consistent_frequency(&self, i: usize, mesh: &Mesh<D>) -> f64 {
+        let corners = self.corners(mesh, self.mesh_elements[i]);
+        let mass = corners.consistent_mass(self.moduli(i).density);
+        frequency::consistent(&self.element(i), &mass)
     }
 
     fn lumped_mass(&self, i: usize, out: &mut [f64]) {
-        out[..N].copy_from_slice(&self.geometry.lumped_mass(i));
+        let density = self.moduli(i).density;
+        out[..N].copy_from_slice(&self.element(i).lumped_mass(self.kind, density));
     }
 
-    fn consistent_mass(&self, i: usize, out: &mut [f64]) {
-        let mass = self.geometry.consistent_mass(i);
+    fn consistent_mass(&self, i: usize, mesh: &Mesh<D>, out: &mut [f64]) {
+        let corners = self.corners(mesh, self.mesh_elements[i]);
+        let mass = corners.consistent_mass(self.moduli(i).density);
         out[..N * N].copy_from_slice(mass.as_flattened());
     }
 
     fn stiffness(&self, i: usize, out: &mut [f64]) {
-        let element = self.geometry.view(i);
+        let element = self.element(i);
         for row in 0..N * D {
             for column in 0..N * D {
                 out[row * N * D + column] =
@@ -277,27 +401,32 @@ where
         }
     }
 
-    fn record(&self, i: usize) -> &[f64] {
-        self.record_of(i)
+    fn record(&self, i: usize) -> Vec<f64> {
+        self.read_record(i, &mut [0.0; MAX_RECORD]).to_vec()
     }
 
     fn set_record(&mut self, i: usize, record: &[f64]) {
-        self.history[i * F::RECORD..][..F::RECORD].copy_from_slice(record);
+        let place = self.place[i];
+        let groups = self.parts[place.part as usize].groups_mut();
+        groups[place.group as usize].set_record(place.index as usize, record);
     }
 
     fn past(&self, i: usize) -> Option<Past<D>> {
-        let (element, moduli) = (self.geometry.view(i), self.geometry.moduli(i));
-        F::past(element, moduli, self.record_of(i))
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        F::past(&self.element(i), self.moduli(i), record)
     }
 
     fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]) {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
         let u = self.relative(i, displacement);
-        let (element, moduli) = (self.geometry.view(i), self.geometry.moduli(i));
-        let record = &mut self.history[i * F::RECORD..][..F::RECORD];
-        F::set_past(element, moduli, past, &u, record);
+        F::set_past(&self.element(i), self.moduli(i), past, &u, record);
+        self.set_record(i, record);
     }
 
     fn memory(&self) -> usize {
-        Geometry::<D, N, Q>::memory() + F::RECORD * size_of::<f64>()
+        let parts = self.parts.iter().map(Part::memory).sum::<usize>();
+        parts + self.len() * (size_of::<Place>() + size_of::<u32>())
     }
 }

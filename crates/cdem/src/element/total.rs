@@ -1,6 +1,6 @@
 //! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
 
-use super::geometry::{self, Moduli, Nodal, View};
+use super::geometry::{self, Element, Moduli, Nodal};
 use super::lanes::Real;
 use super::set::{Formulation, StressIntegral};
 use super::tensor::{self, Tensor};
@@ -17,12 +17,12 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 
     #[inline(always)]
     fn respond<T: Real>(
-        element: View<D, N, Q, T>,
+        element: &Element<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         _: &mut [T],
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
             let h = geometry::gradient(gradients, u);
             let second_piola = element.lame.stress(&green_lagrange(&h));
             let first_piola = push_forward(&h, &second_piola);
@@ -35,12 +35,12 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     /// Ṡ = C:sym(Fᵀ Ḟ).
     #[inline(always)]
     fn force_rate<T: Real>(
-        element: View<D, N, Q, T>,
+        element: &Element<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
             let h = geometry::gradient(gradients, u);
             let rate = geometry::gradient(gradients, velocity);
             let second_piola = element.lame.stress(&green_lagrange_rate(&h, &rate));
@@ -51,24 +51,26 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         force
     }
 
-    fn strain_energy(element: View<D, N, Q>, u: &Nodal<D, N>, _: &[f64]) -> f64 {
-        let mut energy = 0.0;
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+    #[inline(always)]
+    fn strain_energy<T: Real>(element: &Element<D, N, Q, T>, u: &Nodal<D, N, T>, _: &mut [T]) -> T {
+        let half = u[0][0].constant(0.5);
+        let mut energy = half.constant(0.0);
+        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
             let strain = green_lagrange(&geometry::gradient(gradients, u));
             let stress = element.lame.stress(&strain);
-            energy += 0.5 * volume * tensor::contraction(&stress, &strain);
+            energy += half * volume * tensor::contraction(&stress, &strain);
         }
         energy
     }
 
     fn stress(
-        element: View<D, N, Q>,
+        element: &Element<D, N, Q>,
         moduli: &Moduli,
         u: &Nodal<D, N>,
         _: &[f64],
     ) -> StressIntegral<D> {
         let mut integral = StressIntegral::default();
-        for (gradients, &volume) in element.gradients.iter().zip(element.volumes) {
+        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
             let h = geometry::gradient(gradients, u);
             let f = tensor::sum(&tensor::identity(1.0), &h);
             let second_piola = element.lame.stress(&green_lagrange(&h));

@@ -37,8 +37,8 @@ impl ConsistentMass {
         let mut local = [0.0; 64];
         for set in sets {
             for i in in_block(mesh, set.as_ref(), block) {
-                set.consistent_mass(i, &mut local);
-                scatter(set.nodes(i), nodes.start, 1, &local, &mut matrix);
+                set.consistent_mass(i, mesh, &mut local);
+                scatter(set.nodes(mesh, i), nodes.start, 1, &local, &mut matrix);
             }
         }
         if matrix.clone().cholesky().is_none() {
@@ -71,9 +71,15 @@ impl ConsistentMass {
             for i in in_block(mesh, set.as_ref(), self.block as usize) {
                 if exact {
                     set.stiffness(i, &mut local);
-                    scatter(set.nodes(i), self.first_node, D, &local, &mut stiffness);
+                    scatter(
+                        set.nodes(mesh, i),
+                        self.first_node,
+                        D,
+                        &local,
+                        &mut stiffness,
+                    );
                 } else {
-                    bound = bound.max(set.consistent_frequency(i));
+                    bound = bound.max(set.consistent_frequency(i, mesh));
                 }
             }
         }

@@ -139,8 +139,8 @@ fn second_moments<const D: usize>(
     let mut mass = [0.0; 64];
     for set in sets {
         for i in in_block(mesh, set.as_ref(), block) {
-            set.consistent_mass(i, &mut mass);
-            let nodes = set.nodes(i);
+            set.consistent_mass(i, mesh, &mut mass);
+            let nodes = set.nodes(mesh, i);
             let arms: Vec<_> = nodes
                 .iter()
                 .map(|&n| map(&mesh.nodes[n as usize]))

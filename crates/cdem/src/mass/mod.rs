@@ -199,7 +199,7 @@ fn lumped<const D: usize>(mesh: &Mesh<D>, sets: &[Box<dyn ElementSet<D>>]) -> Ve
     for set in sets {
         for i in 0..set.len() {
             set.lumped_mass(i, &mut shares);
-            for (&node, share) in set.nodes(i).iter().zip(shares) {
+            for (&node, share) in set.nodes(mesh, i).iter().zip(shares) {
                 nodal[node as usize] += share;
             }
         }

@@ -223,7 +223,7 @@ fn frequencies_of_consistent_blocks_are_exact_or_bounded() {
     assert!(dense.size <= 64);
     let exact = dense.frequency(&mesh, &sets);
     let bound = (0..sets[0].len())
-        .map(|i| sets[0].consistent_frequency(i))
+        .map(|i| sets[0].consistent_frequency(i, &mesh))
         .fold(0.0, f64::max);
     assert!(exact <= bound && bound < 1.5 * exact, "{exact} {bound}");
 

@@ -112,13 +112,18 @@ impl<const D: usize> Model<D> {
 
     /// Strain energy of all elements that may deform, J.
     pub(crate) fn strain_energy(&self, displacement: &[[f64; D]]) -> f64 {
-        let mut energy = 0.0;
-        for (block, data) in self.blocks.iter().enumerate() {
-            if !data.fixed {
-                energy += self.strain_energy_of(block, displacement);
-            }
+        let mut energies = vec![0.0; self.mesh.elements.len()];
+        for set in &self.sets {
+            set.strain_energies(displacement, &mut |e, energy| energies[e as usize] = energy);
         }
-        energy
+        let moving = self
+            .blocks
+            .iter()
+            .enumerate()
+            .filter(|(_, data)| !data.fixed);
+        moving
+            .map(|(block, _)| energies[self.elements(block)].iter().sum::<f64>())
+            .sum()
     }
 
     /// Strain energy of the elements of a block, J.

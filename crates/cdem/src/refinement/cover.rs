@@ -121,7 +121,7 @@ impl<const D: usize> Cover<D> {
         let mesh = refined::of_block(&foundation.mesh, block, Some(&overlay));
         let sets = foundation.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
-        let lumped = lumped(&sets, mesh.nodes.len(), kept);
+        let lumped = lumped(&mesh, &sets, kept);
         let fit = Fit {
             foundation,
             block,
@@ -248,8 +248,8 @@ impl<const D: usize> Fit<'_, D> {
         let mut matrix = [0.0; 64];
         for set in self.foundation.sets(self.block, &mesh) {
             for i in 0..set.len() {
-                set.consistent_mass(i, &mut matrix);
-                let nodes: Vec<usize> = set.nodes(i).iter().map(|&n| n as usize).collect();
+                set.consistent_mass(i, &mesh, &mut matrix);
+                let nodes: Vec<usize> = set.nodes(&mesh, i).iter().map(|&n| n as usize).collect();
                 for (k, &a) in nodes.iter().enumerate() {
                     let row = nodes.iter().zip(&matrix[k * nodes.len()..]);
                     entries.extend(row.map(|(&b, &mass)| (a, b, mass)));
@@ -281,7 +281,7 @@ impl<const D: usize> Fit<'_, D> {
             ..Mesh::default()
         };
         let sets = foundation.sets(self.block, &mesh);
-        let [_, masses] = lumped(&sets, mesh.nodes.len(), 0);
+        let [_, masses] = lumped(&mesh, &sets, 0);
         let shares = masses.iter().zip(&foundation.masses.factor[nodes]);
         let shares = shares.map(|(mass, factor)| mass * factor).enumerate();
         let shares = shares.filter(|(_, mass)| *mass > 0.0);
@@ -291,17 +291,18 @@ impl<const D: usize> Fit<'_, D> {
 
 /// Row sums of the masses of the first `kept` elements and of the others, kg.
 fn lumped<const D: usize>(
+    mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
-    nodes: usize,
     kept: usize,
 ) -> [Vec<f64>; 2] {
+    let nodes = mesh.nodes.len();
     let mut masses = [vec![0.0; nodes], vec![0.0; nodes]];
     let mut shares = [0.0; 8];
     for set in sets {
         for (i, &element) in set.mesh_elements().iter().enumerate() {
             set.lumped_mass(i, &mut shares);
             let masses = &mut masses[usize::from(element as usize >= kept)];
-            for (&node, share) in set.nodes(i).iter().zip(shares) {
+            for (&node, share) in set.nodes(mesh, i).iter().zip(shares) {
                 masses[node as usize] += share;
             }
         }

@@ -108,7 +108,7 @@ impl<const D: usize> Run<D> {
             let (set, i) = self.model.place[element];
             let set = &self.model.sets[set as usize];
             set.force(i as usize, &self.state.displacement, &mut force);
-            let nodes = set.nodes(i as usize).iter().zip(&force);
+            let nodes = self.model.mesh.elements[element].nodes().iter().zip(&force);
             let power = nodes.map(|(&node, force)| dot(force, &velocities[node as usize - first]));
             self.state.element_interval[element] * power.sum::<f64>()
         });

@@ -24,7 +24,8 @@ pub(crate) struct Impulses<const D: usize> {
     pub(crate) relevelled: Vec<(u32, [f64; D])>,
     /// Kick interval of each node, s.
     pub(crate) interval: Vec<f64>,
-    element_interval: Vec<f64>,
+    /// What groups of elements give their nodes, elastic and viscous.
+    shares: [Vec<[f64; D]>; 2],
 }
 
 impl<const D: usize> Impulses<D> {
@@ -39,7 +40,7 @@ impl<const D: usize> Impulses<D> {
             before: zero,
             relevelled: Vec::new(),
             interval: vec![0.0; nodes],
-            element_interval: Vec::new(),
+            shares: [Vec::new(), Vec::new()],
         }
     }
 
@@ -59,12 +60,7 @@ impl<const D: usize> Impulses<D> {
         self.relevelled.clear();
         for &node in nodes {
             let node = node as usize;
-            for array in [
-                &mut self.total,
-                &mut self.viscous,
-                &mut self.load,
-                &mut self.damping,
-            ] {
+            for array in [&mut self.load, &mut self.damping] {
                 array[node] = [0.0; D];
             }
         }
@@ -122,6 +118,7 @@ impl<const D: usize> Model<D> {
         self.prescribe(state, velocity, substep, purpose);
     }
 
+    /// Impulses of elements on the nodes that are due.
     fn internal_forces(
         &mut self,
         state: &mut State<D>,
@@ -130,44 +127,68 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
         purpose: Purpose,
     ) {
+        let intervals = (!substep.plan.is_settled)
+            .then(|| self.element_intervals(state, impulses, substep, purpose));
+        let due = substep.due(intervals.as_deref(), purpose == Purpose::Advance);
+        let assembly = &substep.plan.assembly;
+        let is_damped = self
+            .blocks
+            .iter()
+            .any(|block| block.damping.stiffness > 0.0);
+        let counts = [assembly.len(), if is_damped { assembly.len() } else { 0 }];
+        for (shares, count) in impulses.shares.iter_mut().zip(counts) {
+            shares.resize(count, [0.0; D]);
+        }
         for (number, set) in self.sets.iter_mut().enumerate() {
-            let due = substep.elements(number);
-            impulses.element_interval.clear();
-            let mut changed = Vec::new();
-            for &i in due {
-                let element = set.mesh_elements()[i as usize] as usize;
-                let last = state.element_interval[element];
-                impulses.element_interval.push(match purpose {
-                    Purpose::Report => last,
-                    Purpose::Advance => {
-                        let next = substep.element_duration(element);
-                        state.element_interval[element] = next;
-                        if last != next {
-                            changed.push((i, last - next));
-                        }
-                        0.5 * (last + next)
-                    }
-                });
+            let own = assembly.of_set(number);
+            let shares = impulses.shares.each_mut().map(|shares| {
+                let end = shares.len();
+                &mut shares[own.start.min(end)..own.end.min(end)]
+            });
+            set.kick(&due, [&state.displacement, velocity], shares);
+        }
+        let [elastic, viscous] = &impulses.shares;
+        for &node in substep.nodes() {
+            let n = node as usize;
+            impulses.total[n] = assembly.sum(node, substep.coarsest, elastic);
+            if is_damped {
+                impulses.viscous[n] = assembly.sum(node, substep.coarsest, viscous);
+                let viscous = impulses.viscous[n];
+                add_scaled(&mut impulses.total[n], 1.0, &viscous);
             }
-            let (interval, displacement) = (&impulses.element_interval, &state.displacement);
-            let (total, viscous) = (&mut impulses.total, &mut impulses.viscous);
-            if purpose == Purpose::Advance {
-                set.kick(due, interval, displacement, velocity, total, viscous);
-            } else {
-                set.peek(due, interval, displacement, velocity, total, viscous);
+        }
+    }
+
+    /// Kick interval of each element, s, where some come from other levels; all are due.
+    fn element_intervals(
+        &self,
+        state: &mut State<D>,
+        impulses: &mut Impulses<D>,
+        substep: &Substep,
+        purpose: Purpose,
+    ) -> Vec<f64> {
+        let mut intervals = state.element_interval.clone();
+        if purpose == Purpose::Report {
+            return intervals;
+        }
+        for (element, interval) in intervals.iter_mut().enumerate() {
+            let nodes = self.mesh.elements[element].nodes();
+            if self.is_fixed(nodes[0]) {
+                continue;
             }
-            for (i, less) in changed {
+            let (last, next) = (*interval, substep.element_duration(element));
+            *interval = 0.5 * (last + next);
+            state.element_interval[element] = next;
+            if last != next {
+                let (set, i) = self.place[element];
                 let mut force = [[0.0; D]; MAX_NODES];
-                set.force(i as usize, &state.displacement, &mut force);
-                let nodes = set.nodes(i as usize).iter().zip(&force);
-                let less = nodes.map(|(&node, force)| (node, scale(less, force)));
+                self.sets[set as usize].force(i as usize, &state.displacement, &mut force);
+                let less = nodes.iter().zip(&force);
+                let less = less.map(|(&node, force)| (node, scale(last - next, force)));
                 impulses.relevelled.extend(less);
             }
         }
-        for &node in substep.nodes() {
-            let viscous = impulses.viscous[node as usize];
-            add_scaled(&mut impulses.total[node as usize], 1.0, &viscous);
-        }
+        intervals
     }
 
     fn loads(&self, state: &State<D>, impulses: &mut Impulses<D>, substep: &Substep) {

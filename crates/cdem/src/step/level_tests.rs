@@ -70,7 +70,7 @@ fn lowest_ten_modes(run: &Run<2>, random: &mut Rng) -> Vec<[f64; 2]> {
     let mut matrix = DMatrix::<f64>::zeros(count, count);
     for set in &model.sets {
         for i in 0..set.len() {
-            let nodes = set.nodes(i);
+            let nodes = set.nodes(&model.mesh, i);
             let size = 2 * nodes.len();
             let mut stiffness = vec![0.0; size * size];
             set.stiffness(i, &mut stiffness);

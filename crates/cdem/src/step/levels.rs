@@ -158,20 +158,6 @@ impl Schedule {
     pub(crate) fn due(&self, coarsest: u8) -> &[u32] {
         &self.order[..self.count[coarsest as usize]]
     }
-
-    /// Number of items of each level.
-    pub(crate) fn histogram(&self) -> Vec<u64> {
-        let mut of: Vec<u64> = self
-            .count
-            .windows(2)
-            .map(|w| (w[0] - w[1]) as u64)
-            .collect();
-        of.extend(self.count.last().map(|&n| n as u64));
-        while of.len() > 1 && of.last() == Some(&0) {
-            of.pop();
-        }
-        of
-    }
 }
 
 #[cfg(test)]
@@ -250,6 +236,5 @@ mod tests {
         assert_eq!(schedule.due(2), [1, 3]);
         assert_eq!(schedule.due(1), [1, 3, 2]);
         assert_eq!(schedule.due(0), [1, 3, 2, 0]);
-        assert_eq!(schedule.histogram(), [1, 1, 2]);
     }
 }

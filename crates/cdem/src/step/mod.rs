@@ -4,6 +4,7 @@
 //! (forces), contacts hold or part, and nodes drift: free flight up to a first
 //! touch, unified after it.
 
+mod assembly;
 mod keep;
 pub(crate) mod kick;
 pub(crate) mod ledger;
@@ -134,7 +135,7 @@ impl<const D: usize> Run<D> {
             self.node_impulse[node as usize] = [0.0; D];
         }
         self.touched.clear();
-        let plan = std::mem::take(&mut self.plan);
+        let mut plan = std::mem::take(&mut self.plan);
         let start = self.time();
         if self.state.number == 0 {
             self.collide_initial(&plan.substep(0, self.model.step, start));
@@ -142,6 +143,7 @@ impl<const D: usize> Run<D> {
         for number in 0..1_u32 << plan.finest {
             let substep = plan.substep(number, self.model.step, start);
             self.substep(&substep);
+            plan.is_settled = true;
         }
         self.plan = plan;
         self.state.number += 1;
@@ -177,13 +179,13 @@ impl<const D: usize> Run<D> {
     /// islands of pairs.
     pub(crate) fn prepare(&mut self) {
         let join = self.find_contacts();
-        if self.plan.elements.is_empty() {
+        if self.plan.is_empty() {
             self.assign_levels();
             self.watch.lap(Stage::Plan);
         }
         let before = self.refine();
         self.watch.lap(Stage::Refinement);
-        if join || self.plan.elements.is_empty() {
+        if join || self.plan.is_empty() {
             self.assign_levels();
         }
         self.group_contacts();
@@ -276,8 +278,8 @@ impl<const D: usize> Run<D> {
             self.model.mesh.nodes.len(),
             &joined,
         );
-        if levels != self.plan.levels || self.plan.elements.is_empty() {
-            self.plan = Plan::new(&self.model, levels);
+        if levels != self.plan.levels || self.plan.is_empty() {
+            self.plan = Plan::new(&mut self.model, &self.state, levels);
         }
     }
 
@@ -323,9 +325,7 @@ impl<const D: usize> Run<D> {
             self.impulses.contact[node as usize] = [0.0; D];
         }
         self.drift(substep);
-        for set in 0..self.model.sets.len() {
-            self.element_updates += substep.elements(set).len() as u64;
-        }
+        self.element_updates += substep.element_count();
         self.watch.lap(Stage::Motion);
     }
 

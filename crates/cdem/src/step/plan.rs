@@ -1,16 +1,21 @@
 //! Who is due when: levels as lists of elements and nodes.
 
-use super::levels::{Joined, Levels, Schedule};
+use super::assembly::Assembly;
+use super::levels::{Joined, Levels, MAX_LEVEL, Schedule};
 use crate::contact::Contacts;
-use crate::model::Model;
+use crate::element::{Due, Interval};
+use crate::model::{Model, State};
 
 /// Who is due when, until the levels change.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plan {
     pub(crate) levels: Levels,
-    /// Elements of each set; nodes; both without those of fixed blocks.
-    pub(super) elements: Vec<Schedule>,
+    /// Number of elements of each level; like the nodes, without those of fixed blocks.
+    elements: Vec<u64>,
     nodes: Schedule,
+    pub(super) assembly: Assembly,
+    /// Whether the interval before the last kick of each element is that of its level.
+    pub(super) is_settled: bool,
     /// Held nodes of blocks that are not fixed, by level.
     pub(super) held: Vec<u32>,
     pub(super) finest: u8,
@@ -20,9 +25,10 @@ pub(crate) struct Plan {
 pub(crate) struct Substep<'a> {
     pub(super) plan: &'a Plan,
     /// The coarsest level that is due.
-    coarsest: u8,
-    /// Coarse step, s, its start, and the time of this substep's start, s.
-    step: f64,
+    pub(super) coarsest: u8,
+    /// Interval of each level, s.
+    durations: [f64; MAX_LEVEL as usize + 1],
+    /// Start of the coarse step, and of this substep, s.
     pub(crate) step_start: f64,
     pub(crate) time: f64,
     held: Vec<u32>,
@@ -34,9 +40,18 @@ impl Substep<'_> {
         self.plan.nodes.due(self.coarsest)
     }
 
-    /// Elements of a set that are due.
-    pub(crate) fn elements(&self, set: usize) -> &[u32] {
-        self.plan.elements[set].due(self.coarsest)
+    /// Number of elements that are due.
+    pub(crate) fn element_count(&self) -> u64 {
+        self.plan.elements[self.coarsest as usize..].iter().sum()
+    }
+
+    /// The elements that are due, over the intervals of their levels, s, or over these.
+    pub(super) fn due<'b>(&'b self, of_element: Option<&'b [f64]>, is_kept: bool) -> Due<'b> {
+        Due {
+            coarsest: self.coarsest,
+            interval: of_element.map_or(Interval::OfLevel(&self.durations), Interval::OfElement),
+            is_kept,
+        }
     }
 
     /// Held nodes of moving blocks that are due.
@@ -51,39 +66,55 @@ impl Substep<'_> {
 
     /// Interval of a node, s.
     pub(crate) fn duration(&self, node: u32) -> f64 {
-        self.step / f64::from(1_u32 << self.plan.levels.node[node as usize])
+        self.durations[self.plan.levels.node[node as usize] as usize]
     }
 
     /// Interval of an element of the mesh, s.
     pub(crate) fn element_duration(&self, element: usize) -> f64 {
-        self.step / f64::from(1_u32 << self.plan.levels.element[element])
+        self.durations[self.plan.levels.element[element] as usize]
     }
 }
 
 impl Plan {
-    pub(super) fn new<const D: usize>(model: &Model<D>, levels: Levels) -> Self {
-        let fixed = |node: u32| model.is_fixed(node);
-        let elements = model.sets.iter().map(|set| {
-            let of: Vec<u8> = set
-                .mesh_elements()
-                .iter()
-                .map(|&e| levels.element[e as usize])
-                .collect();
-            Schedule::new(&of, |i| !fixed(set.nodes(i)[0]))
-        });
-        let elements: Vec<_> = elements.collect();
+    /// Sorts the elements of the model by their levels.
+    pub(super) fn new<const D: usize>(
+        model: &mut Model<D>,
+        state: &State<D>,
+        levels: Levels,
+    ) -> Self {
+        let (blocks, block_of) = (&model.blocks, &model.block_of);
+        let fixed = |node: u32| blocks[block_of[node as usize] as usize].fixed;
+        let elements = &model.mesh.elements;
+        let due = |e: u32| !fixed(elements[e as usize].nodes()[0]);
+        for set in &mut model.sets {
+            set.arrange(&|e| due(e).then(|| levels.element[e as usize]));
+        }
+        let mut count = vec![0; MAX_LEVEL as usize + 1];
+        let mut is_settled = true;
+        for e in (0..elements.len() as u32).filter(|&e| due(e)) {
+            let level = levels.element[e as usize];
+            count[level as usize] += 1;
+            is_settled &= state.element_interval[e as usize] == duration(model.step, level);
+        }
         let nodes = Schedule::new(&levels.node, |node| !fixed(node as u32));
         let finest = nodes
             .due(0)
             .first()
             .map_or(0, |&node| levels.node[node as usize]);
         Self {
-            elements,
+            elements: count,
             nodes,
+            assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
+            is_settled,
             held: model.held_nodes(),
             finest,
             levels,
         }
+    }
+
+    /// Whether there is none yet.
+    pub(super) fn is_empty(&self) -> bool {
+        self.elements.is_empty()
     }
 
     /// The `number`-th substep of a coarse step.
@@ -95,7 +126,7 @@ impl Plan {
         let mut substep = Substep {
             plan: self,
             coarsest,
-            step,
+            durations: std::array::from_fn(|level| duration(step, level as u8)),
             step_start: start,
             time: start + f64::from(number) * step / f64::from(1_u32 << self.finest),
             held: Vec::new(),
@@ -116,16 +147,14 @@ impl Plan {
 
     /// Number of elements of each level.
     pub(crate) fn histogram(&self) -> Vec<u64> {
-        let mut sum: Vec<u64> = vec![0];
-        for set in &self.elements {
-            let of = set.histogram();
-            sum.resize(sum.len().max(of.len()), 0);
-            for (total, count) in sum.iter_mut().zip(of) {
-                *total += count;
-            }
-        }
-        sum
+        let used = self.elements.iter().rposition(|&count| count > 0);
+        self.elements[..used.map_or(1, |last| last + 1)].to_vec()
     }
+}
+
+/// Interval of a level, s.
+fn duration(step: f64, level: u8) -> f64 {
+    step / f64::from(1_u32 << level)
 }
 
 impl<const D: usize> Model<D> {

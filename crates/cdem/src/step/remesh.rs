@@ -165,18 +165,9 @@ impl<const D: usize> Run<D> {
     /// Brings the history of the elements of some blocks up to now.
     fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
         let model = &mut self.model;
-        let mut nothing = vec![[0.0; D]; model.mesh.nodes.len()];
-        let mut viscous = nothing.clone();
         for &block in blocks {
             for (set, i) in model.elements(block).map(|e| model.place[e]) {
-                model.sets[set as usize].kick(
-                    &[i],
-                    &[0.0],
-                    &state.displacement,
-                    &state.velocity,
-                    &mut nothing,
-                    &mut viscous,
-                );
+                model.sets[set as usize].bring_up(i as usize, &state.displacement);
             }
         }
     }
@@ -228,7 +219,7 @@ impl<const D: usize> Model<D> {
                 let (old_set, old_i) = old.place[of[0] as usize];
                 set.set_record(
                     i as usize,
-                    old.sets[old_set as usize].record(old_i as usize),
+                    &old.sets[old_set as usize].record(old_i as usize),
                 );
                 continue;
             }

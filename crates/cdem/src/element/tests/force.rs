@@ -26,11 +26,11 @@ fn force_is_minus_the_energy_gradient<const D: usize>(seed: usize, size: f64) {
     for kind in kinds::<D>() {
         for plane in PLANES {
             let mesh = one_element::<D>(kind);
-            let sets = sets_of(&mesh, rock(), Kinematics::Total, plane);
+            let mut sets = sets_of(&mesh, rock(), Kinematics::Total, plane);
             let displacement: Vec<[f64; D]> = (0..mesh.nodes.len())
                 .map(|a| std::array::from_fn(|k| size * noise(a + seed, k)))
                 .collect();
-            let force = forces(&sets, &displacement);
+            let force = forces(&mut sets, &displacement);
             let slope = energy_slope(&sets, &displacement);
             let scale = largest(&force);
             for (f, s) in force.iter().flatten().zip(slope.iter().flatten()) {
@@ -88,18 +88,7 @@ fn forces_are_self_balanced<const D: usize>(kinematics: Kinematics) {
         };
         advance(&mut sets, &field(0.1, 1));
         let (displacement, velocity) = (field(0.2, 5), field(3.0, 9));
-        let [mut force, mut viscous] = [field(0.0, 0), field(0.0, 0)];
-        for set in &mut sets {
-            let due = all(&**set);
-            set.kick(
-                &due,
-                &[0.5],
-                &displacement,
-                &velocity,
-                &mut force,
-                &mut viscous,
-            );
-        }
+        let [force, viscous] = kick(&mut sets, true, [&displacement, &velocity]);
         for force in [&force, &viscous] {
             let scale = largest(force);
             assert!(scale > 0.0, "{kind:?}");
@@ -132,14 +121,13 @@ fn viscous_force_is_the_rate_of_the_elastic<const D: usize>(kinematics: Kinemati
         let mesh = one_element::<D>(kind);
         let mut material = rock();
         material.damping.stiffness = 2e-3;
-        let sets = sets_of(&mesh, material, kinematics, plane);
+        let mut sets = sets_of(&mesh, material, kinematics, plane);
         let small: Vec<[f64; D]> = (0..mesh.nodes.len())
             .map(|a| std::array::from_fn(|k| 1e-9 * noise(a, k)))
             .collect();
         let rest = vec![[0.0; D]; mesh.nodes.len()];
-        let elastic = forces(&sets, &small);
-        let [mut force, mut viscous] = [rest.clone(), rest.clone()];
-        sets[0].peek(&[0], &[1.0], &rest, &small, &mut force, &mut viscous);
+        let elastic = forces(&mut sets, &small);
+        let [force, viscous] = kick(&mut sets, false, [&rest, &small]);
         assert_eq!(largest(&force), 0.0, "no elastic force at rest");
         for (v, e) in viscous.iter().flatten().zip(elastic.iter().flatten()) {
             // The non-linear part is as small as the displacement.
@@ -168,9 +156,14 @@ fn only_what_is_due_is_kicked() {
         let mut sets = sets_of(&mesh, rock(), kinematics, Plane::Strain);
         let pulled = linear_field(&mesh, |i, j| 1e-3 * (i + 2 * j) as f64);
         let still = vec![[0.0; 2]; mesh.nodes.len()];
-        let [mut impulse, mut viscous] = [still.clone(), still.clone()];
-        sets[0].kick(&[4], &[2.0], &pulled, &still, &mut impulse, &mut viscous);
-        let nodes = sets[0].nodes(4).to_vec();
+        sets[0].arrange(&|e| (e == 4).then_some(0));
+        let due = |intervals| Due {
+            coarsest: 0,
+            interval: Interval::OfLevel(intervals),
+            is_kept: true,
+        };
+        let [impulse, _] = kick_over(&mut sets, &due(&[2.0]), [&pulled, &still]);
+        let nodes = sets[0].nodes(&mesh, 4).to_vec();
         for (a, impulse) in impulse.iter().enumerate() {
             let touched = largest(&[*impulse]) > 0.0;
             assert_eq!(
@@ -180,8 +173,7 @@ fn only_what_is_due_is_kicked() {
             );
         }
         // The interval scales the impulse.
-        let mut double = still.clone();
-        sets[0].peek(&[4], &[4.0], &pulled, &still, &mut double, &mut viscous);
+        let [double, _] = kick_over(&mut sets, &due(&[4.0]), [&pulled, &still]);
         for (one, two) in impulse.iter().flatten().zip(double.iter().flatten()) {
             assert_eq!(2.0 * one, *two);
         }

@@ -168,7 +168,7 @@ fn volumes_and_masses_of_a_box<const D: usize>() {
             for i in 0..set.len() {
                 let (mut row_sums, mut matrix) = ([0.0; 8], [0.0; 64]);
                 set.lumped_mass(i, &mut row_sums);
-                set.consistent_mass(i, &mut matrix);
+                set.consistent_mass(i, &mesh, &mut matrix);
                 for a in 0..nodes {
                     let row: f64 = matrix[a * nodes..][..nodes].iter().sum();
                     assert!(

@@ -10,10 +10,11 @@ mod side_by_side;
 
 use std::path::Path;
 
-use super::{BlockProperties, ElementSet, build};
+use super::{BlockProperties, Due, ElementSet, Interval, build};
 use crate::material::Elastic;
 use crate::mesh::{ElementKind, Mesh, assemble, tests as mesh_tests};
 use crate::scene::{Damping, Geometry, Kinematics, Plane, Rotation};
+use crate::vector::add_scaled;
 
 pub(crate) type Sets<const D: usize> = Vec<Box<dyn ElementSet<D>>>;
 
@@ -110,26 +111,54 @@ pub(crate) fn sets_of<const D: usize>(
     build(mesh, &properties, &[material], plane, THICKNESS)
 }
 
-/// Numbers of all elements of a set.
-pub(super) fn all<const D: usize>(set: &dyn ElementSet<D>) -> Vec<u32> {
-    (0..set.len() as u32).collect()
+/// Elastic and viscous impulses on all nodes of a kick of all elements of levels that are
+/// not `never`, over one second.
+pub(super) fn kick<const D: usize>(
+    sets: &mut Sets<D>,
+    is_kept: bool,
+    motion: [&[[f64; D]]; 2],
+) -> [Vec<[f64; D]>; 2] {
+    let due = Due {
+        coarsest: 0,
+        interval: Interval::OfLevel(&[1.0; 8]),
+        is_kept,
+    };
+    kick_over(sets, &due, motion)
+}
+
+/// Elastic and viscous impulses on all nodes of a kick.
+pub(super) fn kick_over<const D: usize>(
+    sets: &mut Sets<D>,
+    due: &Due,
+    motion: [&[[f64; D]]; 2],
+) -> [Vec<[f64; D]>; 2] {
+    let mut impulses = [0, 1].map(|_| vec![[0.0; D]; motion[0].len()]);
+    for set in sets {
+        let (mut nodes, mut levels): (Vec<u32>, Vec<Option<u8>>) = Default::default();
+        set.each_group(&mut |level, of_group| {
+            nodes.extend(of_group);
+            levels.extend(of_group.iter().map(|_| level));
+        });
+        let mut shares = [0, 1].map(|_| vec![[0.0; D]; nodes.len()]);
+        set.kick(due, motion, shares.each_mut().map(|shares| &mut shares[..]));
+        for (impulses, shares) in impulses.iter_mut().zip(&shares) {
+            for ((&node, level), share) in nodes.iter().zip(&levels).zip(shares) {
+                if level.is_some_and(|level| level >= due.coarsest) {
+                    add_scaled(&mut impulses[node as usize], 1.0, share);
+                }
+            }
+        }
+    }
+    impulses
 }
 
 /// Elastic nodal forces at `displacement`, N; nothing is committed.
-pub(super) fn forces<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> Vec<[f64; D]> {
+pub(super) fn forces<const D: usize>(
+    sets: &mut Sets<D>,
+    displacement: &[[f64; D]],
+) -> Vec<[f64; D]> {
     let still = vec![[0.0; D]; displacement.len()];
-    let [mut force, mut viscous] = [still.clone(), still.clone()];
-    for set in sets {
-        let interval = vec![1.0; set.len()];
-        set.peek(
-            &all(&**set),
-            &interval,
-            displacement,
-            &still,
-            &mut force,
-            &mut viscous,
-        );
-    }
+    let [force, _] = kick(sets, false, [displacement, &still]);
     force
 }
 
@@ -139,26 +168,23 @@ pub(super) fn advance<const D: usize>(
     displacement: &[[f64; D]],
 ) -> Vec<[f64; D]> {
     let still = vec![[0.0; D]; displacement.len()];
-    let [mut force, mut viscous] = [still.clone(), still.clone()];
-    for set in sets {
-        let interval = vec![1.0; set.len()];
-        set.kick(
-            &all(&**set),
-            &interval,
-            displacement,
-            &still,
-            &mut force,
-            &mut viscous,
-        );
-    }
+    let [force, _] = kick(sets, true, [displacement, &still]);
     force
 }
 
-/// Strain energy of all elements, J.
+/// Strain energy of all elements, J: the same of each alone.
 pub(super) fn energy<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> f64 {
-    sets.iter()
-        .flat_map(|set| (0..set.len()).map(|i| set.strain_energy(i, displacement)))
-        .sum()
+    let mut sum = 0.0;
+    for set in sets {
+        let mut energies = vec![0.0; set.len()];
+        let number = |e: u32| set.mesh_elements().binary_search(&e).expect("of the set");
+        set.strain_energies(displacement, &mut |e, energy| energies[number(e)] = energy);
+        for (i, energy) in energies.into_iter().enumerate() {
+            assert_eq!(energy, set.strain_energy(i, displacement));
+            sum += energy;
+        }
+    }
+    sum
 }
 
 /// G·X at every node.

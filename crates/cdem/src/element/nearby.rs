@@ -1,0 +1,124 @@
+//! What is at the nodes of a group of elements, in the nearest caches.
+
+use std::cell::RefCell;
+
+use super::geometry::Nodal;
+use super::lanes::{Lanes, WIDTH};
+
+thread_local! {
+    static NEARBY: RefCell<Nearby> = RefCell::default();
+}
+
+/// Fields at the nodes of a group.
+#[derive(Default)]
+pub(super) struct Nearby {
+    pub(super) displacement: Field,
+    pub(super) velocity: Field,
+    pub(super) elastic: Field,
+    pub(super) viscous: Field,
+}
+
+impl Nearby {
+    /// Works with those of this thread, whatever is in them.
+    pub(super) fn with(work: impl FnOnce(&mut Self)) {
+        NEARBY.with_borrow_mut(work);
+    }
+}
+
+/// Vectors at as many nodes as a number of 16 bits can tell apart, of four components: those
+/// there are not are 0, and the others are read and written in one go.
+pub(super) struct Field(Box<[[f64; 4]; 1 << 16]>);
+
+impl Default for Field {
+    fn default() -> Self {
+        let zeros = vec![[0.0; 4]; 1 << 16].into_boxed_slice();
+        Self(zeros.try_into().expect("as many as there are"))
+    }
+}
+
+impl Field {
+    /// Takes in what is at some nodes of the mesh.
+    #[inline(always)]
+    pub(super) fn read<const D: usize>(&mut self, nodes: &[u32], all: &[[f64; D]]) {
+        for (own, &node) in self.0.iter_mut().zip(nodes) {
+            own[..D].copy_from_slice(&all[node as usize]);
+        }
+    }
+
+    /// Zeroes the first `count`.
+    #[inline(always)]
+    pub(super) fn clear(&mut self, count: usize) {
+        self.0[..count].fill([0.0; 4]);
+    }
+
+    /// Hands out the first of them.
+    #[inline(always)]
+    pub(super) fn write<const D: usize>(&self, to: &mut [[f64; D]]) {
+        for (to, own) in to.iter_mut().zip(self.0.iter()) {
+            to.copy_from_slice(&own[..D]);
+        }
+    }
+
+    /// At the nodes of elements side by side, less those of their first nodes.
+    #[inline(always)]
+    pub(super) fn relative<L: Lanes, const D: usize, const N: usize>(
+        &self,
+        lanes: L,
+        nodes: &[[u16; WIDTH]; N],
+        first: usize,
+    ) -> Nodal<D, N, L::Number> {
+        let mut relative = [[lanes.splat(0.0); D]; N];
+        let origin: [L::Number; D] = self.gather(lanes, &nodes[0], first);
+        for a in 1..N {
+            let own: [L::Number; D] = self.gather(lanes, &nodes[a], first);
+            for k in 0..D {
+                relative[a][k] = own[k] - origin[k];
+            }
+        }
+        relative
+    }
+
+    #[inline(always)]
+    fn gather<L: Lanes, const D: usize>(
+        &self,
+        lanes: L,
+        nodes: &[u16; WIDTH],
+        first: usize,
+    ) -> [L::Number; D] {
+        let mut rows = [[0.0; WIDTH]; D];
+        for lane in 0..L::COUNT {
+            let own = &self.0[nodes[first + lane] as usize];
+            for k in 0..D {
+                rows[k][lane] = own[k];
+            }
+        }
+        rows.map(|row| lanes.load(&row, 0))
+    }
+
+    /// Adds forces over some durations, s, element by element.
+    #[inline(always)]
+    pub(super) fn add<L: Lanes, const D: usize, const N: usize>(
+        &mut self,
+        lanes: L,
+        nodes: &[[u16; WIDTH]; N],
+        first: usize,
+        (force, duration): (&Nodal<D, N, L::Number>, L::Number),
+    ) {
+        for a in 0..N {
+            let mut rows = [[0.0; WIDTH]; D];
+            for k in 0..D {
+                lanes.store(duration * force[a][k], &mut rows[k], 0);
+            }
+            for lane in 0..L::COUNT {
+                let mut impulse = [0.0; 4];
+                for k in 0..D {
+                    impulse[k] = rows[k][lane];
+                }
+                let own = &mut self.0[nodes[a][first + lane] as usize];
+                for k in 0..4 {
+                    own[k] += impulse[k];
+                }
+            }
+        }
+    }
+}

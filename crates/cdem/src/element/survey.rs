@@ -1,0 +1,152 @@
+//! What all elements tell of themselves, as many side by side as a register holds.
+
+use std::marker::PhantomData;
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::geometry::{self, Element, Nodal};
+use super::lanes::{Lanes, Real, Register, WIDTH};
+use super::nearby::Nearby;
+use super::part::{PART, Part};
+use super::set::{Formulation, MAX_RECORD};
+use super::tensor;
+use super::total::green_lagrange;
+
+/// A question to an element that is displaced, with its record.
+///
+/// `A` is how many numbers an answer has.
+pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const A: usize>:
+    Sync
+{
+    /// Numbers of a record.
+    const RECORD: usize;
+
+    fn answer<T: Real>(
+        element: &Element<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        record: &mut [T],
+    ) -> [T; A];
+}
+
+/// Its strain energy, J.
+pub(super) struct StrainEnergy<F>(PhantomData<F>);
+
+impl<const D: usize, const N: usize, const Q: usize, F> Question<D, N, Q, 1> for StrainEnergy<F>
+where
+    F: Formulation<D, N, Q>,
+{
+    const RECORD: usize = F::RECORD;
+
+    #[inline(always)]
+    fn answer<T: Real>(
+        element: &Element<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        record: &mut [T],
+    ) -> [T; 1] {
+        [F::strain_energy(element, displacement, record)]
+    }
+}
+
+/// How far it is from being stress-free: the sums over its Gauss points of E:E, E being
+/// Green's strain, and of (det F − 1)².
+pub(super) struct Distortion;
+
+impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Distortion {
+    const RECORD: usize = 0;
+
+    #[inline(always)]
+    fn answer<T: Real>(
+        element: &Element<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        _: &mut [T],
+    ) -> [T; 2] {
+        let one = displacement[0][0].constant(1.0);
+        let (mut strains, mut changes) = (one.constant(0.0), one.constant(0.0));
+        for gradients in &element.gradients {
+            let h = geometry::gradient(gradients, displacement);
+            let strain = green_lagrange(&h);
+            let f = tensor::sum(&tensor::identity(one), &h);
+            let change = tensor::determinant(&f) - one;
+            strains += tensor::contraction(&strain, &strain);
+            changes += change * change;
+        }
+        [strains, changes]
+    }
+}
+
+/// Asks all elements of a set; `tell` gets their numbers and answers, part by part.
+pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
+    parts: &[Part<D, N, Q>],
+    displacement: &[[f64; D]],
+    mut tell: impl FnMut(u32, [f64; A]),
+) where
+    W: Question<D, N, Q, A>,
+{
+    let answers = |part: &Part<D, N, Q>| {
+        let mut answers = Vec::with_capacity(PART);
+        Nearby::with(|nearby| {
+            Arch::new().dispatch(Task {
+                part,
+                displacement,
+                nearby,
+                answers: &mut answers,
+                question: PhantomData::<W>,
+            });
+        });
+        answers
+    };
+    let answers: Vec<Vec<[f64; A]>> = parts.par_iter().map(answers).collect();
+    for (part, answers) in parts.iter().zip(&answers) {
+        let members = part.groups().iter().flat_map(|group| &group.members);
+        for (&member, &answer) in members.zip(answers) {
+            tell(member, answer);
+        }
+    }
+}
+
+/// Asks a part with whatever instructions the machine has.
+struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W> {
+    part: &'a Part<D, N, Q>,
+    displacement: &'a [[f64; D]],
+    nearby: &'a mut Nearby,
+    answers: &'a mut Vec<[f64; A]>,
+    question: PhantomData<W>,
+}
+
+impl<W, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
+    for Task<'_, D, N, Q, A, W>
+where
+    W: Question<D, N, Q, A>,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (lanes, lame) = (Register(simd), self.part.moduli.lame);
+        for group in self.part.groups() {
+            let field = &mut self.nearby.displacement;
+            field.read(&group.nodes, self.displacement);
+            for (batch, members) in group.members.chunks(WIDTH).enumerate() {
+                let nodes = group.batches.nodes_of_batch(batch);
+                let mut rows = [[0.0; WIDTH]; A];
+                for first in (0..WIDTH).step_by(S::F64_LANES) {
+                    let element = group.batches.gather(lanes, (batch, first), lame);
+                    let u = field.relative(lanes, nodes, first);
+                    let mut record = [lanes.splat(0.0); MAX_RECORD];
+                    let record = &mut record[..W::RECORD];
+                    let own = group.batches.records(batch, W::RECORD);
+                    for (number, row) in record.iter_mut().zip(own) {
+                        *number = lanes.load(row, first);
+                    }
+                    let answer = W::answer(&element, &u, record);
+                    for (number, row) in answer.into_iter().zip(&mut rows) {
+                        lanes.store(number, row, first);
+                    }
+                }
+                let answers = (0..members.len()).map(|lane| rows.map(|row| row[lane]));
+                self.answers.extend(answers);
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! From the shares of groups of elements to what their nodes get.
+
+use crate::element::ElementSet;
+
+/// Which shares belong to each node.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Assembly {
+    /// Where the shares of each set begin, and where all end.
+    sets: Vec<usize>,
+    /// Where the entries of each node begin, and where all end.
+    start: Vec<u32>,
+    /// Finest first.
+    entries: Vec<Entry>,
+}
+
+/// A share of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct Entry {
+    /// Its number among the shares of all sets.
+    share: u32,
+    /// Level of its group.
+    level: u8,
+}
+
+impl Assembly {
+    /// Of the groups that the elements are in now.
+    pub(super) fn new<const D: usize>(sets: &[Box<dyn ElementSet<D>>], node_count: usize) -> Self {
+        let mut assembly = Self {
+            sets: vec![0],
+            start: vec![0; node_count + 1],
+            entries: Vec::new(),
+        };
+        let (mut count, mut levels) = (0, [false; u8::MAX as usize + 1]);
+        for set in sets {
+            set.each_group(&mut |level, nodes| {
+                count += nodes.len();
+                if let Some(level) = level {
+                    levels[level as usize] = true;
+                    for &node in nodes {
+                        assembly.start[node as usize + 1] += 1;
+                    }
+                }
+            });
+            assembly.sets.push(count);
+        }
+        for node in 0..node_count {
+            assembly.start[node + 1] += assembly.start[node];
+        }
+        let mut next = assembly.start.clone();
+        assembly.entries = vec![Entry::default(); next[node_count] as usize];
+        for level in (0..=u8::MAX).rev().filter(|&level| levels[level as usize]) {
+            let mut share = 0;
+            for set in sets {
+                set.each_group(&mut |of_group, nodes| {
+                    for &node in nodes.iter().filter(|_| of_group == Some(level)) {
+                        let place = &mut next[node as usize];
+                        assembly.entries[*place as usize] = Entry { share, level };
+                        *place += 1;
+                        share += 1;
+                    }
+                    if of_group != Some(level) {
+                        share += nodes.len() as u32;
+                    }
+                });
+            }
+        }
+        assembly
+    }
+
+    /// Number of shares.
+    pub(super) fn len(&self) -> usize {
+        self.sets.last().copied().unwrap_or_default()
+    }
+
+    /// Shares of a set.
+    pub(super) fn of_set(&self, set: usize) -> std::ops::Range<usize> {
+        self.sets[set]..self.sets[set + 1]
+    }
+
+    /// Sum of the shares of a node that are of level `coarsest` or finer.
+    #[inline]
+    pub(super) fn sum<const D: usize>(
+        &self,
+        node: u32,
+        coarsest: u8,
+        shares: &[[f64; D]],
+    ) -> [f64; D] {
+        let node = node as usize;
+        let own = self.start[node] as usize..self.start[node + 1] as usize;
+        let mut sum = [0.0; D];
+        for entry in &self.entries[own] {
+            if entry.level < coarsest {
+                break;
+            }
+            let share = &shares[entry.share as usize];
+            for c in 0..D {
+                sum[c] += share[c];
+            }
+        }
+        sum
+    }
+}
