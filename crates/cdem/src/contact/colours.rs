@@ -12,11 +12,16 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Points of a task, at least, where there are more: some 15 µs of sweeping, for
 /// which it is worth it to call a thread.
 const TASK: usize = 64;
+
+/// Groups of which a point each is visited in turn: a point of the same group waits for
+/// what the one before has made of its nodes.
+const ABREAST: usize = 4;
 
 /// Colours that are given out at once: bits of a word.
 const PALETTE: u32 = u64::BITS;
@@ -95,8 +100,8 @@ impl Colours {
     /// Adds a colour.
     fn push(&mut self, groups: &[&[u32]], nodes_of: &[&[u32]], task: usize) {
         let (first, mut start) = (self.tasks.len(), self.order.len());
-        for group in groups {
-            for &point in *group {
+        for groups in groups.chunks(ABREAST) {
+            for point in abreast(groups) {
                 let nodes = nodes_of[point as usize];
                 assert!(nodes.iter().all(|&node| (node as usize) < self.node_count));
                 self.order.push(point);
@@ -129,29 +134,24 @@ impl Colours {
         &self.nodes[self.range(place)]
     }
 
-    /// Calls `visit` for each place, with what it has in `own` and the `values`
-    /// of its nodes; colour by colour, the tasks of each at once. Returns the
-    /// largest of what the calls return in each component.
+    /// Visits each place, with what it has in `own` and the `values` of its nodes;
+    /// colour by colour, the tasks of each at once. Returns the largest of what the
+    /// visits return in each component.
     pub(super) fn pass<T: Send, V: Send, const N: usize>(
         &self,
         own: &mut [T],
         values: &mut [V],
-        visit: impl Fn(usize, &mut T, Values<V>) -> [f64; N] + Sync,
+        visit: &impl Visit<T, V, N>,
     ) -> [f64; N] {
         assert_eq!(own.len(), self.order.len());
         assert_eq!(values.len(), self.node_count);
         let (own, values) = (Shared::new(own), Shared::new(values));
         let run = |places: &Range<usize>| {
-            let mut largest = [0.0; N];
-            for place in places.clone() {
-                let nodes = self.nodes(place);
-                // SAFETY: tasks of a colour share neither places nor nodes, and no
-                // two colours are visited at once. All are in range: `push` has
-                // asserted it of the nodes, and the lengths are asserted above.
-                let (own, values) = unsafe { (own.get_mut(place), Values::new(&values, nodes)) };
-                largest = larger(largest, visit(place, own, values));
-            }
-            largest
+            // SAFETY: tasks of a colour share neither places nor nodes, and no two
+            // colours are visited at once. All are in range: `push` has asserted it of
+            // the nodes, and the lengths are asserted above.
+            let task = unsafe { Task::new(self, places, (&own, &values), visit) };
+            Arch::new().dispatch(task)
         };
         let mut largest = [0.0; N];
         for tasks in &self.colours {
@@ -170,7 +170,71 @@ impl Colours {
     }
 }
 
+/// The first points of all groups, then the second, and so on.
+fn abreast<'a>(groups: &'a [&'a [u32]]) -> impl Iterator<Item = u32> + 'a {
+    let longest = groups.iter().map(|group| group.len()).max().unwrap_or(0);
+    (0..longest).flat_map(|k| groups.iter().filter_map(move |group| group.get(k).copied()))
+}
+
+/// What is done at a place. Compiled into each [`Task`], for the instructions it runs with:
+/// `#[inline(always)]`, as no closure can be.
+pub(super) trait Visit<T, V, const N: usize>: Sync {
+    fn visit(&self, place: usize, own: &mut T, values: Values<V>) -> [f64; N];
+}
+
+/// Places that are visited one after the other, with whatever instructions the machine
+/// has.
+struct Task<'a, T, V, F, const N: usize> {
+    colours: &'a Colours,
+    places: Range<usize>,
+    own: &'a Shared<'a, T>,
+    values: &'a Shared<'a, V>,
+    visit: &'a F,
+}
+
+impl<'a, T, V, F, const N: usize> Task<'a, T, V, F, N> {
+    /// # Safety
+    ///
+    /// The places and their nodes are in range, and no one else uses what they have while
+    /// this lives.
+    unsafe fn new(
+        colours: &'a Colours,
+        places: &Range<usize>,
+        (own, values): (&'a Shared<'a, T>, &'a Shared<'a, V>),
+        visit: &'a F,
+    ) -> Self {
+        Self {
+            colours,
+            places: places.clone(),
+            own,
+            values,
+            visit,
+        }
+    }
+}
+
+impl<T, V, F, const N: usize> WithSimd for Task<'_, T, V, F, N>
+where
+    F: Visit<T, V, N>,
+{
+    type Output = [f64; N];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; N] {
+        let mut largest = [0.0; N];
+        for place in self.places {
+            let nodes = self.colours.nodes(place);
+            // SAFETY: promised to `new`.
+            let (own, values) =
+                unsafe { (self.own.get_mut(place), Values::new(self.values, nodes)) };
+            largest = larger(largest, self.visit.visit(place, own, values));
+        }
+        largest
+    }
+}
+
 /// The larger numbers; what is not a number stays.
+#[inline(always)]
 fn larger<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     std::array::from_fn(|i| {
         if a[i] >= b[i] || a[i].is_nan() {
@@ -202,14 +266,14 @@ impl<'a, V> Values<'a, V> {
     }
 
     /// The value of the point's node with this number, from 0.
-    #[inline]
+    #[inline(always)]
     pub(super) fn get(&self, number: usize) -> &V {
         // SAFETY: promised to `new`; what this lends ends before what `get_mut` does.
         unsafe { self.values.get(self.nodes[number] as usize) }
     }
 
     /// The same, to be changed.
-    #[inline]
+    #[inline(always)]
     pub(super) fn get_mut(&mut self, number: usize) -> &mut V {
         // SAFETY: promised to `new`, and borrowed from it as a whole.
         unsafe { self.values.get_mut(self.nodes[number] as usize) }
@@ -237,7 +301,7 @@ impl<'a, T> Shared<'a, T> {
     /// # Safety
     ///
     /// `place` is within the slice, and no one changes it while the result lives.
-    #[inline]
+    #[inline(always)]
     unsafe fn get(&self, place: usize) -> &T {
         // SAFETY: promised by the caller.
         unsafe { &*self.first.add(place) }
@@ -267,6 +331,18 @@ mod tests {
     fn colours(lists: &[Vec<u32>], task: usize) -> Colours {
         let lists: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
         Colours::with_tasks(100, &lists, task)
+    }
+
+    struct Mix;
+
+    impl Visit<f64, f64, 1> for Mix {
+        fn visit(&self, _: usize, own: &mut f64, mut values: Values<f64>) -> [f64; 1] {
+            for number in 0..values.nodes.len() {
+                *own += values.get(number) / 3.0;
+                *values.get_mut(number) += own.cos();
+            }
+            [*own]
+        }
     }
 
     proptest! {
@@ -314,15 +390,9 @@ mod tests {
             for threads in [1, 2, 3] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
                 let (mut found, mut changed) = start();
-                let [most] = pool.expect("a pool").install(|| {
-                    colours.pass(&mut found, &mut changed, |_, own, mut values| {
-                        for number in 0..values.nodes.len() {
-                            *own += values.get(number) / 3.0;
-                            *values.get_mut(number) += own.cos();
-                        }
-                        [*own]
-                    })
-                });
+                let [most] = pool
+                    .expect("a pool")
+                    .install(|| colours.pass(&mut found, &mut changed, &Mix));
                 prop_assert!((&found, &changed, most) == (&own, &values, largest));
             }
         }

@@ -10,6 +10,7 @@
 //! sets \[Dostal2005\]; to let sweeps free what is bound in error, that of subspace
 //! minimisation \[Silcowitz2010\].
 
+use crate::contact::point::Wide;
 use crate::contact::solve::Limit;
 use crate::contact::system::System;
 use crate::vector::{add_scaled, dot};
@@ -35,7 +36,7 @@ pub(super) struct Face<const D: usize> {
     /// rows and to the nodes, m/s.
     direction: Vec<[f64; D]>,
     response: Vec<[f64; D]>,
-    velocity: Vec<[f64; D]>,
+    velocity: Vec<Wide>,
     /// Last square of the missing velocities, J; 0: begins anew.
     square: f64,
 }
@@ -125,7 +126,7 @@ impl<const D: usize> Face<D> {
         };
         self.square = square;
         self.velocity.clear();
-        self.velocity.resize(system.velocity.len(), [0.0; D]);
+        self.velocity.resize(system.velocity.len(), [0.0; 4]);
         let missing = &self.missing;
         let turn = |place: usize, direction: &mut [f64; D]| {
             let (missing, compliance) = (&missing[place], &system.points[place].compliance);

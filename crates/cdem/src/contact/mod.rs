@@ -123,6 +123,8 @@ pub(crate) struct Contacts<const D: usize> {
     /// Where a node that does is among those that do.
     place: Vec<u32>,
     ended: Vec<Record>,
+    /// How many of these ended before this coarse step.
+    ended_before: usize,
     books: Books,
     max_penetration: f64,
 }
@@ -240,6 +242,7 @@ impl<const D: usize> Contacts<D> {
             in_island: vec![false; mesh.nodes.len()],
             place: vec![0; mesh.nodes.len()],
             ended: Vec::new(),
+            ended_before: 0,
             books: Books::default(),
             max_penetration: 0.0,
         }
@@ -427,11 +430,12 @@ impl<const D: usize> Contacts<D> {
 
     /// After a coarse step: forces of the step, deepest penetration.
     pub(crate) fn end_step(&mut self, at: Positions<D>, step: f64) {
-        for record in &mut self.ended {
+        for record in &mut self.ended[self.ended_before..] {
             if record.step_impulse != 0.0 {
                 record.end_step(step);
             }
         }
+        self.ended_before = self.ended.len();
         let surface = &*self.terms.surface;
         for live in self.islands.iter_mut().flat_map(|island| &mut island.live) {
             live.record.end_step(step);
@@ -474,6 +478,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Contacts that have ended since the last call.
     pub(crate) fn take_ended(&mut self) -> Vec<Record> {
+        self.ended_before = 0;
         std::mem::take(&mut self.ended)
     }
 

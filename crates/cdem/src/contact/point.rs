@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use crate::contact::colours::Values;
-use crate::contact::solve::{Limit, shear_norm};
+use crate::contact::solve::{Limit, shear_norm, shear_square};
 use crate::contact::surface::Operator;
 use crate::contact::system::SHARE;
 use crate::model::inertia::Mobility;
@@ -14,8 +14,17 @@ use crate::vector::{add_scaled, dot};
 /// ones: round-off.
 const HELD: f64 = 1e-12;
 
+/// A vector as the registers hold it: components that there are not are 0.
+pub(super) type Wide = [f64; 4];
+
 /// A vector for each row of a contact's frame.
-pub(super) type Rows<const D: usize> = [[f64; D]; D];
+pub(super) type Rows<const D: usize> = [Wide; D];
+
+/// The same vector, wide.
+#[inline(always)]
+pub(super) fn widen<const D: usize>(vector: &[f64; D]) -> Wide {
+    std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
+}
 
 /// What contacts have to do with the nodes.
 #[derive(Clone, Debug, Default)]
@@ -47,10 +56,12 @@ pub(super) struct Point<const D: usize> {
     pub(super) gains: Range<usize>,
     pub(super) slots: Range<usize>,
     /// Relative velocity in each row for a unit impulse in each column, 1/kg.
-    pub(super) own: Rows<D>,
+    pub(super) own: [[f64; D]; D],
     /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
     /// nodes are held. One for all tangents keeps the friction disc a disc.
     pub(super) compliance: [f64; 2],
+    /// 1 over that, kg; 0 where the nodes are held.
+    pub(super) inertia: [f64; 2],
     pub(super) target: [f64; D],
     pub(super) limit: Limit,
     pub(super) impulse: [f64; D],
@@ -70,25 +81,28 @@ pub(super) fn nodes_of<'a, const D: usize>(
 
 impl<const D: usize> Terms<D> {
     /// Relative velocity of a contact whose nodes have these velocities, m/s.
-    #[inline]
+    #[inline(always)]
     pub(super) fn relative<'a>(
         &self,
         point: &Point<D>,
-        velocity: impl Fn(usize) -> &'a [f64; D],
+        velocity: impl Fn(usize) -> &'a Wide,
     ) -> [f64; D] {
-        let mut sum = [0.0; D];
+        // Component by component, and these together at the end: a register at a time.
+        let mut sum: Rows<D> = [[0.0; 4]; D];
         for term in &self.operators[point.operators.clone()] {
             let node = velocity(term.slot as usize);
             for r in 0..D {
-                sum[r] += dot(&term.rows[r], node);
+                for c in 0..4 {
+                    sum[r][c] += term.rows[r][c] * node[c];
+                }
             }
         }
-        sum
+        sum.map(|of_row| (of_row[0] + of_row[1]) + (of_row[2] + of_row[3]))
     }
 
     /// Adds the velocities that an impulse of a contact makes, m/s.
-    #[inline]
-    pub(super) fn push(&self, point: &Point<D>, impulse: &[f64; D], mut values: Values<[f64; D]>) {
+    #[inline(always)]
+    pub(super) fn push(&self, point: &Point<D>, impulse: &[f64; D], mut values: Values<Wide>) {
         for (slot, rows) in self.gains[point.gains.clone()].iter().enumerate() {
             push(rows, impulse, values.get_mut(slot));
         }
@@ -96,10 +110,12 @@ impl<const D: usize> Terms<D> {
 }
 
 /// Adds the velocity that an impulse makes, m/s.
-#[inline]
-pub(super) fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mut [f64; D]) {
+#[inline(always)]
+pub(super) fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mut Wide) {
     for r in 0..D {
-        add_scaled(node, impulse[r], &rows[r]);
+        for c in 0..4 {
+            node[c] += impulse[r] * rows[r][c];
+        }
     }
 }
 
@@ -141,12 +157,12 @@ impl<const D: usize> Point<D> {
         operator: &Operator<D>,
         mobility: Mobility<D>,
     ) {
-        gains.fill([[0.0; D]; D]);
+        gains.fill([[0.0; 4]; D]);
         let mut unheld = [0.0; D];
         let mut slots = slots[self.slots.clone()].iter();
         let mut terms = operators.iter_mut().peekable();
         for (k, node, held) in nodes_of(operator, mobility) {
-            let rows: Rows<D> = std::array::from_fn(|r| operator.rows[r][k]);
+            let rows: Rows<D> = std::array::from_fn(|r| widen(&operator.rows[r][k]));
             for r in 0..D {
                 unheld[r] += dot(&rows[r], &rows[r]) / mobility.inertia.mass()[node as usize];
             }
@@ -179,6 +195,9 @@ impl<const D: usize> Point<D> {
         }
         let tangents = (1..D).map(|r| self.own[r][r]);
         self.compliance = [self.own[0][0], tangents.fold(0.0, f64::max)];
+        self.inertia = self
+            .compliance
+            .map(|own| if own > 0.0 { 1.0 / own } else { 0.0 });
     }
 
     /// Whether an impulse in row `r` moves anything.
@@ -188,7 +207,7 @@ impl<const D: usize> Point<D> {
 
     /// A `share` of the relative velocities that the change of the impulse since the
     /// start makes alone, m/s.
-    #[inline]
+    #[inline(always)]
     pub(super) fn held_back(&self, share: f64) -> [f64; D] {
         let change = |r: usize| self.impulse[r] - self.start[r];
         std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
@@ -209,21 +228,22 @@ impl<const D: usize> Point<D> {
 
     /// The impulse with which this contact alone would do what is asked of it at
     /// a relative velocity, held back by a `reluctance` to change it, the normal
-    /// first; the largest change of relative velocity, m/s.
-    #[inline]
+    /// first; the square of the largest change of relative velocity, m²/s².
+    #[inline(always)]
     pub(super) fn relax(&mut self, relative: &[f64; D], reluctance: f64) -> f64 {
         let old = self.impulse;
         let back = self.held_back(reluctance);
         let [normal, tangent] = self.compliance.map(|own| (1.0 + reluctance) * own);
+        let give = 1.0 / (1.0 + reluctance);
+        let [mass, sheared_mass] = self.inertia.map(|own| give * own);
         if normal > 0.0 {
-            let wanted = (self.target[0] - relative[0] - back[0]) / normal;
-            let impulse = old[0] + wanted;
+            let impulse = old[0] + (self.target[0] - relative[0] - back[0]) * mass;
             // What is no number stays so, and is found.
             let opens = impulse < -self.limit.tension;
             self.impulse[0] = if opens { -self.limit.tension } else { impulse };
         }
         let push = self.impulse[0] - old[0];
-        let change = push.abs() * normal;
+        let change = (push * normal) * (push * normal);
         let bound = self.limit.shear(self.impulse[0]);
         if tangent == 0.0 || (bound == 0.0 && old[1..].iter().all(|&x| x == 0.0)) {
             return change;
@@ -231,13 +251,13 @@ impl<const D: usize> Point<D> {
         for r in 1..D {
             if self.moves(r) {
                 let wanted = self.target[r] - relative[r] - back[r] - self.own[r][0] * push;
-                self.impulse[r] += wanted / tangent;
+                self.impulse[r] += wanted * sheared_mass;
             }
         }
         self.limit.cut(&mut self.impulse);
         let mut shear = self.impulse;
         add_scaled(&mut shear, -1.0, &old);
-        let sheared = shear_norm(&shear) * tangent;
+        let sheared = shear_square(&shear) * (tangent * tangent);
         if sheared <= change { change } else { sheared }
     }
 }

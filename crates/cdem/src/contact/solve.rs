@@ -24,16 +24,19 @@ impl Limit {
     }
 
     /// Cuts the shear of an impulse back to its limit (10).
+    #[inline(always)]
     pub(super) fn cut<const D: usize>(&self, impulse: &mut [f64; D]) {
-        let (shear, bound) = (shear_norm(impulse), self.shear(impulse[0]));
-        if shear > bound {
+        let (square, bound) = (shear_square(impulse), self.shear(impulse[0]));
+        if square > bound * bound {
+            let share = bound / square.sqrt();
             for r in 1..D {
-                impulse[r] *= bound / shear;
+                impulse[r] *= share;
             }
         }
     }
 
     /// The shear limit (7) at a normal impulse, N·s.
+    #[inline(always)]
     pub(super) fn shear(&self, normal: f64) -> f64 {
         (normal * self.friction + self.cohesion).max(0.0)
     }
@@ -80,8 +83,19 @@ impl<const D: usize> Constraint<D> {
 }
 
 /// Length of the tangential part.
+#[inline(always)]
 pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
-    impulse[1..].iter().map(|x| x * x).sum::<f64>().sqrt()
+    shear_square(impulse).sqrt()
+}
+
+/// Square of the length of the tangential part.
+#[inline(always)]
+pub(super) fn shear_square<const D: usize>(impulse: &[f64; D]) -> f64 {
+    let mut square = 0.0;
+    for r in 1..D {
+        square += impulse[r] * impulse[r];
+    }
+    square
 }
 
 /// Residual at which a solve is done: change of relative velocity in a sweep

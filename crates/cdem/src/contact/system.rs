@@ -7,9 +7,9 @@
 
 use rayon::prelude::*;
 
-use crate::contact::colours::{Colours, Values};
+use crate::contact::colours::{Colours, Values, Visit};
 use crate::contact::face::Face;
-use crate::contact::point::{Point, Term, Terms, in_parts, nodes_of, push};
+use crate::contact::point::{Point, Term, Terms, Wide, in_parts, nodes_of, push, widen};
 use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
@@ -27,7 +27,7 @@ pub(crate) struct System<const D: usize> {
     /// Nodes that impulses move, sorted.
     nodes: Vec<u32>,
     /// Their velocities, m/s, and the largest of nodes that are held.
-    pub(super) velocity: Vec<[f64; D]>,
+    pub(super) velocity: Vec<Wide>,
     held_speed: f64,
     /// In which order contacts are visited.
     pub(super) colours: Colours,
@@ -112,7 +112,7 @@ impl<const D: usize> System<D> {
         operators.clear();
         gains.clear();
         slots.clear();
-        let rows = [[0.0; D]; D];
+        let rows = [[0.0; 4]; D];
         for &number in self.colours.order() {
             let list = lists[number as usize];
             let slot = |node| list.iter().position(|&other| other == node).unwrap_or(0) as u32;
@@ -132,8 +132,9 @@ impl<const D: usize> System<D> {
                 operators: start[0]..operators.len(),
                 gains: start[1]..gains.len(),
                 slots: start[2]..slots.len(),
-                own: rows,
+                own: [[0.0; D]; D],
                 compliance: [0.0; 2],
+                inertia: [0.0; 2],
                 target: [0.0; D],
                 limit: Limit::default(),
                 impulse: [0.0; D],
@@ -150,11 +151,10 @@ impl<const D: usize> System<D> {
         velocity: impl Fn(u32) -> [f64; D],
     ) {
         self.velocity.clear();
-        let velocities = self.nodes.iter().map(|&node| velocity(node));
+        let velocities = self.nodes.iter().map(|&node| widen(&velocity(node)));
         self.velocity.extend(velocities);
         let targets = self.targets(constraints, velocity);
-        let (colours, terms) = (&self.colours, &self.terms);
-        colours.pass(&mut self.points, &mut self.velocity, |_, point, values| {
+        self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
             point.target = targets[point.number as usize];
             point.limit = constraint.limit;
@@ -167,9 +167,18 @@ impl<const D: usize> System<D> {
                 }
             });
             point.start = point.impulse;
-            terms.push(point, &sub(&point.impulse, &point.borne), values);
-            []
+            sub(&point.impulse, &point.borne)
         });
+    }
+
+    /// Adds to the velocities what impulses do that each contact has of its own, N·s.
+    fn push(&mut self, impulse: impl Fn(usize, &mut Point<D>) -> [f64; D] + Sync) {
+        let push = Push {
+            terms: &self.terms,
+            impulse,
+        };
+        self.colours
+            .pass(&mut self.points, &mut self.velocity, &push);
     }
 
     /// What is asked of the nodes that are not held, m/s; notes how fast those are
@@ -206,7 +215,7 @@ impl<const D: usize> System<D> {
 
     /// Nodes that are moved and their velocities, m/s.
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
-        let velocities = self.velocity.iter().copied();
+        let velocities = self.velocity.iter().map(truncated);
         self.nodes.iter().copied().zip(velocities)
     }
 
@@ -214,34 +223,26 @@ impl<const D: usize> System<D> {
     /// change of a relative velocity, and the largest that a normal impulse of the
     /// substep makes, m/s.
     pub(super) fn sweep(&mut self, reluctance: f64) -> (f64, f64) {
-        let terms = &self.terms;
-        let sweep = |_, point: &mut Point<D>, values: Values<[f64; D]>| {
-            let relative = terms.relative(point, |slot| values.get(slot));
-            let old = point.impulse;
-            let change = point.relax(&relative, reluctance);
-            let normal = point.impulse[0].abs().max(point.borne[0].abs());
-            let step = sub(&point.impulse, &old);
-            if step != [0.0; D] {
-                terms.push(point, &step, values);
-            }
-            [change, normal * point.compliance[0]]
+        let sweep = Sweep {
+            terms: &self.terms,
+            reluctance,
         };
         let [change, scale] = self
             .colours
-            .pass(&mut self.points, &mut self.velocity, sweep);
-        (change, scale.max(f64::MIN_POSITIVE))
+            .pass(&mut self.points, &mut self.velocity, &sweep);
+        (change.sqrt(), scale.max(f64::MIN_POSITIVE))
     }
 
     /// Relative velocity of a contact without what held nodes add, m/s.
     #[inline]
-    pub(super) fn relative_velocity(&self, place: usize, velocity: &[[f64; D]]) -> [f64; D] {
+    pub(super) fn relative_velocity(&self, place: usize, velocity: &[Wide]) -> [f64; D] {
         let nodes = self.colours.nodes(place);
         let value = |slot: usize| &velocity[nodes[slot] as usize];
         self.terms.relative(&self.points[place], value)
     }
 
     /// Relative velocities of all contacts, by their places.
-    pub(super) fn relative_velocities(&self, velocity: &[[f64; D]], relative: &mut Vec<[f64; D]>) {
+    pub(super) fn relative_velocities(&self, velocity: &[Wide], relative: &mut Vec<[f64; D]>) {
         let places = (0..self.points.len()).into_par_iter().with_min_len(SHARE);
         let of = |place| self.relative_velocity(place, velocity);
         places.map(of).collect_into_vec(relative);
@@ -250,14 +251,11 @@ impl<const D: usize> System<D> {
     /// Adds to the impulse of each contact what `change` says of it, and what that
     /// does to the velocities.
     pub(super) fn add(&mut self, change: impl Fn(usize, &Point<D>) -> [f64; D] + Sync) {
-        let terms = &self.terms;
-        let add = |place, point: &mut Point<D>, values: Values<[f64; D]>| {
+        self.push(|place, point| {
             let change = change(place, point);
             add_scaled(&mut point.impulse, 1.0, &change);
-            terms.push(point, &change, values);
-            []
-        };
-        self.colours.pass(&mut self.points, &mut self.velocity, add);
+            change
+        });
     }
 
     /// The same for one contact.
@@ -275,15 +273,78 @@ impl<const D: usize> System<D> {
     pub(super) fn respond<T: Send>(
         &self,
         own: &mut [T],
-        velocity: &mut [[f64; D]],
+        velocity: &mut [Wide],
         direct: impl Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
     ) -> f64 {
-        let respond = |place, own: &mut T, values: Values<[f64; D]>| {
-            let (impulse, size) = direct(place, own);
-            self.terms.push(&self.points[place], &impulse, values);
-            [size]
+        let respond = Respond {
+            terms: &self.terms,
+            points: &self.points,
+            direct,
         };
-        let [largest] = self.colours.pass(own, velocity, respond);
+        let [largest] = self.colours.pass(own, velocity, &respond);
         largest
     }
+}
+
+/// A visit of Gauss–Seidel.
+struct Sweep<'a, const D: usize> {
+    terms: &'a Terms<D>,
+    reluctance: f64,
+}
+
+impl<const D: usize> Visit<Point<D>, Wide, 2> for Sweep<'_, D> {
+    #[inline(always)]
+    fn visit(&self, _: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 2] {
+        let relative = self.terms.relative(point, |slot| values.get(slot));
+        let old = point.impulse;
+        let change = point.relax(&relative, self.reluctance);
+        let normal = point.impulse[0].abs().max(point.borne[0].abs());
+        let step = sub(&point.impulse, &old);
+        if step != [0.0; D] {
+            self.terms.push(point, &step, values);
+        }
+        [change, normal * point.compliance[0]]
+    }
+}
+
+/// A visit that makes an impulse known.
+struct Push<'a, const D: usize, F> {
+    terms: &'a Terms<D>,
+    impulse: F,
+}
+
+impl<const D: usize, F> Visit<Point<D>, Wide, 0> for Push<'_, D, F>
+where
+    F: Fn(usize, &mut Point<D>) -> [f64; D] + Sync,
+{
+    #[inline(always)]
+    fn visit(&self, place: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 0] {
+        let impulse = (self.impulse)(place, point);
+        self.terms.push(point, &impulse, values);
+        []
+    }
+}
+
+/// A visit that makes known what becomes of something of a contact.
+struct Respond<'a, const D: usize, F> {
+    terms: &'a Terms<D>,
+    points: &'a [Point<D>],
+    direct: F,
+}
+
+impl<const D: usize, T, F> Visit<T, Wide, 1> for Respond<'_, D, F>
+where
+    F: Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
+{
+    #[inline(always)]
+    fn visit(&self, place: usize, own: &mut T, values: Values<Wide>) -> [f64; 1] {
+        let (impulse, size) = (self.direct)(place, own);
+        self.terms.push(&self.points[place], &impulse, values);
+        [size]
+    }
+}
+
+/// The components that there are.
+fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
+    std::array::from_fn(|c| wide[c])
 }

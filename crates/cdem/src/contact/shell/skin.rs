@@ -13,6 +13,12 @@ use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 /// size.
 const SHARP: f64 = 0.1;
 
+/// cos [`SHARP`].
+const COSINE_OF_SHARP: f64 = 0.995_004_165_278_025_8;
+
+/// Sine up to which the angle is its series to the third power, to round-off.
+const SERIES: f64 = 1e-3;
+
 /// What a straight edge laid across a flat one may sink in, over the tolerance of
 /// contact.
 const SAGITTA: f64 = 0.25;
@@ -336,9 +342,16 @@ impl Skin {
         };
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);
+        let [sine, cosine] = self.turned(sides, &along, norm(&along), at);
+        angle(sine, cosine)
+    }
+
+    /// Sine and cosine of the angle by which the boundary turns from one triangle to
+    /// another over the edge `along`, of a length, m.
+    fn turned(&self, sides: [u32; 2], along: &[f64; 3], length: f64, at: Positions<3>) -> [f64; 2] {
         let [one, other] = sides.map(|side| self.normal(side, at));
-        let sine = dot(&cross(&one, &other), &along) / norm(&along);
-        sine.atan2(dot(&one, &other))
+        let sine = dot(&cross(&one, &other), along) / length;
+        [sine, dot(&one, &other)]
     }
 
     /// Whether an edge can meet other edges: it is convex, and so sharp that one
@@ -400,9 +413,9 @@ impl Skin {
     }
 
     fn ridge_of(&self, edge: u32, at: Positions<3>) -> Ridge {
-        let turn = self.turn(edge, at);
         let [a, b] = self.edge(edge, at);
-        let length = norm(&sub(&b, &a));
+        let along = sub(&b, &a);
+        let length = norm(&along);
         let (mut bend, mut least_height) = (0.0, length);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
             let shape = match at.formed {
@@ -413,12 +426,12 @@ impl Skin {
             least_height = least_height.min(shape.least_height);
         }
         let arm = 1.0 / bend;
+        let sides = self.edges[edge as usize].sides;
+        let turned = sides.map(|sides| self.turned(sides, &along, length, at));
+        // What is not a number is not sharp.
+        let below = turned.filter(|[sine, cosine]| !(*sine >= 0.0 && *cosine <= COSINE_OF_SHARP));
         Ridge {
-            height: if turn >= SHARP {
-                f64::INFINITY
-            } else {
-                turn * arm
-            },
+            height: below.map_or(f64::INFINITY, |[sine, cosine]| angle(sine, cosine) * arm),
             arm,
             least_height,
             outward: self.outward_of(edge, at),
@@ -464,6 +477,16 @@ impl Skin {
         let edge = self.triangles[triangle as usize].edges[k];
         let [one, other] = self.edges[edge as usize].sides?;
         Some(if one == triangle { other } else { one })
+    }
+}
+
+/// The angle of a sine and a cosine, rad: most are small.
+#[inline]
+fn angle(sine: f64, cosine: f64) -> f64 {
+    if cosine > 0.0 && sine.abs() < SERIES {
+        sine * (1.0 + sine * sine / 6.0)
+    } else {
+        sine.atan2(cosine)
     }
 }
 
