@@ -48,8 +48,8 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         let lane = self.count % WIDTH;
         if lane == 0 {
             let batches = self.nodes.len() + 1;
-            self.rest.resize(batches * Self::REST, [0.0; WIDTH]);
-            self.records.resize(batches * record.len(), [0.0; WIDTH]);
+            self.rest.resize(batches * Self::REST, Row::default());
+            self.records.resize(batches * record.len(), Row::default());
             self.nodes.push([[0; WIDTH]; N]);
         }
         let batch = self.nodes.len() - 1;

@@ -95,9 +95,11 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         batch: usize,
     ) -> Row {
         match self.due.interval {
-            Interval::OfLevel(all) => [group.level.map_or(0.0, |level| all[level as usize]); WIDTH],
+            Interval::OfLevel(all) => {
+                Row::splat(group.level.map_or(0.0, |level| all[level as usize]))
+            }
             Interval::OfElement(all) => {
-                let mut intervals = [0.0; WIDTH];
+                let mut intervals = Row::default();
                 let members = &group.members[batch * WIDTH..];
                 for (interval, &member) in intervals.iter_mut().zip(members) {
                     *interval = all[self.mesh_elements[member as usize] as usize];

@@ -1,7 +1,7 @@
 //! Numbers side by side: kernels are written once, and run for one element or for as many
 //! as a register of the machine holds numbers, with the same bits.
 
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Deref, DerefMut, Div, Mul, Neg, Sub, SubAssign};
 
 use pulp::Simd;
 
@@ -9,8 +9,34 @@ use pulp::Simd;
 /// what the others do.
 pub(super) const WIDTH: usize = 8;
 
-/// A number of each of as many elements.
-pub(super) type Row = [f64; WIDTH];
+/// A number of each of as many elements, where one load gets it.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub(super) struct Row([f64; WIDTH]);
+
+impl Row {
+    /// The same number of all.
+    #[inline(always)]
+    pub(super) fn splat(number: f64) -> Self {
+        Self([number; WIDTH])
+    }
+}
+
+impl Deref for Row {
+    type Target = [f64; WIDTH];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64; WIDTH] {
+        &self.0
+    }
+}
+
+impl DerefMut for Row {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64; WIDTH] {
+        &mut self.0
+    }
+}
 
 /// A number, or several side by side.
 pub(crate) trait Real:

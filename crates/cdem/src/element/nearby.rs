@@ -2,8 +2,10 @@
 
 use std::cell::RefCell;
 
+use super::MAX_NODES;
 use super::geometry::Nodal;
-use super::lanes::{Lanes, WIDTH};
+use super::lanes::{Lanes, Row, WIDTH};
+use super::part::PART;
 
 thread_local! {
     static NEARBY: RefCell<Nearby> = RefCell::default();
@@ -25,14 +27,22 @@ impl Nearby {
     }
 }
 
-/// Vectors at as many nodes as a number of 16 bits can tell apart, of four components: those
-/// there are not are 0, and the others are read and written in one go.
-pub(super) struct Field(Box<[[f64; 4]; 1 << 16]>);
+/// Most nodes of a group: none of its elements may share any.
+const NODES: usize = PART * MAX_NODES;
+
+/// A vector where one load gets it: components that there are not are 0.
+#[derive(Clone, Copy, Default)]
+#[repr(align(32))]
+struct Wide([f64; 4]);
+
+/// Vectors at the nodes of a group, room for those of any: a number below 2ⁿ is seen to be
+/// in range.
+pub(super) struct Field(Box<[Wide; NODES]>);
 
 impl Default for Field {
     fn default() -> Self {
-        let zeros = vec![[0.0; 4]; 1 << 16].into_boxed_slice();
-        Self(zeros.try_into().expect("as many as there are"))
+        let zeros = vec![Wide::default(); NODES].into_boxed_slice();
+        Self(zeros.try_into().ok().expect("as many as there are"))
     }
 }
 
@@ -41,21 +51,21 @@ impl Field {
     #[inline(always)]
     pub(super) fn read<const D: usize>(&mut self, nodes: &[u32], all: &[[f64; D]]) {
         for (own, &node) in self.0.iter_mut().zip(nodes) {
-            own[..D].copy_from_slice(&all[node as usize]);
+            own.0[..D].copy_from_slice(&all[node as usize]);
         }
     }
 
     /// Zeroes the first `count`.
     #[inline(always)]
     pub(super) fn clear(&mut self, count: usize) {
-        self.0[..count].fill([0.0; 4]);
+        self.0[..count].fill(Wide::default());
     }
 
     /// Hands out the first of them.
     #[inline(always)]
     pub(super) fn write<const D: usize>(&self, to: &mut [[f64; D]]) {
         for (to, own) in to.iter_mut().zip(self.0.iter()) {
-            to.copy_from_slice(&own[..D]);
+            to.copy_from_slice(&own.0[..D]);
         }
     }
 
@@ -85,11 +95,11 @@ impl Field {
         nodes: &[u16; WIDTH],
         first: usize,
     ) -> [L::Number; D] {
-        let mut rows = [[0.0; WIDTH]; D];
+        let mut rows = [Row::default(); D];
         for lane in 0..L::COUNT {
-            let own = &self.0[nodes[first + lane] as usize];
+            let own = &self.0[nodes[first + lane] as usize % NODES];
             for k in 0..D {
-                rows[k][lane] = own[k];
+                rows[k][lane] = own.0[k];
             }
         }
         rows.map(|row| lanes.load(&row, 0))
@@ -105,7 +115,7 @@ impl Field {
         (force, duration): (&Nodal<D, N, L::Number>, L::Number),
     ) {
         for a in 0..N {
-            let mut rows = [[0.0; WIDTH]; D];
+            let mut rows = [Row::default(); D];
             for k in 0..D {
                 lanes.store(duration * force[a][k], &mut rows[k], 0);
             }
@@ -114,9 +124,9 @@ impl Field {
                 for k in 0..D {
                     impulse[k] = rows[k][lane];
                 }
-                let own = &mut self.0[nodes[a][first + lane] as usize];
+                let own = &mut self.0[nodes[a][first + lane] as usize % NODES];
                 for k in 0..4 {
-                    own[k] += impulse[k];
+                    own.0[k] += impulse[k];
                 }
             }
         }

@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::geometry::{self, Element, Nodal};
-use super::lanes::{Lanes, Real, Register, WIDTH};
+use super::lanes::{Lanes, Real, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{PART, Part};
 use super::set::{Formulation, MAX_RECORD};
@@ -129,7 +129,7 @@ where
             field.read(&group.nodes, self.displacement);
             for (batch, members) in group.members.chunks(WIDTH).enumerate() {
                 let nodes = group.batches.nodes_of_batch(batch);
-                let mut rows = [[0.0; WIDTH]; A];
+                let mut rows = [Row::default(); A];
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
                     let element = group.batches.gather(lanes, (batch, first), lame);
                     let u = field.relative(lanes, nodes, first);

@@ -1,6 +1,11 @@
 //! From the shares of groups of elements to what their nodes get.
 
+use rayon::prelude::*;
+
 use crate::element::ElementSet;
+
+/// Nodes that a thread works on in a row.
+const AT_ONCE: usize = 4096;
 
 /// Which shares belong to each node.
 #[derive(Clone, Debug, Default)]
@@ -77,14 +82,21 @@ impl Assembly {
         self.sets[set]..self.sets[set + 1]
     }
 
-    /// Sum of the shares of a node that are of level `coarsest` or finer.
-    #[inline]
-    pub(super) fn sum<const D: usize>(
+    /// Sums of the shares of some nodes that are of level `coarsest` or finer.
+    pub(super) fn sums<const D: usize>(
         &self,
-        node: u32,
+        nodes: &[u32],
         coarsest: u8,
         shares: &[[f64; D]],
-    ) -> [f64; D] {
+        sums: &mut Vec<[f64; D]>,
+    ) {
+        let sum = |&node: &u32| self.sum(node, coarsest, shares);
+        let nodes = nodes.par_iter().with_min_len(AT_ONCE);
+        nodes.map(sum).collect_into_vec(sums);
+    }
+
+    #[inline]
+    fn sum<const D: usize>(&self, node: u32, coarsest: u8, shares: &[[f64; D]]) -> [f64; D] {
         let node = node as usize;
         let own = self.start[node] as usize..self.start[node + 1] as usize;
         let mut sum = [0.0; D];

@@ -5,6 +5,7 @@ use super::plan::Substep;
 use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
+use crate::scene::Damping;
 use crate::vector::{add_scaled, dot, scale, sub};
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
@@ -24,8 +25,10 @@ pub(crate) struct Impulses<const D: usize> {
     pub(crate) relevelled: Vec<(u32, [f64; D])>,
     /// Kick interval of each node, s.
     pub(crate) interval: Vec<f64>,
-    /// What groups of elements give their nodes, elastic and viscous.
+    /// What groups of elements give their nodes, elastic and viscous; and the sums of the
+    /// nodes that are due, one after the other.
     shares: [Vec<[f64; D]>; 2],
+    sums: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Impulses<D> {
@@ -41,6 +44,7 @@ impl<const D: usize> Impulses<D> {
             relevelled: Vec::new(),
             interval: vec![0.0; nodes],
             shares: [Vec::new(), Vec::new()],
+            sums: Vec::new(),
         }
     }
 
@@ -55,15 +59,38 @@ impl<const D: usize> Impulses<D> {
         })
     }
 
-    /// Zeroes what a kick of `nodes` has left.
-    pub(crate) fn clear(&mut self, nodes: &[u32]) {
+    /// Zeroes what a kick of `nodes` has left of what acts.
+    pub(crate) fn clear(&mut self, nodes: &[u32], acting: Acting) {
         self.relevelled.clear();
-        for &node in nodes {
-            let node = node as usize;
-            for array in [&mut self.load, &mut self.damping] {
-                array[node] = [0.0; D];
+        let damping = acting.mass_damping || acting.local_damping;
+        for (array, _) in [(&mut self.load, acting.loads), (&mut self.damping, damping)]
+            .into_iter()
+            .filter(|(_, acts)| *acts)
+        {
+            for &node in nodes {
+                array[node as usize] = [0.0; D];
             }
         }
+    }
+}
+
+/// What there is beside elements and contact: the rest costs nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Acting {
+    gravity: bool,
+    loads: bool,
+    pub(crate) mass_damping: bool,
+    stiffness_damping: bool,
+    pub(crate) local_damping: bool,
+}
+
+impl Acting {
+    fn anything(self) -> bool {
+        self.gravity
+            || self.loads
+            || self.mass_damping
+            || self.stiffness_damping
+            || self.local_damping
     }
 }
 
@@ -97,7 +124,7 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
         purpose: Purpose,
     ) {
-        let nodes = substep.nodes();
+        let (nodes, acting) = (substep.nodes(), self.acting(substep.time));
         for &node in nodes {
             let n = node as usize;
             impulses.before[n] = velocity[n];
@@ -112,9 +139,13 @@ impl<const D: usize> Model<D> {
         }
         self.internal_forces(state, velocity, impulses, substep, purpose);
         self.loads(state, impulses, substep);
-        self.body_forces(state, velocity, impulses, substep);
+        if acting.gravity || acting.local_damping {
+            self.body_forces(state, velocity, impulses, substep);
+        }
         self.inertia.kick(nodes, &impulses.total, velocity);
-        self.damp_mass(velocity, impulses, nodes);
+        if acting.mass_damping {
+            self.damp_mass(velocity, impulses, nodes);
+        }
         self.prescribe(state, velocity, substep, purpose);
     }
 
@@ -147,14 +178,18 @@ impl<const D: usize> Model<D> {
             });
             set.kick(&due, [&state.displacement, velocity], shares);
         }
+        let nodes = substep.nodes();
         let [elastic, viscous] = &impulses.shares;
-        for &node in substep.nodes() {
-            let n = node as usize;
-            impulses.total[n] = assembly.sum(node, substep.coarsest, elastic);
-            if is_damped {
-                impulses.viscous[n] = assembly.sum(node, substep.coarsest, viscous);
-                let viscous = impulses.viscous[n];
-                add_scaled(&mut impulses.total[n], 1.0, &viscous);
+        let sums = &mut impulses.sums;
+        assembly.sums(nodes, substep.coarsest, elastic, sums);
+        for (&node, sum) in nodes.iter().zip(&*sums) {
+            impulses.total[node as usize] = *sum;
+        }
+        if is_damped {
+            assembly.sums(nodes, substep.coarsest, viscous, sums);
+            for (&node, sum) in nodes.iter().zip(&*sums) {
+                impulses.viscous[node as usize] = *sum;
+                add_scaled(&mut impulses.total[node as usize], 1.0, sum);
             }
         }
     }
@@ -259,9 +294,12 @@ impl<const D: usize> Model<D> {
         &self,
         after: &[[f64; D]],
         impulses: &mut Impulses<D>,
-        nodes: &[u32],
+        substep: &Substep,
     ) {
-        for &node in nodes {
+        if !self.acting(substep.time).mass_damping {
+            return;
+        }
+        for &node in substep.nodes() {
             let n = node as usize;
             let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
             if alpha > 0.0 {
@@ -307,6 +345,18 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// What acts at a time.
+    pub(crate) fn acting(&self, time: f64) -> Acting {
+        let any = |of: fn(&Damping) -> f64| self.blocks.iter().any(|b| of(&b.damping) > 0.0);
+        Acting {
+            gravity: self.gravity_at(time).iter().any(|&g| g != 0.0),
+            loads: !self.loads.is_empty(),
+            mass_damping: any(|damping| damping.mass),
+            stiffness_damping: any(|damping| damping.stiffness),
+            local_damping: any(|damping| damping.local),
+        }
+    }
+
     /// Acceleration of gravity, m/s².
     pub(crate) fn gravity_at(&self, time: f64) -> [f64; D] {
         let gravity = self.gravity.value(time);
@@ -326,16 +376,20 @@ impl<const D: usize> Model<D> {
             Velocity::Mean => &after[node],
             Velocity::Before => &impulses.before[node],
         };
-        let gravity = self.gravity_at(substep.time);
-        let heavy = gravity.iter().any(|&g| g != 0.0);
-        for &node in substep.nodes() {
+        let (gravity, acting) = (self.gravity_at(substep.time), self.acting(substep.time));
+        let nodes = if acting.anything() {
+            substep.nodes()
+        } else {
+            &[]
+        };
+        for &node in nodes {
             let n = node as usize;
             let (before, end) = (&impulses.before[n], end(n));
-            if heavy {
+            if acting.gravity {
                 let weight = self.inertia.mass()[n] * impulses.interval[n];
                 ledger.book(Account::Gravity, &gravity.map(|g| weight * g), before, end);
             }
-            if !self.loads.is_empty() {
+            if acting.loads {
                 ledger.book(Account::External, &impulses.load[n], before, end);
             }
             let damping = self.blocks[self.block_of[n] as usize].damping;

@@ -311,7 +311,7 @@ impl<const D: usize> Run<D> {
         self.hold_contacts(substep);
         let velocity = &self.state.velocity;
         self.model
-            .book_damping(velocity, &mut self.impulses, substep.nodes());
+            .book_damping(velocity, &mut self.impulses, substep);
         let ledger = &mut self.ledger;
         let after = (&*self.state.velocity, Velocity::Mean);
         self.model.book_kick(after, &self.impulses, substep, ledger);
@@ -320,7 +320,8 @@ impl<const D: usize> Run<D> {
                 second.owe(self.model.block_of[node as usize] as usize, energy);
             }
         }
-        self.impulses.clear(substep.nodes());
+        let acting = self.model.acting(substep.time);
+        self.impulses.clear(substep.nodes(), acting);
         for &node in substep.held() {
             self.impulses.contact[node as usize] = [0.0; D];
         }
@@ -355,7 +356,7 @@ impl<const D: usize> Run<D> {
                 add_scaled(contact, 1.0, impulse);
             }
         }
-        if self.model.blocks.iter().any(|b| b.damping.local > 0.0) {
+        if self.model.acting(substep.time).local_damping {
             self.remember_contact(substep, &received);
         }
         self.receive(&received);
@@ -390,15 +391,17 @@ impl<const D: usize> Run<D> {
             velocity: &mut state.velocity,
         };
         let contacts = &mut self.contacts;
+        let Some(contacts) = contacts else {
+            for &node in substep.nodes() {
+                motion.drift(&[node], substep.duration(node));
+            }
+            return;
+        };
         for &node in substep.nodes() {
-            if contacts
-                .as_ref()
-                .is_none_or(|contacts| !contacts.moves(node))
-            {
+            if !contacts.moves(node) {
                 motion.drift(&[node], substep.duration(node));
             }
         }
-        let Some(contacts) = contacts else { return };
         self.watch.lap(Stage::Motion);
         let mut split = Split {
             sets: &model.sets,

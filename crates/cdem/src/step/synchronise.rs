@@ -45,9 +45,8 @@ impl<const D: usize> Run<D> {
                 half.impulse.add_scaled(-1.0, &pad(impulse));
             }
         }
-        let nodes = substep.nodes();
         self.model
-            .book_damping(&velocity, &mut self.impulses, nodes);
+            .book_damping(&velocity, &mut self.impulses, &substep);
         let after = (&*velocity, Velocity::Before);
         self.model
             .book_kick(after, &self.impulses, &substep, &mut half);
@@ -57,7 +56,8 @@ impl<const D: usize> Run<D> {
             velocity[n] =
                 std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
         }
-        self.impulses.clear(substep.nodes());
+        let acting = self.model.acting(substep.time);
+        self.impulses.clear(substep.nodes(), acting);
         for (node, _) in &received {
             self.impulses.contact[*node as usize] = [0.0; D];
         }
