@@ -1,6 +1,11 @@
 //! From impulses to velocities: M⁻¹, lumped or dense by block, with the
 //! prescribed components of nodes held.
 
+use rayon::prelude::*;
+
+/// Nodes that a thread kicks in a row.
+const AT_ONCE: usize = 4096;
+
 /// A block whose mass matrix is dense.
 #[derive(Clone, Debug)]
 struct Dense<const D: usize> {
@@ -229,6 +234,16 @@ impl<const D: usize> Inertia<D> {
     /// velocity ← velocity + M⁻¹·impulse for the nodes `due`; the nodes of a
     /// dense block come together and in order.
     pub(crate) fn kick(&self, due: &[u32], impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
+        if self.dense.is_empty() && due.len() == velocity.len() {
+            let all = velocity.par_iter_mut().with_min_len(AT_ONCE);
+            let all = all.zip(&self.inverse).zip(impulse);
+            all.for_each(|((velocity, inverse), impulse)| {
+                for c in 0..D {
+                    velocity[c] += inverse[c] * impulse[c];
+                }
+            });
+            return;
+        }
         for &node in due {
             let node = node as usize;
             match self.dense.get(self.dense_of[node] as usize) {

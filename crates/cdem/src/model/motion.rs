@@ -1,6 +1,11 @@
 //! Where the nodes are and how they move.
 
+use rayon::prelude::*;
+
 use crate::contact::surface::Positions;
+
+/// Nodes that a thread moves in a row.
+const AT_ONCE: usize = 4096;
 
 /// Displacements and velocities of all nodes: what a step changes.
 pub(crate) struct Motion<'a, const D: usize> {
@@ -25,13 +30,34 @@ impl<const D: usize> Motion<'_, D> {
     pub(crate) fn drift(&mut self, nodes: &[u32], duration: f64) {
         for &node in nodes {
             let node = node as usize;
-            for c in 0..D {
-                let old = self.displacement[node][c];
-                let change = duration * self.velocity[node][c] - self.carry[node][c];
-                let new = old + change;
-                self.carry[node][c] = (new - old) - change;
-                self.displacement[node][c] = new;
-            }
+            let (displacement, carry) = (&mut self.displacement[node], &mut self.carry[node]);
+            go(displacement, carry, &self.velocity[node], duration);
         }
+    }
+
+    /// The same of all nodes, each for its `duration`, on all threads.
+    pub(crate) fn drift_all(&mut self, duration: impl Fn(u32) -> f64 + Sync) {
+        let moved = self.displacement.par_iter_mut().with_min_len(AT_ONCE);
+        let nodes = moved.zip(&mut *self.carry).zip(&*self.velocity).enumerate();
+        nodes.for_each(|(node, ((displacement, carry), velocity))| {
+            go(displacement, carry, velocity, duration(node as u32));
+        });
+    }
+}
+
+/// Moves a node.
+#[inline]
+fn go<const D: usize>(
+    displacement: &mut [f64; D],
+    carry: &mut [f64; D],
+    velocity: &[f64; D],
+    duration: f64,
+) {
+    for c in 0..D {
+        let old = displacement[c];
+        let change = duration * velocity[c] - carry[c];
+        let new = old + change;
+        carry[c] = (new - old) - change;
+        displacement[c] = new;
     }
 }

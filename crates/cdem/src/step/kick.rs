@@ -59,6 +59,21 @@ impl<const D: usize> Impulses<D> {
         })
     }
 
+    /// Notes the kick interval of each node that is due.
+    fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep, purpose: Purpose) {
+        for &node in substep.nodes() {
+            let n = node as usize;
+            let next = substep.duration(node);
+            self.interval[n] = match purpose {
+                Purpose::Advance => 0.5 * (state.node_interval[n] + next),
+                Purpose::Report => state.node_interval[n],
+            };
+            if purpose == Purpose::Advance {
+                state.node_interval[n] = next;
+            }
+        }
+    }
+
     /// Zeroes what a kick of `nodes` has left of what acts.
     pub(crate) fn clear(&mut self, nodes: &[u32], acting: Acting) {
         self.relevelled.clear();
@@ -125,17 +140,15 @@ impl<const D: usize> Model<D> {
         purpose: Purpose,
     ) {
         let (nodes, acting) = (substep.nodes(), self.acting(substep.time));
-        for &node in nodes {
-            let n = node as usize;
-            impulses.before[n] = velocity[n];
-            let next = substep.duration(node);
-            impulses.interval[n] = match purpose {
-                Purpose::Advance => 0.5 * (state.node_interval[n] + next),
-                Purpose::Report => state.node_interval[n],
-            };
-            if purpose == Purpose::Advance {
-                state.node_interval[n] = next;
+        if substep.takes_all() {
+            impulses.before.copy_from_slice(velocity);
+        } else {
+            for &node in nodes {
+                impulses.before[node as usize] = velocity[node as usize];
             }
+        }
+        if !substep.plan.is_steady {
+            impulses.take_intervals(state, substep, purpose);
         }
         self.internal_forces(state, velocity, impulses, substep, purpose);
         self.loads(state, impulses, substep);
@@ -182,8 +195,12 @@ impl<const D: usize> Model<D> {
         let [elastic, viscous] = &impulses.shares;
         let sums = &mut impulses.sums;
         assembly.sums(nodes, substep.coarsest, elastic, sums);
-        for (&node, sum) in nodes.iter().zip(&*sums) {
-            impulses.total[node as usize] = *sum;
+        if substep.takes_all() {
+            std::mem::swap(&mut impulses.total, sums);
+        } else {
+            for (&node, sum) in nodes.iter().zip(&*sums) {
+                impulses.total[node as usize] = *sum;
+            }
         }
         if is_damped {
             assembly.sums(nodes, substep.coarsest, viscous, sums);

@@ -137,6 +137,7 @@ impl<const D: usize> Run<D> {
         self.touched.clear();
         let mut plan = std::mem::take(&mut self.plan);
         let start = self.time();
+        let was_settled = plan.is_settled;
         if self.state.number == 0 {
             self.collide_initial(&plan.substep(0, self.model.step, start));
         }
@@ -145,6 +146,7 @@ impl<const D: usize> Run<D> {
             self.substep(&substep);
             plan.is_settled = true;
         }
+        plan.is_steady = was_settled;
         self.plan = plan;
         self.state.number += 1;
         let at = self.model.positions(&self.state);
@@ -392,8 +394,11 @@ impl<const D: usize> Run<D> {
         };
         let contacts = &mut self.contacts;
         let Some(contacts) = contacts else {
-            for &node in substep.nodes() {
-                motion.drift(&[node], substep.duration(node));
+            if substep.takes_all() {
+                motion.drift_all(|node| substep.duration(node));
+            } else {
+                let nodes = substep.nodes().iter();
+                nodes.for_each(|&node| motion.drift(&[node], substep.duration(node)));
             }
             return;
         };

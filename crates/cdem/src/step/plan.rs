@@ -14,8 +14,14 @@ pub(crate) struct Plan {
     elements: Vec<u64>,
     nodes: Schedule,
     pub(super) assembly: Assembly,
-    /// Whether the interval before the last kick of each element is that of its level.
+    /// Whether the interval before the last kick of each element and node is that of its
+    /// level.
     pub(super) is_settled: bool,
+    /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
+    /// right, too.
+    pub(super) is_steady: bool,
+    /// Whether the nodes are all there are, in their order.
+    takes_all: bool,
     /// Held nodes of blocks that are not fixed, by level.
     pub(super) held: Vec<u32>,
     pub(super) finest: u8,
@@ -38,6 +44,11 @@ impl Substep<'_> {
     /// Nodes that are due.
     pub(crate) fn nodes(&self) -> &[u32] {
         self.plan.nodes.due(self.coarsest)
+    }
+
+    /// Whether all nodes are due, in their order.
+    pub(crate) fn takes_all(&self) -> bool {
+        self.plan.takes_all && self.coarsest == 0
     }
 
     /// Number of elements that are due.
@@ -97,17 +108,27 @@ impl Plan {
             is_settled &= state.element_interval[e as usize] == duration(model.step, level);
         }
         let nodes = Schedule::new(&levels.node, |node| !fixed(node as u32));
+        is_settled &= nodes.due(0).iter().all(|&node| {
+            let level = levels.node[node as usize];
+            state.node_interval[node as usize] == duration(model.step, level)
+        });
         let finest = nodes
             .due(0)
             .first()
             .map_or(0, |&node| levels.node[node as usize]);
         Self {
             elements: count,
-            nodes,
             assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
             is_settled,
+            is_steady: false,
+            takes_all: nodes
+                .due(0)
+                .iter()
+                .copied()
+                .eq(0..model.mesh.nodes.len() as u32),
             held: model.held_nodes(),
             finest,
+            nodes,
             levels,
         }
     }
