@@ -1,7 +1,7 @@
 //! Elements as the kernels read them: number by number, so many side by side.
 
-use super::geometry::{self, Element, Lame};
-use super::lanes::{Lanes, Row, WIDTH};
+use super::geometry::{self, Element, Lame, Nodal, Points};
+use super::lanes::{Lanes, Row, Single, WIDTH};
 
 /// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
 #[derive(Debug, Default)]
@@ -78,42 +78,37 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         self.nodes[element / WIDTH].map(|all| all[element % WIDTH])
     }
 
-    /// Nodes of a batch.
-    #[inline(always)]
-    pub(super) fn nodes_of_batch(&self, batch: usize) -> &[[u16; WIDTH]; N] {
-        &self.nodes[batch]
+    /// An element alone.
+    pub(super) fn element(&self, element: usize, lame: Lame<f64>) -> Element<D, N, Q> {
+        let Batch { rest, .. } = self.batch(element / WIDTH, 0);
+        let own = Abreast::<Single, D, N, Q>::new(Single, (rest, element % WIDTH), lame);
+        let points: [_; Q] = std::array::from_fn(|q| own.point(q));
+        Element {
+            gradients: points.map(|(gradients, _)| gradients),
+            volumes: points.map(|(_, volume)| volume),
+            lame,
+        }
     }
 
-    /// Elements side by side from `first` on in a batch, of some moduli.
+    /// What the elements of a batch are at rest, their nodes, and their records, of `size`
+    /// numbers.
     #[inline(always)]
-    pub(super) fn gather<L: Lanes>(
-        &self,
-        lanes: L,
-        (batch, first): (usize, usize),
-        lame: Lame<f64>,
-    ) -> Element<D, N, Q, L::Number> {
-        let rest = &self.rest[batch * Self::REST..][..Self::REST];
-        let zero = lanes.splat(0.0);
-        let mut element = Element {
-            gradients: [[[zero; D]; N]; Q],
-            volumes: [zero; Q],
-            lame: Lame {
-                lambda: lanes.splat(lame.lambda),
-                mu: lanes.splat(lame.mu),
-            },
-        };
-        for q in 0..Q {
-            let point = &rest[q * Self::POINT..][..Self::POINT];
-            for a in 1..N {
-                for k in 0..D {
-                    let row = &point[(a - 1) * D + k];
-                    element.gradients[q][a][k] = lanes.load(row, first);
-                }
-            }
-            geometry::balance(&mut element.gradients[q]);
-            element.volumes[q] = lanes.load(&point[Self::POINT - 1], first);
+    pub(super) fn batch(&self, batch: usize, size: usize) -> Batch<'_, N, &[Row]> {
+        Batch {
+            rest: &self.rest[batch * Self::REST..][..Self::REST],
+            nodes: &self.nodes[batch],
+            records: &self.records[batch * size..][..size],
         }
-        element
+    }
+
+    /// The same, with records to be changed.
+    #[inline(always)]
+    pub(super) fn batch_mut(&mut self, batch: usize, size: usize) -> Batch<'_, N, &mut [Row]> {
+        Batch {
+            rest: &self.rest[batch * Self::REST..][..Self::REST],
+            nodes: &self.nodes[batch],
+            records: &mut self.records[batch * size..][..size],
+        }
     }
 
     /// Records of a batch, of `size` numbers.
@@ -126,5 +121,58 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     #[inline(always)]
     pub(super) fn records_mut(&mut self, batch: usize, size: usize) -> &mut [Row] {
         &mut self.records[batch * size..][..size]
+    }
+}
+
+/// What is known of [`WIDTH`] elements.
+pub(super) struct Batch<'a, const N: usize, R> {
+    pub(super) rest: &'a [Row],
+    pub(super) nodes: &'a [[u16; WIDTH]; N],
+    pub(super) records: R,
+}
+
+/// Elements side by side from one of a batch on, of some moduli.
+pub(super) struct Abreast<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> {
+    lanes: L,
+    rest: &'a [Row],
+    first: usize,
+    lame: Lame<L::Number>,
+}
+
+impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> Abreast<'a, L, D, N, Q> {
+    #[inline(always)]
+    pub(super) fn new(lanes: L, (rest, first): (&'a [Row], usize), lame: Lame<f64>) -> Self {
+        Self {
+            lanes,
+            rest,
+            first,
+            lame: Lame {
+                lambda: lanes.splat(lame.lambda),
+                mu: lanes.splat(lame.mu),
+            },
+        }
+    }
+}
+
+impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L::Number>
+    for Abreast<'_, L, D, N, Q>
+{
+    #[inline(always)]
+    fn lame(&self) -> Lame<L::Number> {
+        self.lame
+    }
+
+    #[inline(always)]
+    fn point(&self, q: usize) -> (Nodal<D, N, L::Number>, L::Number) {
+        let size = Batches::<D, N, Q>::POINT;
+        let point = &self.rest[q * size..][..size];
+        let mut gradients = [[self.lanes.splat(0.0); D]; N];
+        for a in 1..N {
+            for k in 0..D {
+                gradients[a][k] = self.lanes.load(&point[(a - 1) * D + k], self.first);
+            }
+        }
+        geometry::balance(&mut gradients);
+        (gradients, self.lanes.load(&point[size - 1], self.first))
     }
 }

@@ -76,13 +76,31 @@ impl Moduli {
     }
 }
 
-/// One element, or several side by side: gradients of its shape functions and volume (m³)
-/// at its Gauss points, and its material.
+/// An element: gradients of its shape functions and volume (m³) at its Gauss points, and its
+/// material.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Element<const D: usize, const N: usize, const Q: usize, T = f64> {
-    pub(super) gradients: [Nodal<D, N, T>; Q],
-    pub(super) volumes: [T; Q],
-    pub(super) lame: Lame<T>,
+pub(super) struct Element<const D: usize, const N: usize, const Q: usize> {
+    pub(super) gradients: [Nodal<D, N>; Q],
+    pub(super) volumes: [f64; Q],
+    pub(super) lame: Lame<f64>,
+}
+
+/// What formulations need of an element, or of several side by side.
+pub(super) trait Points<const D: usize, const N: usize, const Q: usize, T> {
+    fn lame(&self) -> Lame<T>;
+
+    /// Gradients of the shape functions, 1/m, and volume, m³, of Gauss point `q`.
+    fn point(&self, q: usize) -> (Nodal<D, N, T>, T);
+}
+
+impl<const D: usize, const N: usize, const Q: usize> Points<D, N, Q, f64> for Element<D, N, Q> {
+    fn lame(&self) -> Lame<f64> {
+        self.lame
+    }
+
+    fn point(&self, q: usize) -> (Nodal<D, N>, f64) {
+        (self.gradients[q], self.volumes[q])
+    }
 }
 
 /// An element before it is deformed.

@@ -1,7 +1,7 @@
 //! The paper's (2): incremental kinematics with objective rotation of stress.
 
 use super::Past;
-use super::geometry::{self, Element, Moduli, Nodal};
+use super::geometry::{self, Element, Moduli, Nodal, Points};
 use super::lanes::Real;
 use super::set::{Formulation, MAX_RECORD, StressIntegral};
 use super::tensor::{self, Tensor};
@@ -77,7 +77,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
 
     #[inline(always)]
     fn respond<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> Nodal<D, N, T> {
@@ -93,15 +93,15 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         }
         let mut force = geometry::zero(u);
         let mut stress = [[[half; D]; D]; Q];
-        for (q, (gradients, &volume)) in element.gradients.iter().zip(&element.volumes).enumerate()
-        {
-            let increment = current_gradient(gradients, &middle, &step);
-            let added = element.lame.stress(&tensor::symmetric(&increment));
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let increment = current_gradient(&gradients, &middle, &step);
+            let added = element.lame().stress(&tensor::symmetric(&increment));
             let added = tensor::scaled(half, &added);
             let turned = rotated(&tensor::sum(&last.stress(q), &added), &increment);
             stress[q] = tensor::sum(&turned, &added);
-            let first_piola = first_piola(&stress[q], gradients, u);
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+            let first_piola = first_piola(&stress[q], &gradients, u);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
         let mut work = half.constant(0.0);
@@ -117,16 +117,17 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     /// σ̇ = C:d with the rate of deformation d.
     #[inline(always)]
     fn force_rate<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
-        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
-            let rate = current_gradient(gradients, u, velocity);
-            let stress = element.lame.stress(&tensor::symmetric(&rate));
-            let first_piola = first_piola(&stress, gradients, u);
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let rate = current_gradient(&gradients, u, velocity);
+            let stress = element.lame().stress(&tensor::symmetric(&rate));
+            let first_piola = first_piola(&stress, &gradients, u);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
         force
@@ -134,7 +135,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
 
     #[inline(always)]
     fn strain_energy<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> T {
@@ -154,9 +155,9 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         <Self as Formulation<D, N, Q>>::respond(element, u, now);
         let now = Record::<D>::of(N, now);
         let mut integral = StressIntegral::default();
-        for (q, (gradients, &volume)) in element.gradients.iter().zip(&element.volumes).enumerate()
-        {
-            let jacobian = tensor::determinant(&deformation_gradient(gradients, u));
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let jacobian = tensor::determinant(&deformation_gradient(&gradients, u));
             let kirchhoff = tensor::scaled(jacobian, &now.stress(q));
             let across = moduli.out_of_plane * tensor::trace(&kirchhoff);
             integral.add(volume, jacobian, &kirchhoff, across);
@@ -189,9 +190,10 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         record: &mut [f64],
     ) {
         let mut force = [[0.0; D]; N];
-        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
-            let first_piola = first_piola(&past.stress, gradients, u);
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let first_piola = first_piola(&past.stress, &gradients, u);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
         let volume: f64 = element.volumes.iter().sum();

@@ -5,7 +5,8 @@ use std::marker::PhantomData;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::geometry::{Element, Moduli, Nodal};
+use super::batch::{Abreast, Batch};
+use super::geometry::{Moduli, Nodal, Points};
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{Group, Part};
@@ -128,19 +129,22 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         }
         for batch in 0..group.batches.len() {
             let intervals = self.intervals(group, batch);
+            let Batch {
+                rest,
+                nodes,
+                records,
+            } = group.batches.batch_mut(batch, F::RECORD);
             for first in (0..WIDTH).step_by(L::COUNT) {
-                let place = (batch, first);
-                let element = group.batches.gather(lanes, place, moduli.lame);
-                let nodes = *group.batches.nodes_of_batch(batch);
-                let u = nearby.displacement.relative(lanes, &nodes, first);
-                let force = self.respond(lanes, group, place, &element, &u);
+                let element = Abreast::new(lanes, (rest, first), moduli.lame);
+                let u = nearby.displacement.relative(lanes, nodes, first);
+                let force = self.respond(lanes, (&mut *records, first), &element, &u);
                 let duration = lanes.load(&intervals, first);
-                nearby.elastic.add(lanes, &nodes, first, (&force, duration));
+                nearby.elastic.add(lanes, nodes, first, (&force, duration));
                 if is_damped {
-                    let velocity = nearby.velocity.relative(lanes, &nodes, first);
+                    let velocity = nearby.velocity.relative(lanes, nodes, first);
                     let rate = F::force_rate(&element, &u, &velocity);
                     let duration = lanes.splat(moduli.damping) * duration;
-                    nearby.viscous.add(lanes, &nodes, first, (&rate, duration));
+                    nearby.viscous.add(lanes, nodes, first, (&rate, duration));
                 }
             }
         }
@@ -159,23 +163,21 @@ impl<const D: usize, F> Kick<'_, D, F> {
     fn respond<L: Lanes, const N: usize, const Q: usize>(
         &self,
         lanes: L,
-        group: &mut Group<D, N, Q>,
-        (batch, first): (usize, usize),
-        element: &Element<D, N, Q, L::Number>,
+        (records, first): (&mut [Row], usize),
+        element: &impl Points<D, N, Q, L::Number>,
         u: &Nodal<D, N, L::Number>,
     ) -> Nodal<D, N, L::Number>
     where
         F: Formulation<D, N, Q>,
     {
-        let rows = group.batches.records_mut(batch, F::RECORD);
         let mut record = [lanes.splat(0.0); MAX_RECORD];
         let record = &mut record[..F::RECORD];
-        for (number, row) in record.iter_mut().zip(&*rows) {
+        for (number, row) in record.iter_mut().zip(&*records) {
             *number = lanes.load(row, first);
         }
         let force = F::respond(element, u, record);
         if self.due.is_kept {
-            for (number, row) in record.iter().zip(rows) {
+            for (number, row) in record.iter().zip(records) {
                 lanes.store(*number, row, first);
             }
         }

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use super::batch::Batches;
 use super::geometry::{Element, Moduli};
-use super::lanes::{Single, WIDTH};
+use super::lanes::WIDTH;
 
 /// Elements of a part: their forces on as many nodes as they have stay in the nearest caches,
 /// and there is work for all threads in a mesh of some ten thousand elements.
@@ -134,8 +134,7 @@ impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
 
     /// An element alone.
     pub(super) fn element(&self, index: usize, moduli: &Moduli) -> Element<D, N, Q> {
-        let place = (index / WIDTH, index % WIDTH);
-        self.batches.gather(Single, place, moduli.lame)
+        self.batches.element(index, moduli.lame)
     }
 
     /// Nodes of the mesh of an element.

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use super::frequency;
-use super::geometry::{self, Corners, Element, Moduli, Nodal};
+use super::geometry::{self, Corners, Element, Moduli, Nodal, Points};
 use super::kick::{Kick, Shares, each_part};
 use super::lanes::Real;
 use super::part::{Group, Member, PART, Part, Place};
@@ -31,7 +31,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
 
     /// Nodal forces, N; brings the record up to this response.
     fn respond<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> Nodal<D, N, T>;
@@ -39,14 +39,14 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     /// What strain rates change of the nodal forces in a second, N/s; times β,
     /// the forces of stiffness-proportional damping.
     fn force_rate<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T>;
 
     /// Strain energy, J; brings the record up to now.
     fn strain_energy<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> T;

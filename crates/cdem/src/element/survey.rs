@@ -5,7 +5,8 @@ use std::marker::PhantomData;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::geometry::{self, Element, Nodal};
+use super::batch::{Abreast, Batch};
+use super::geometry::{self, Nodal, Points};
 use super::lanes::{Lanes, Real, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{PART, Part};
@@ -23,7 +24,7 @@ pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const 
     const RECORD: usize;
 
     fn answer<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> [T; A];
@@ -40,7 +41,7 @@ where
 
     #[inline(always)]
     fn answer<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> [T; 1] {
@@ -57,14 +58,15 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
 
     #[inline(always)]
     fn answer<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
         _: &mut [T],
     ) -> [T; 2] {
         let one = displacement[0][0].constant(1.0);
         let (mut strains, mut changes) = (one.constant(0.0), one.constant(0.0));
-        for gradients in &element.gradients {
-            let h = geometry::gradient(gradients, displacement);
+        for q in 0..Q {
+            let (gradients, _) = element.point(q);
+            let h = geometry::gradient(&gradients, displacement);
             let strain = green_lagrange(&h);
             let f = tensor::sum(&tensor::identity(one), &h);
             let change = tensor::determinant(&f) - one;
@@ -128,15 +130,18 @@ where
             let field = &mut self.nearby.displacement;
             field.read(&group.nodes, self.displacement);
             for (batch, members) in group.members.chunks(WIDTH).enumerate() {
-                let nodes = group.batches.nodes_of_batch(batch);
+                let Batch {
+                    rest,
+                    nodes,
+                    records,
+                } = group.batches.batch(batch, W::RECORD);
                 let mut rows = [Row::default(); A];
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
-                    let element = group.batches.gather(lanes, (batch, first), lame);
+                    let element = Abreast::new(lanes, (rest, first), lame);
                     let u = field.relative(lanes, nodes, first);
                     let mut record = [lanes.splat(0.0); MAX_RECORD];
                     let record = &mut record[..W::RECORD];
-                    let own = group.batches.records(batch, W::RECORD);
-                    for (number, row) in record.iter_mut().zip(own) {
+                    for (number, row) in record.iter_mut().zip(records) {
                         *number = lanes.load(row, first);
                     }
                     let answer = W::answer(&element, &u, record);

@@ -1,6 +1,6 @@
 //! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
 
-use super::geometry::{self, Element, Moduli, Nodal};
+use super::geometry::{self, Element, Moduli, Nodal, Points};
 use super::lanes::Real;
 use super::set::{Formulation, StressIntegral};
 use super::tensor::{self, Tensor};
@@ -17,16 +17,17 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 
     #[inline(always)]
     fn respond<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         _: &mut [T],
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
-        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
-            let h = geometry::gradient(gradients, u);
-            let second_piola = element.lame.stress(&green_lagrange(&h));
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, u);
+            let second_piola = element.lame().stress(&green_lagrange(&h));
             let first_piola = push_forward(&h, &second_piola);
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
         force
@@ -35,29 +36,35 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     /// Ṡ = C:sym(Fᵀ Ḟ).
     #[inline(always)]
     fn force_rate<T: Real>(
-        element: &Element<D, N, Q, T>,
+        element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
-        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
-            let h = geometry::gradient(gradients, u);
-            let rate = geometry::gradient(gradients, velocity);
-            let second_piola = element.lame.stress(&green_lagrange_rate(&h, &rate));
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, u);
+            let rate = geometry::gradient(&gradients, velocity);
+            let second_piola = element.lame().stress(&green_lagrange_rate(&h, &rate));
             let first_piola = push_forward(&h, &second_piola);
-            geometry::subtract_divergence(&mut force, &first_piola, gradients, volume);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
         force
     }
 
     #[inline(always)]
-    fn strain_energy<T: Real>(element: &Element<D, N, Q, T>, u: &Nodal<D, N, T>, _: &mut [T]) -> T {
+    fn strain_energy<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        _: &mut [T],
+    ) -> T {
         let half = u[0][0].constant(0.5);
         let mut energy = half.constant(0.0);
-        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
-            let strain = green_lagrange(&geometry::gradient(gradients, u));
-            let stress = element.lame.stress(&strain);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let strain = green_lagrange(&geometry::gradient(&gradients, u));
+            let stress = element.lame().stress(&strain);
             energy += half * volume * tensor::contraction(&stress, &strain);
         }
         energy
@@ -70,10 +77,11 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         _: &[f64],
     ) -> StressIntegral<D> {
         let mut integral = StressIntegral::default();
-        for (gradients, &volume) in element.gradients.iter().zip(&element.volumes) {
-            let h = geometry::gradient(gradients, u);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, u);
             let f = tensor::sum(&tensor::identity(1.0), &h);
-            let second_piola = element.lame.stress(&green_lagrange(&h));
+            let second_piola = element.lame().stress(&green_lagrange(&h));
             let kirchhoff = tensor::product_transposed(&tensor::product(&f, &second_piola), &f);
             // F_zz = 1 in plane strain, so τ_zz = S_zz = ν (S_xx + S_yy).
             let across = moduli.out_of_plane * tensor::trace(&second_piola);
