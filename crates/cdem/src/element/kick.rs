@@ -110,6 +110,7 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         }
     }
 
+    /// Kicks a group: what its elements give goes to its shares.
     #[inline(always)]
     fn group<L: Lanes, const N: usize, const Q: usize>(
         &self,

@@ -111,8 +111,7 @@ pub(crate) fn sets_of<const D: usize>(
     build(mesh, &properties, &[material], plane, THICKNESS)
 }
 
-/// Elastic and viscous impulses on all nodes of a kick of all elements of levels that are
-/// not `never`, over one second.
+/// Elastic and viscous impulses on all nodes of a kick of all elements, over one second.
 pub(super) fn kick<const D: usize>(
     sets: &mut Sets<D>,
     is_kept: bool,
