@@ -110,18 +110,6 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
             records: &mut self.records[batch * size..][..size],
         }
     }
-
-    /// Records of a batch, of `size` numbers.
-    #[inline(always)]
-    pub(super) fn records(&self, batch: usize, size: usize) -> &[Row] {
-        &self.records[batch * size..][..size]
-    }
-
-    /// Records of a batch, of `size` numbers.
-    #[inline(always)]
-    pub(super) fn records_mut(&mut self, batch: usize, size: usize) -> &mut [Row] {
-        &mut self.records[batch * size..][..size]
-    }
 }
 
 /// What is known of [`WIDTH`] elements.

@@ -145,7 +145,7 @@ impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
 
     /// Reads the record of an element.
     pub(super) fn record(&self, index: usize, record: &mut [f64]) {
-        let rows = self.batches.records(index / WIDTH, record.len());
+        let rows = self.batches.batch(index / WIDTH, record.len()).records;
         for (number, row) in record.iter_mut().zip(rows) {
             *number = row[index % WIDTH];
         }
@@ -153,7 +153,7 @@ impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
 
     /// Writes the record of an element.
     pub(super) fn set_record(&mut self, index: usize, record: &[f64]) {
-        let rows = self.batches.records_mut(index / WIDTH, record.len());
+        let rows = self.batches.batch_mut(index / WIDTH, record.len()).records;
         for (number, row) in record.iter().zip(rows) {
             row[index % WIDTH] = *number;
         }

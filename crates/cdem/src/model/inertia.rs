@@ -3,8 +3,7 @@
 
 use rayon::prelude::*;
 
-/// Nodes that a thread kicks in a row.
-const AT_ONCE: usize = 4096;
+use super::AT_ONCE;
 
 /// A block whose mass matrix is dense.
 #[derive(Clone, Debug)]

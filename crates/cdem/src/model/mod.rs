@@ -22,6 +22,9 @@ use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::scene::{Damping, Problem, Schedule};
 
+/// Nodes that a thread works on in a row.
+pub(crate) const AT_ONCE: usize = 4096;
+
 /// What a step does not change, but a change of mesh does; the arrays of [`State`] are what
 /// it does.
 pub(crate) struct Model<const D: usize> {

@@ -2,10 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::AT_ONCE;
 use crate::contact::surface::Positions;
-
-/// Nodes that a thread moves in a row.
-const AT_ONCE: usize = 4096;
 
 /// Displacements and velocities of all nodes: what a step changes.
 pub(crate) struct Motion<'a, const D: usize> {

@@ -3,9 +3,7 @@
 use rayon::prelude::*;
 
 use crate::element::ElementSet;
-
-/// Nodes that a thread works on in a row.
-const AT_ONCE: usize = 4096;
+use crate::model::AT_ONCE;
 
 /// Which shares belong to each node.
 #[derive(Clone, Debug, Default)]

@@ -77,14 +77,16 @@ impl<const D: usize> Impulses<D> {
     /// Zeroes what a kick of `nodes` has left of what acts.
     pub(crate) fn clear(&mut self, nodes: &[u32], acting: Acting) {
         self.relevelled.clear();
-        let damping = acting.mass_damping || acting.local_damping;
-        for (array, _) in [(&mut self.load, acting.loads), (&mut self.damping, damping)]
-            .into_iter()
-            .filter(|(_, acts)| *acts)
-        {
+        let zero = |array: &mut [[f64; D]]| {
             for &node in nodes {
                 array[node as usize] = [0.0; D];
             }
+        };
+        if acting.loads {
+            zero(&mut self.load);
+        }
+        if acting.mass_damping || acting.local_damping {
+            zero(&mut self.damping);
         }
     }
 }
@@ -94,9 +96,9 @@ impl<const D: usize> Impulses<D> {
 pub(crate) struct Acting {
     gravity: bool,
     loads: bool,
-    pub(crate) mass_damping: bool,
+    mass_damping: bool,
     stiffness_damping: bool,
-    pub(crate) local_damping: bool,
+    pub(super) local_damping: bool,
 }
 
 impl Acting {
@@ -364,14 +366,24 @@ impl<const D: usize> Model<D> {
 
     /// What acts at a time.
     pub(crate) fn acting(&self, time: f64) -> Acting {
-        let any = |of: fn(&Damping) -> f64| self.blocks.iter().any(|b| of(&b.damping) > 0.0);
-        Acting {
+        let mut acting = Acting {
             gravity: self.gravity_at(time).iter().any(|&g| g != 0.0),
             loads: !self.loads.is_empty(),
-            mass_damping: any(|damping| damping.mass),
-            stiffness_damping: any(|damping| damping.stiffness),
-            local_damping: any(|damping| damping.local),
+            mass_damping: false,
+            stiffness_damping: false,
+            local_damping: false,
+        };
+        for Damping {
+            mass,
+            stiffness,
+            local,
+        } in self.blocks.iter().map(|block| block.damping)
+        {
+            acting.mass_damping |= mass > 0.0;
+            acting.stiffness_damping |= stiffness > 0.0;
+            acting.local_damping |= local > 0.0;
         }
+        acting
     }
 
     /// Acceleration of gravity, m/s².

@@ -392,8 +392,7 @@ impl<const D: usize> Run<D> {
             carry: &mut state.carry,
             velocity: &mut state.velocity,
         };
-        let contacts = &mut self.contacts;
-        let Some(contacts) = contacts else {
+        let Some(contacts) = &mut self.contacts else {
             if substep.takes_all() {
                 motion.drift_all(|node| substep.duration(node));
             } else {
