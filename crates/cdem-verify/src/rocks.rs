@@ -44,6 +44,12 @@ pub fn tetrahedra(kind: ElementKind) -> &'static [[usize; 4]] {
 /// nodes.
 #[must_use]
 pub fn rocks(seed: u64, across: [usize; 3], cut: bool) -> RawMesh {
+    rocks_of(&SHAPES, seed, across, cut)
+}
+
+/// The same of some shapes of element alone.
+#[must_use]
+pub fn rocks_of(shapes: &[ElementKind], seed: u64, across: [usize; 3], cut: bool) -> RawMesh {
     let mut random = Random(seed);
     let mut mesh = RawMesh {
         origin: "rocks".to_owned(),
@@ -54,7 +60,8 @@ pub fn rocks(seed: u64, across: [usize; 3], cut: bool) -> RawMesh {
         for y in 0..across[1] {
             for x in 0..across[0] {
                 let centre = [x, y, z].map(|i| i as f64 + 0.5);
-                add_rock(&mut mesh, &mut random, centre, cut);
+                let shape = shapes[random.whole(0, shapes.len() - 1)];
+                add_rock(&mut mesh, &mut random, shape, centre, cut);
             }
         }
     }
@@ -62,8 +69,13 @@ pub fn rocks(seed: u64, across: [usize; 3], cut: bool) -> RawMesh {
     mesh
 }
 
-fn add_rock(mesh: &mut RawMesh, random: &mut Random, centre: [f64; 3], cut: bool) {
-    let shape = SHAPES[random.whole(0, SHAPES.len() - 1)];
+fn add_rock(
+    mesh: &mut RawMesh,
+    random: &mut Random,
+    shape: ElementKind,
+    centre: [f64; 3],
+    cut: bool,
+) {
     let radius = random.between(RADII[0], RADII[1]);
     let turn = rotation(random);
     let first = mesh.points.len();

@@ -41,6 +41,9 @@ pub(super) struct Colours {
     colours: Vec<Range<usize>>,
     /// How many nodes there are.
     node_count: usize,
+    /// Places that passes visit, in order, and where those of each task begin among them.
+    awake: Vec<u32>,
+    begins: Vec<usize>,
 }
 
 impl Colours {
@@ -67,6 +70,7 @@ impl Colours {
         if nodes_of.len() <= 2 * task {
             let order: Vec<u32> = (0..nodes_of.len() as u32).collect();
             colours.push(&[&order], nodes_of, task);
+            colours.wake_all();
             return colours;
         }
         let ends = |point: u32| {
@@ -94,7 +98,36 @@ impl Colours {
                 colours.push(groups, nodes_of, task);
             }
         }
+        colours.wake_all();
         colours
+    }
+
+    /// Has passes visit all places.
+    pub(super) fn wake_all(&mut self) {
+        self.awake.clear();
+        self.awake.extend(0..self.order.len() as u32);
+        self.begins.clear();
+        self.begins.extend(self.tasks.iter().map(|task| task.start));
+        self.begins.push(self.order.len());
+    }
+
+    /// Has passes visit only those, of the places that they do, that `stay` so.
+    pub(super) fn doze(&mut self, stay: impl Fn(usize) -> bool) {
+        let (mut kept, mut next) = (0, 0);
+        for task in 1..self.begins.len() {
+            for number in next..self.begins[task] {
+                let place = self.awake[number];
+                self.awake[kept] = place;
+                kept += usize::from(stay(place as usize));
+            }
+            next = std::mem::replace(&mut self.begins[task], kept);
+        }
+        self.awake.truncate(kept);
+    }
+
+    /// The places that passes visit, in order.
+    pub(super) fn awake(&self) -> &[u32] {
+        &self.awake
     }
 
     /// Adds a colour.
@@ -134,8 +167,8 @@ impl Colours {
         &self.nodes[self.range(place)]
     }
 
-    /// Visits each place, with what it has in `own` and the `values` of its nodes;
-    /// colour by colour, the tasks of each at once. Returns the largest of what the
+    /// Visits each place that is awake, with what it has in `own` and the `values` of its
+    /// nodes; colour by colour, the tasks of each at once. Returns the largest of what the
     /// visits return in each component.
     pub(super) fn pass<T: Send, V: Send, const N: usize>(
         &self,
@@ -146,25 +179,26 @@ impl Colours {
         assert_eq!(own.len(), self.order.len());
         assert_eq!(values.len(), self.node_count);
         let (own, values) = (Shared::new(own), Shared::new(values));
-        let run = |places: &Range<usize>| {
+        let run = |awake: Range<usize>| {
             // SAFETY: tasks of a colour share neither places nor nodes, and no two
             // colours are visited at once. All are in range: `push` has asserted it of
             // the nodes, and the lengths are asserted above.
-            let task = unsafe { Task::new(self, places, (&own, &values), visit) };
+            let task = unsafe { Task::new(self, &self.awake[awake], (&own, &values), visit) };
             Arch::new().dispatch(task)
         };
         let mut largest = [0.0; N];
         for tasks in &self.colours {
-            let tasks = &self.tasks[tasks.clone()];
-            largest = match tasks {
-                [task] => larger(largest, run(task)),
-                _ => {
-                    let tasks = tasks.par_iter().map(run);
-                    #[expect(clippy::disallowed_methods, reason = "largest numbers, in any order")]
-                    let of_colour = tasks.reduce(|| [0.0; N], larger);
-                    larger(largest, of_colour)
-                }
+            let awake = self.begins[tasks.start]..self.begins[tasks.end];
+            let of_colour = if awake.len() <= TASK || tasks.len() == 1 {
+                run(awake)
+            } else {
+                let tasks = tasks.clone().into_par_iter();
+                let runs = tasks.map(|task| run(self.begins[task]..self.begins[task + 1]));
+                #[expect(clippy::disallowed_methods, reason = "largest numbers, in any order")]
+                let of_colour = runs.reduce(|| [0.0; N], larger);
+                of_colour
             };
+            largest = larger(largest, of_colour);
         }
         largest
     }
@@ -186,7 +220,7 @@ pub(super) trait Visit<T, V, const N: usize>: Sync {
 /// has.
 struct Task<'a, T, V, F, const N: usize> {
     colours: &'a Colours,
-    places: Range<usize>,
+    places: &'a [u32],
     own: &'a Shared<'a, T>,
     values: &'a Shared<'a, V>,
     visit: &'a F,
@@ -199,13 +233,13 @@ impl<'a, T, V, F, const N: usize> Task<'a, T, V, F, N> {
     /// this lives.
     unsafe fn new(
         colours: &'a Colours,
-        places: &Range<usize>,
+        places: &'a [u32],
         (own, values): (&'a Shared<'a, T>, &'a Shared<'a, V>),
         visit: &'a F,
     ) -> Self {
         Self {
             colours,
-            places: places.clone(),
+            places,
             own,
             values,
             visit,
@@ -222,7 +256,8 @@ where
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f64; N] {
         let mut largest = [0.0; N];
-        for place in self.places {
+        for &place in self.places {
+            let place = place as usize;
             let nodes = self.colours.nodes(place);
             // SAFETY: promised to `new`.
             let (own, values) =

@@ -25,9 +25,11 @@ const FLAT: f64 = 1e-14;
 /// in the momenta.
 const GROWTH: f64 = 1e3;
 
-/// Scratch: a value for each contact, or node.
+/// Scratch: a value for each contact, or node; those in use are of contacts awake.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Face<const D: usize> {
+    /// Nodes of the contacts awake.
+    nodes: Vec<u32>,
     /// Rows whose impulse lies within its bounds.
     free: Vec<[bool; D]>,
     /// Velocities that are missing in free rows, m/s.
@@ -58,7 +60,7 @@ impl<const D: usize> System<D> {
         let mut face = std::mem::take(&mut self.face);
         face.enter(self);
         let mut made = 0;
-        while made < steps && face.worst() > 0.1 * least {
+        while made < steps && face.worst(self) > 0.1 * least {
             made += 1;
             let (descent, steepest) = face.turn(self);
             let (bound, end) = face.bound(self);
@@ -78,43 +80,47 @@ impl<const D: usize> System<D> {
 
 impl<const D: usize> Face<D> {
     /// The face of the impulses as they are, and what is missing on it.
-    fn enter(&mut self, system: &System<D>) {
+    fn enter(&mut self, system: &mut System<D>) {
         let count = system.points.len();
         self.square = 0.0;
-        self.free.clear();
-        self.missing.clear();
-        self.direction.clear();
+        self.free.resize(count, [false; D]);
+        self.missing.resize(count, [0.0; D]);
         self.direction.resize(count, [0.0; D]);
-        system.relative_velocities(&system.velocity, &mut self.response);
-        for (place, point) in system.points.iter().enumerate() {
+        self.response.resize(count, [0.0; D]);
+        self.velocity.resize(system.velocity.len(), [0.0; 4]);
+        system.awake_nodes(&mut self.nodes);
+        let mut velocity = std::mem::take(&mut system.velocity);
+        system.relative_velocities(&mut velocity, &mut self.response);
+        system.velocity = velocity;
+        for (place, point) in system.awake() {
             let opens = point.impulse[0] <= -point.limit.tension;
             let slips = point.limit.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
             let relative = &self.response[place];
-            let missing = std::array::from_fn(|r| {
+            self.missing[place] = std::array::from_fn(|r| {
                 if free[r] {
                     point.target[r] - relative[r]
                 } else {
                     0.0
                 }
             });
-            self.free.push(free);
-            self.missing.push(missing);
+            self.free[place] = free;
+            self.direction[place] = [0.0; D];
         }
     }
 
     /// The largest velocity that is missing, m/s.
-    fn worst(&self) -> f64 {
-        let missing = self.missing.iter().flatten();
+    fn worst(&self, system: &System<D>) -> f64 {
+        let missing = system.awake().flat_map(|(place, _)| &self.missing[place]);
         missing.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
     /// The next direction. Returns the step to its lowest point and the largest
     /// velocity that a contact's part of it makes alone, m/s.
     fn turn(&mut self, system: &System<D>) -> (f64, f64) {
-        let compliances = system.points.iter().map(|point| point.compliance);
         let mut square = 0.0;
-        for (missing, compliance) in self.missing.iter().zip(compliances.clone()) {
+        for (place, point) in system.awake() {
+            let (missing, compliance) = (&self.missing[place], &point.compliance);
             for r in (0..D).filter(|&r| missing[r] != 0.0) {
                 square += missing[r] * missing[r] / compliance[r.min(1)];
             }
@@ -125,8 +131,9 @@ impl<const D: usize> Face<D> {
             0.0
         };
         self.square = square;
-        self.velocity.clear();
-        self.velocity.resize(system.velocity.len(), [0.0; 4]);
+        for &node in &self.nodes {
+            self.velocity[node as usize] = [0.0; 4];
+        }
         let missing = &self.missing;
         let turn = |place: usize, direction: &mut [f64; D]| {
             let (missing, compliance) = (&missing[place], &system.points[place].compliance);
@@ -143,12 +150,12 @@ impl<const D: usize> Face<D> {
             (*direction, steepest)
         };
         let steepest = system.respond(&mut self.direction, &mut self.velocity, turn);
-        system.relative_velocities(&self.velocity, &mut self.response);
+        system.relative_velocities(&mut self.velocity, &mut self.response);
         let (mut own, mut curvature) = (0.0, 0.0);
-        let directions = self.direction.iter().zip(&self.response);
-        for ((direction, response), compliance) in directions.zip(compliances) {
+        for (place, point) in system.awake() {
+            let (direction, response) = (&self.direction[place], &self.response[place]);
             for r in 0..D {
-                own += direction[r] * direction[r] * compliance[r.min(1)];
+                own += direction[r] * direction[r] * point.compliance[r.min(1)];
             }
             curvature += dot(response, direction);
         }
@@ -166,7 +173,7 @@ impl<const D: usize> Face<D> {
     /// The step at which a first contact comes to a bound, and which.
     fn bound(&self, system: &System<D>) -> (f64, Option<End>) {
         let mut first = (f64::INFINITY, None);
-        for (place, point) in system.points.iter().enumerate() {
+        for (place, point) in system.awake() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
             if free[0] && direction[0] < 0.0 {
                 let step = (-point.limit.tension - point.impulse[0]) / direction[0];
@@ -185,14 +192,15 @@ impl<const D: usize> Face<D> {
     }
 
     fn advance(&mut self, system: &mut System<D>, step: f64) {
-        for (place, direction) in self.direction.iter().enumerate() {
-            add_scaled(&mut system.points[place].impulse, step, direction);
+        let (points, awake) = (&mut system.points, system.colours.awake());
+        for place in awake.iter().map(|&place| place as usize) {
+            add_scaled(&mut points[place].impulse, step, &self.direction[place]);
             for r in (0..D).filter(|&r| self.free[place][r]) {
                 self.missing[place][r] -= step * self.response[place][r];
             }
         }
-        for (velocity, change) in system.velocity.iter_mut().zip(&self.velocity) {
-            add_scaled(velocity, step, change);
+        for node in self.nodes.iter().map(|&node| node as usize) {
+            add_scaled(&mut system.velocity[node], step, &self.velocity[node]);
         }
     }
 

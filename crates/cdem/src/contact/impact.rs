@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::contact::Jump;
 use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
 use crate::contact::live::Live;
-use crate::contact::solve::Constraint;
+use crate::contact::solve::{Constraint, RESIDUAL_OF_IMPACT};
 use crate::contact::system::{SHARE, System};
 use crate::model::motion::Motion;
 
@@ -52,7 +52,8 @@ impl<const D: usize> Impact<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        books.count(|| system.solve(&mut self.constraints, motion.velocity, self.precision));
+        let precision = (RESIDUAL_OF_IMPACT, self.precision);
+        books.count(|| system.solve(&mut self.constraints, motion.velocity, precision));
     }
 }
 

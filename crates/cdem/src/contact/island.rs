@@ -9,7 +9,7 @@ use crate::contact::Interior;
 use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::near::Near;
 use crate::contact::overlaps::Overlaps;
-use crate::contact::solve::{Constraint, Limit, shear_norm};
+use crate::contact::solve::{Constraint, Limit, RESIDUAL, shear_norm};
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::{SHARE, System};
 use crate::contact::touches::{Touches, Wanted};
@@ -160,11 +160,17 @@ impl Books {
         unsolved.into_iter().chain(hurried)
     }
 
+    /// Counts the time of work for a solve.
+    fn solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        self.watch.lap(Stage::Geometry);
+        let done = work();
+        self.watch.lap(Stage::Solution);
+        done
+    }
+
     /// Counts a solve, and its time; it returns its residual.
     pub(super) fn count(&mut self, solve: impl FnOnce() -> f64) {
-        self.watch.lap(Stage::Geometry);
-        let residual = solve();
-        self.watch.lap(Stage::Solution);
+        let residual = self.solution(solve);
         self.unsolved += u64::from(residual > UNSOLVED);
         self.residual = self.residual.max(residual);
     }
@@ -237,8 +243,7 @@ impl<const D: usize> Island<D> {
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);
             live.fresh = false;
-            live.impulse = constraint.impulse;
-            live.interval = interval;
+            live.take(&constraint.impulse, interval);
             live.record.count(&[0.0; D], &constraint.impulse);
             operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
@@ -336,68 +341,70 @@ impl<const D: usize> Island<D> {
         (interval, drift): (f64, f64),
         books: &mut Books,
     ) -> Vec<Constraint<D>> {
-        let mobility = setting.mobility(interval);
+        let at = motion.positions();
+        let of = |live: &Live<D>, operator| {
+            live.constraint(operator, (drift, interval), setting.tolerance)
+        };
+        let live = self.live.par_iter().with_min_len(SHARE);
+        let live = live.map(|live| of(live, live.operator(setting.surface, at)));
+        let mut constraints: Vec<_> = live.collect();
+        let start = self.start(&constraints, motion);
+        let precision = (RESIDUAL, self.precision(setting, at, drift));
+        let least = setting.least_speed(drift);
+        books.solution(|| self.system.load(&constraints, setting.mobility(interval)));
         let (mut missed, mut again) = (vec![0.0; self.live.len()], 0);
         loop {
-            let at = motion.positions();
-            let constraint = |(live, missed): (&Live<D>, &f64)| {
-                let operator = live.operator(setting.surface, at);
-                let mut constraint =
-                    live.constraint(operator, (drift, interval), setting.tolerance);
-                constraint.target[0] -= missed / drift;
-                constraint
-            };
-            let live = self.live.par_iter().zip(&missed).with_min_len(SHARE);
-            let mut constraints: Vec<_> = live.map(constraint).collect();
-            let start = self.start(&constraints, motion);
-            let precision = self.precision(setting, at, drift);
             let system = &mut self.system;
-            books.count(|| {
-                system.load(&constraints, mobility);
-                system.solve(&mut constraints, motion.velocity, precision)
-            });
-            let least = setting.least_speed(drift);
+            books.count(|| system.solve(&mut constraints, motion.velocity, precision));
             let mut broken = false;
             for (live, constraint) in self.live.iter_mut().zip(&constraints) {
                 broken |= live.breaks(constraint, motion.velocity, least);
             }
-            if !broken {
-                let aims = again < AGAIN;
-                if !aims || !self.misses(setting, motion, drift, &constraints, &mut missed) {
-                    return constraints;
+            if broken {
+                let known = self.live.iter().zip(&missed);
+                for (constraint, (live, missed)) in constraints.iter_mut().zip(known) {
+                    *constraint = of(live, constraint.operator);
+                    constraint.target[0] -= missed / drift;
                 }
+            } else if again < AGAIN
+                && let Some(misses) = self.misses(setting, motion, drift, &constraints)
+            {
                 again += 1;
+                for (k, miss) in misses.into_iter().enumerate() {
+                    missed[k] += miss;
+                    constraints[k].target[0] -= miss / drift;
+                }
+            } else {
+                return constraints;
             }
-            for (node, velocity) in start {
-                motion.velocity[node as usize] = velocity;
+            for (node, velocity) in &start {
+                motion.velocity[*node as usize] = *velocity;
             }
         }
     }
 
-    /// Adds to `missed` by how much the gaps of contacts that press will miss
-    /// theirs after the drift, or sink in as they part, m; whether that is too far.
+    /// By how much the gaps of contacts that press will miss theirs after the drift, or
+    /// sink in as they part, m; if that is too far of any.
     fn misses(
         &self,
         setting: &Setting<D>,
         motion: &Motion<D>,
         drift: f64,
         constraints: &[Constraint<D>],
-        missed: &mut [f64],
-    ) -> bool {
+    ) -> Option<Vec<f64>> {
         let then = motion.positions().after(motion.velocity, drift);
-        let mut too_far = false;
-        for ((live, constraint), missed) in self.live.iter().zip(constraints).zip(missed) {
+        let miss = |(live, constraint): (&Live<D>, &Constraint<D>)| {
             let projection = setting.surface.project(live.pair, then);
             let miss = projection.gap - live.offset[0];
             let sinks = miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance;
             // Edges that have turned parallel have no gap.
             let presses = constraint.impulse[0] > 0.0 && projection.outside.is_finite();
-            if presses || sinks {
-                *missed += miss;
-                too_far |= miss.abs() > MISS * setting.tolerance;
-            }
-        }
-        too_far
+            if presses || sinks { miss } else { 0.0 }
+        };
+        let pairs = self.live.par_iter().zip(constraints).with_min_len(SHARE);
+        let misses: Vec<f64> = pairs.map(miss).collect();
+        let is_far = |miss: &f64| miss.abs() > MISS * setting.tolerance;
+        misses.iter().any(is_far).then_some(misses)
     }
 
     /// The drift of a substep: free flight to each first touch (time stage 1),
@@ -540,6 +547,7 @@ impl<const D: usize> Island<D> {
             fresh: true,
             impulse: [0.0; D],
             interval: 0.0,
+            growth: [0.0; D],
             shear_spring: [0.0; D],
             record,
         });

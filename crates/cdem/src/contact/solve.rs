@@ -1,7 +1,6 @@
 //! Contacts that share nodes, solved together: projected Gauss–Seidel over an
 //! island, on velocities (design, section 5).
 
-use crate::contact::point::Point;
 use crate::contact::surface::Operator;
 use crate::contact::system::System;
 use crate::vector::sub;
@@ -104,6 +103,10 @@ pub(super) fn shear_square<const D: usize>(impulse: &[f64; D]) -> f64 {
 /// and the next step corrects it.
 pub(super) const RESIDUAL: f64 = 1e-8;
 
+/// The same of an impact: what it leaves the next kick finds, and no position is wrong by
+/// more than a 1e-6th of a drift.
+pub(super) const RESIDUAL_OF_IMPACT: f64 = 1e-6;
+
 /// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
 /// not get on.
 const PATIENCE: u32 = 8;
@@ -131,6 +134,10 @@ const RELUCTANCE: f64 = 1e-3;
 /// Sweeps with reluctance, at most.
 const LAST: u32 = 128;
 
+/// What a visit may have changed of a relative velocity, over that at which a solve is done,
+/// of a contact that falls asleep.
+const DOZES: f64 = 0.3;
+
 /// Round-off of a relative velocity, over the largest velocity in it.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
@@ -141,15 +148,16 @@ impl<const D: usize> System<D> {
     /// Finds the impulses of the constraints that were loaded and adds them to
     /// the velocities. Returns the residual: the largest change of a relative velocity
     /// in the last sweep, or what [`RELUCTANCE`] misses of one, over the largest that
-    /// the impulses make. A change below `least`, m/s, is none.
+    /// the impulses make. It is done at one of `done`, and a change below `least`, m/s, is
+    /// none.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
-        least: f64,
+        (done, least): (f64, f64),
     ) -> f64 {
         self.begin(constraints, |node| velocity[node as usize]);
-        let residual = self.iterate(least);
+        let residual = self.iterate(done, least);
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
@@ -162,70 +170,96 @@ impl<const D: usize> System<D> {
     /// The same for nodes at rest; their velocities are left here.
     pub(crate) fn solve_from_rest(&mut self, constraints: &[Constraint<D>], least: f64) {
         self.begin(constraints, |_| [0.0; D]);
-        self.iterate(least);
+        self.iterate(RESIDUAL, least);
     }
 
     /// Finds the impulses; returns the residual.
+    ///
+    /// A sweep over all contacts tells which are awake: those that it changes. With
+    /// these alone the solve goes on until they are right, and begins anew; it ends with
+    /// a sweep over all.
+    fn iterate(&mut self, done: f64, least: f64) -> f64 {
+        let mut course = Course {
+            done,
+            least: least.max(ROUND_OFF * self.fastest()),
+            ..Course::default()
+        };
+        let (residual, scale) = loop {
+            self.wake_all();
+            let (residual, scale) = self.sweep_to(&course);
+            course.effort += 1;
+            if residual.is_nan() {
+                break (f64::INFINITY, scale); // the run stops at the end of the step
+            }
+            if residual <= done || course.is_over() {
+                break (residual, scale);
+            }
+            self.doze(DOZES * done * scale);
+            self.follow(&mut course, scale);
+        };
+        let missed = self.points.iter().map(|point| point.misses(course.reluctance));
+        let missed = missed.fold(0.0, f64::max);
+        residual.max(missed / scale)
+    }
+
+    /// Goes on with the contacts awake until they are right, or the course is over; those
+    /// that hardly change any more fall asleep. `scale` is that of all, m/s.
     ///
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
     /// \[Silcowitz2010\] and, where that does not get on, by
     /// descents along the faces of the bounds; where those do not, with
     /// [`RELUCTANCE`].
-    fn iterate(&mut self, least: f64) -> f64 {
-        let least = least.max(ROUND_OFF * self.fastest());
+    fn follow(&mut self, course: &mut Course, scale: f64) {
+        let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
-        directions.begin(self.points.len());
-        let (mut effort, mut sweeps, mut descents, mut reluctance) = (0, 0, 0, 0.0);
-        let (mut last, mut best) = (f64::INFINITY, f64::INFINITY);
-        let (residual, scale) = loop {
-            directions.remember(&self.points);
-            let (residual, scale) = self.sweep_to(least, reluctance);
-            (effort, sweeps) = (effort + 1, sweeps + 1);
-            if residual.is_nan() {
-                break (f64::INFINITY, scale); // the run stops at the end of the step
-            }
-            if residual <= RESIDUAL || (reluctance > 0.0 && sweeps >= LAST) {
-                break (residual, scale); // a solve ends with a sweep
+        directions.begin(self);
+        let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
+        loop {
+            directions.remember(self);
+            let (of_own, own) = self.sweep_to(course);
+            let residual = of_own * own / own.max(scale);
+            course.effort += 1;
+            course.last += u32::from(course.reluctance > 0.0);
+            sweeps += 1;
+            if residual.is_nan() || residual <= done || course.is_over() {
+                break;
             }
             let pause = sweeps % PATIENCE == 0;
-            if reluctance > 0.0 || !pause || residual <= STALLED * last {
+            if course.reluctance > 0.0 || !pause || residual <= STALLED * last {
                 last = if pause { residual } else { last };
                 directions.advance(self);
+                self.doze(DOZES * done * scale);
                 continue;
             }
             let gets_on = residual <= WORTH * best;
             if residual <= best {
                 best = residual;
-                directions.keep(&self.points);
+                directions.keep(self);
             } else {
                 directions.restore(self);
             }
-            let left = (MAX_EFFORT - LAST).saturating_sub(effort);
+            let left = (MAX_EFFORT - LAST).saturating_sub(course.effort);
             if gets_on && left > 0 {
-                let steps = left.min(DESCENT << descents);
-                effort += self.descend(steps, least.max(RESIDUAL * scale), scale);
-                descents = LONGEST.min(descents + 1);
+                let steps = left.min(DESCENT << course.descents);
+                course.effort += self.descend(steps, least.max(done * scale), scale);
+                course.descents = LONGEST.min(course.descents + 1);
             } else {
-                reluctance = RELUCTANCE;
+                course.reluctance = RELUCTANCE;
             }
-            directions.begin(self.points.len());
+            directions.begin(self);
             (sweeps, last) = (0, f64::INFINITY);
-        };
+        }
         self.directions = directions;
-        let missed = self.points.iter().map(|point| point.misses(reluctance));
-        let missed = missed.fold(0.0, f64::max);
-        residual.max(missed / scale)
     }
 
-    /// A sweep, in which a change below `least`, m/s, is none: its residual, at most
-    /// [`RESIDUAL`] where nothing changes and no number where something is none, and
-    /// the scale that it is over, m/s.
-    fn sweep_to(&mut self, least: f64, reluctance: f64) -> (f64, f64) {
-        let (change, scale) = self.sweep(reluctance);
+    /// A sweep: its residual, that at which the solve is done at most where nothing
+    /// changes and no number where something is none, and the scale that it is over, m/s.
+    fn sweep_to(&mut self, course: &Course) -> (f64, f64) {
+        let (change, scale) = self.sweep(course.reluctance);
         let residual = if !(change + scale).is_finite() {
             f64::NAN
-        } else if change <= least {
-            (change / scale).min(RESIDUAL) // of round-off alone it says nothing
+        } else if change <= course.least {
+            (change / scale).min(course.done) // of round-off alone it says nothing
         } else {
             change / scale
         };
@@ -233,7 +267,30 @@ impl<const D: usize> System<D> {
     }
 }
 
-/// Directions of search between sweeps, whose changes stand for gradients.
+/// Where a solve is to come to, and how far it has.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    /// Residual to come to, and the change of a relative velocity that is none, m/s.
+    done: f64,
+    least: f64,
+    /// Sweeps and steps of descents.
+    effort: u32,
+    /// How often descents have got longer.
+    descents: u32,
+    reluctance: f64,
+    /// Sweeps with that.
+    last: u32,
+}
+
+impl Course {
+    /// Whether nothing more is tried.
+    fn is_over(&self) -> bool {
+        self.last >= LAST || self.effort >= MAX_EFFORT
+    }
+}
+
+/// Directions of search between sweeps, whose changes stand for gradients: values of
+/// the contacts awake, by their places.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Directions<const D: usize> {
     /// Impulses before the sweep, N·s.
@@ -247,20 +304,27 @@ pub(super) struct Directions<const D: usize> {
 }
 
 impl<const D: usize> Directions<D> {
-    fn begin(&mut self, count: usize) {
-        self.direction.clear();
-        self.direction.resize(count, [0.0; D]);
+    fn begin(&mut self, system: &System<D>) {
+        let count = system.points.len();
+        for values in [&mut self.before, &mut self.direction, &mut self.kept] {
+            values.resize(count, [0.0; D]);
+        }
+        for (place, _) in system.awake() {
+            self.direction[place] = [0.0; D];
+        }
         self.square = 0.0;
     }
 
-    fn remember(&mut self, points: &[Point<D>]) {
-        self.before.clear();
-        self.before.extend(points.iter().map(|point| point.impulse));
+    fn remember(&mut self, system: &System<D>) {
+        for (place, point) in system.awake() {
+            self.before[place] = point.impulse;
+        }
     }
 
-    fn keep(&mut self, points: &[Point<D>]) {
-        self.kept.clear();
-        self.kept.extend(points.iter().map(|point| point.impulse));
+    fn keep(&mut self, system: &System<D>) {
+        for (place, point) in system.awake() {
+            self.kept[place] = point.impulse;
+        }
     }
 
     fn restore(&self, system: &mut System<D>) {
@@ -271,11 +335,12 @@ impl<const D: usize> Directions<D> {
     /// bound, the next sweep brings back: a solve ends with a sweep.
     fn advance(&mut self, system: &mut System<D>) {
         let mut square = 0.0;
-        for (before, point) in self.before.iter_mut().zip(&system.points) {
+        for (place, point) in system.awake() {
+            let change = sub(&point.impulse, &self.before[place]);
             for r in 0..D {
-                before[r] = point.impulse[r] - before[r];
-                square += point.compliance[r.min(1)] * before[r] * before[r];
+                square += point.compliance[r.min(1)] * change[r] * change[r];
             }
+            self.before[place] = change;
         }
         // A change that grows says that bounds have changed hands: start anew.
         let goes_on = square <= self.square && self.square > 0.0;
@@ -288,7 +353,8 @@ impl<const D: usize> Directions<D> {
                 step
             });
         }
-        for (change, direction) in self.before.iter().zip(&mut self.direction) {
+        for (place, _) in system.awake() {
+            let (change, direction) = (&self.before[place], &mut self.direction[place]);
             for r in 0..D {
                 direction[r] = ratio * direction[r] + change[r];
             }

@@ -1,6 +1,6 @@
 //! Tests of the solver on islands made by hand.
 
-use crate::contact::solve::{Constraint, Limit, shear_norm};
+use crate::contact::solve::{Constraint, Limit, RESIDUAL, shear_norm};
 use crate::contact::surface::{MAX_NODES, Operator};
 use crate::contact::system::System;
 use crate::model::inertia::{Inertia, Mobility};
@@ -111,7 +111,7 @@ fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
         let before: f64 = velocity.iter().map(|v| v[1]).sum();
         let mut system = System::default();
         system.load(&constraints, mobility(&inertia, &block_of));
-        let residual = system.solve(&mut constraints, &mut velocity, 0.0);
+        let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         assert!(residual <= 1e-8, "{counts:?}: {residual:e}");
         assert_solved(&constraints, &velocity, 1e-6);
         let after: f64 = velocity.iter().map(|v| v[1]).sum();
@@ -133,7 +133,7 @@ fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
         let mut velocity = closing(counts, 5);
         let mut system = System::default();
         system.load(&constraints, mobility(&inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity, 0.0);
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         velocity
     };
     let (cold, warm) = (solved(0.0), solved(0.3));
@@ -149,12 +149,12 @@ fn storage_that_has_been_used_gives_the_same_bits_as_new() {
     let mut used = System::default();
     let mut other = flush_faces([9, 8], 0.2);
     used.load(&other, mobility(&inertia, &block_of));
-    used.solve(&mut other, &mut closing([9, 8], 1), 0.0);
+    used.solve(&mut other, &mut closing([9, 8], 1), (RESIDUAL, 0.0));
     let mut results = [used, System::default()].map(|mut system| {
         let mut constraints = flush_faces([12, 9], 0.4);
         let mut velocity = closing([12, 9], 2);
         system.load(&constraints, mobility(&inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity, 0.0);
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         let impulses = constraints.iter().map(|constraint| constraint.impulse);
         (velocity, impulses.collect::<Vec<_>>())
     });
@@ -180,7 +180,7 @@ fn a_long_row_of_rigid_masses_is_stopped_as_one() {
     velocity.push([0.0; 2]);
     let mut system = System::default();
     system.load(&constraints, mobility(&inertia, &block_of));
-    let residual = system.solve(&mut constraints, &mut velocity, 0.0);
+    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     assert!(residual <= 1e-8, "{residual:e}");
     assert_solved(&constraints, &velocity, 1e-5);
 }
@@ -192,7 +192,7 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
     let mut system = System::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
-    system.solve(&mut constraints, &mut velocity, 0.0);
+    system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     let impulse = constraints[0].impulse;
     assert!((impulse[0] - 2.0).abs() < 1e-12 && (shear_norm(&impulse) - 1.0).abs() < 1e-12);
     // From 5 m/s, by μ times the normal impulse over the mass.
@@ -229,7 +229,7 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
     let mut velocity = start.clone();
     let mut system = System::default();
     system.load(&constraints, mobility(&inertia, &block_of));
-    system.solve(&mut constraints, &mut velocity, 0.0);
+    system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     let mut expected = start;
     for constraint in &constraints {
         constraint
@@ -257,7 +257,7 @@ fn what_is_held_may_change_between_solves() {
         let mut constraints = vec![contact(&[(0, 0.5), (1, 0.5), (4, -1.0)], 0.5)];
         let mut velocity = vec![[0.1, -1.0], [0.0, -1.0], [0.2, 0.3], [0.0, 0.5], [0.0, 0.4]];
         system.load(&constraints, mobility(inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity, 0.0);
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         (constraints[0].impulse, velocity)
     };
     let mut kept = System::default();
@@ -287,7 +287,7 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
         let mut velocity = vec![[0.0, -1.0], [0.0, 1.0]];
         let mut system = System::default();
         system.load(&constraints, mobility(&inertia, &[0, 0]));
-        let residual = system.solve(&mut constraints, &mut velocity, 0.0);
+        let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         // What either misses, over the velocity that its impulse makes; the last sweeps
         // come within a hundredth of the end.
         let largest = constraints
@@ -325,6 +325,6 @@ fn a_velocity_that_is_no_number_is_no_solution() {
     let mut velocity = vec![[0.0, f64::NAN], [0.0, 1.0]];
     let mut system = System::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
-    let residual = system.solve(&mut constraints, &mut velocity, 0.0);
+    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     assert_eq!(residual, f64::INFINITY);
 }

@@ -5,8 +5,6 @@
 //! change. Nodes that are held do not take part: their velocities go into what is
 //! asked for.
 
-use rayon::prelude::*;
-
 use crate::contact::colours::{Colours, Values, Visit};
 use crate::contact::face::Face;
 use crate::contact::point::{Point, Term, Terms, Wide, in_parts, nodes_of, push, widen};
@@ -140,6 +138,7 @@ impl<const D: usize> System<D> {
                 impulse: [0.0; D],
                 start: [0.0; D],
                 borne: [0.0; D],
+                change: 0.0,
             });
         }
     }
@@ -153,6 +152,7 @@ impl<const D: usize> System<D> {
         self.velocity.clear();
         let velocities = self.nodes.iter().map(|&node| widen(&velocity(node)));
         self.velocity.extend(velocities);
+        self.colours.wake_all();
         let targets = self.targets(constraints, velocity);
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
@@ -171,7 +171,7 @@ impl<const D: usize> System<D> {
         });
     }
 
-    /// Adds to the velocities what impulses do that each contact has of its own, N·s.
+    /// Adds to the velocities what impulses do that each contact awake has of its own, N·s.
     fn push(&mut self, impulse: impl Fn(usize, &mut Point<D>) -> [f64; D] + Sync) {
         let push = Push {
             terms: &self.terms,
@@ -219,6 +219,34 @@ impl<const D: usize> System<D> {
         self.nodes.iter().copied().zip(velocities)
     }
 
+    /// Has all contacts take part in what follows.
+    pub(super) fn wake_all(&mut self) {
+        self.colours.wake_all();
+    }
+
+    /// Leaves those out of what follows whose relative velocities changed by less than
+    /// `least` in their last visit, m/s.
+    pub(super) fn doze(&mut self, least: f64) {
+        let points = &self.points;
+        self.colours.doze(|place| points[place].change >= least * least);
+    }
+
+    /// The contacts that take part, by their places.
+    pub(super) fn awake(&self) -> impl ExactSizeIterator<Item = (usize, &Point<D>)> {
+        let places = self.colours.awake().iter();
+        places.map(|&place| (place as usize, &self.points[place as usize]))
+    }
+
+    /// The nodes of those, sorted.
+    pub(super) fn awake_nodes(&self, nodes: &mut Vec<u32>) {
+        nodes.clear();
+        for &place in self.colours.awake() {
+            nodes.extend_from_slice(self.colours.nodes(place as usize));
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+    }
+
     /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax): its largest
     /// change of a relative velocity, and the largest that a normal impulse of the
     /// substep makes, m/s.
@@ -233,22 +261,17 @@ impl<const D: usize> System<D> {
         (change.sqrt(), scale.max(f64::MIN_POSITIVE))
     }
 
-    /// Relative velocity of a contact without what held nodes add, m/s.
-    #[inline]
-    pub(super) fn relative_velocity(&self, place: usize, velocity: &[Wide]) -> [f64; D] {
-        let nodes = self.colours.nodes(place);
-        let value = |slot: usize| &velocity[nodes[slot] as usize];
-        self.terms.relative(&self.points[place], value)
+    /// Relative velocities of the contacts awake without what held nodes add, m/s, by
+    /// their places.
+    pub(super) fn relative_velocities(&self, velocity: &mut [Wide], relative: &mut [[f64; D]]) {
+        let relate = Relate {
+            terms: &self.terms,
+            points: &self.points,
+        };
+        self.colours.pass(relative, velocity, &relate);
     }
 
-    /// Relative velocities of all contacts, by their places.
-    pub(super) fn relative_velocities(&self, velocity: &[Wide], relative: &mut Vec<[f64; D]>) {
-        let places = (0..self.points.len()).into_par_iter().with_min_len(SHARE);
-        let of = |place| self.relative_velocity(place, velocity);
-        places.map(of).collect_into_vec(relative);
-    }
-
-    /// Adds to the impulse of each contact what `change` says of it, and what that
+    /// Adds to the impulse of each contact awake what `change` says of it, and what that
     /// does to the velocities.
     pub(super) fn add(&mut self, change: impl Fn(usize, &Point<D>) -> [f64; D] + Sync) {
         self.push(|place, point| {
@@ -268,7 +291,7 @@ impl<const D: usize> System<D> {
         }
     }
 
-    /// Velocities that impulses of the contacts make alone, m/s: of each what
+    /// Velocities that impulses of the contacts awake make alone, m/s: of each what
     /// `direct` makes of its own. Returns the largest that it returns.
     pub(super) fn respond<T: Send>(
         &self,
@@ -298,6 +321,7 @@ impl<const D: usize> Visit<Point<D>, Wide, 2> for Sweep<'_, D> {
         let relative = self.terms.relative(point, |slot| values.get(slot));
         let old = point.impulse;
         let change = point.relax(&relative, self.reluctance);
+        point.change = change;
         let normal = point.impulse[0].abs().max(point.borne[0].abs());
         let step = sub(&point.impulse, &old);
         if step != [0.0; D] {
@@ -321,6 +345,22 @@ where
     fn visit(&self, place: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 0] {
         let impulse = (self.impulse)(place, point);
         self.terms.push(point, &impulse, values);
+        []
+    }
+}
+
+/// A visit that takes a relative velocity.
+struct Relate<'a, const D: usize> {
+    terms: &'a Terms<D>,
+    points: &'a [Point<D>],
+}
+
+impl<const D: usize> Visit<[f64; D], Wide, 0> for Relate<'_, D> {
+    #[inline(always)]
+    fn visit(&self, place: usize, own: &mut [f64; D], values: Values<Wide>) -> [f64; 0] {
+        *own = self
+            .terms
+            .relative(&self.points[place], |slot| values.get(slot));
         []
     }
 }

@@ -208,7 +208,14 @@ fn look_at<const D: usize>(
         return (Touch::Never, apart);
     }
     let span = match wanted {
-        Wanted::Now => 0.0,
+        Wanted::Now => {
+            let projection = surface.project(pair, at);
+            // Of parallel edges it says nothing.
+            if projection.gap > SHALLOW * tolerance {
+                return (Touch::Never, apart);
+            }
+            0.0
+        }
         Wanted::InDrift if way > SHALLOW * tolerance => remaining,
         Wanted::InDrift if surface.project(pair, at).gap >= -SHALLOW * tolerance => {
             return (Touch::Never, apart);

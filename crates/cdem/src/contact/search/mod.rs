@@ -18,8 +18,10 @@
 //! they are not looked at before s₁ + s₂ and [`STEEP`] times what w₁ + w₂ has grown by
 //! come to that.
 //!
-//! So the pairs near depend on positions and shares, never on when pairs were
-//! looked at; a run that resumes may start with a new search.
+//! A pair that is found near stays so without a look until the nodes of its blocks have
+//! gone [`HELD`] of the tolerance: what lies at rest is looked at once in many steps. So
+//! the pairs near depend on when pairs were looked at, and a run that resumes goes on
+//! with the search as it was.
 //!
 //! A share is sound for a block that nothing touches in the step. Those that may
 //! touch each other may take each other's velocity, and hand it on: all of them
@@ -61,6 +63,10 @@ const KEPT: f64 = 1.6;
 /// What round-off may add to what pairs lack, over the tolerance; it is far below.
 const ROUND_OFF: f64 = 0.01;
 
+/// Ways of both blocks together for which a pair that was near counts as near, over the
+/// tolerance.
+const HELD: f64 = 0.25;
+
 /// Coarse steps at the present speeds for which a broad phase serves, about; and
 /// how far blocks may move at least until the next, over the tolerance: a 20th of
 /// the smallest boundary edge by default.
@@ -81,6 +87,8 @@ struct Candidate {
     /// [`STEEP`] times the ways of both blocks, with their shares, up to which the pair
     /// cannot be near for how it lies, m.
     lacks: f64,
+    /// Ways of both blocks up to which it counts as near, m; below 0 if it is not.
+    held: f64,
 }
 
 /// What a search needs to know of the blocks.
@@ -301,6 +309,7 @@ impl<const D: usize> Search<D> {
             blocks: blocks.of(pair),
             until: blocks.surface.apart(pair, at),
             lacks: 0.0,
+            held: -1.0,
         });
         let within = |candidate: &Candidate| {
             let [a, b] = candidate.blocks.map(margin);
@@ -340,13 +349,16 @@ impl<const D: usize> Search<D> {
         let ahead = self.blocks.iter();
         let ahead = ahead.map(|reach| reach.ahead(blocks.tolerance));
         let ahead: Vec<Ahead> = ahead.collect();
-        let may_be_near = |candidate: &Candidate| {
+        let mut numbers = Vec::new();
+        for (number, candidate) in (0..).zip(&self.candidates) {
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-            candidate.may_be_near(a, b)
-        };
-        let candidates = (0..).zip(&self.candidates);
-        let numbers = candidates.filter(|(_, candidate)| may_be_near(candidate));
-        let numbers: Vec<u32> = numbers.map(|(number, _)| number).collect();
+            if a.way + b.way <= candidate.held {
+                self.near[number as usize] = true;
+                self.found.push(number);
+            } else if candidate.may_be_near(a, b) {
+                numbers.push(number);
+            }
+        }
         let formed = blocks.surface.form(at, numbers.len());
         self.look(blocks, at.with(formed.as_ref()), &numbers);
     }
@@ -368,13 +380,18 @@ impl<const D: usize> Search<D> {
                 Nearness::Lacks(length) => length + STEEP * way - ROUND_OFF * blocks.tolerance,
                 Nearness::Near | Nearness::Apart => 0.0,
             };
-            (apart + way, lacks, nearness == Nearness::Near)
+            let held = if nearness == Nearness::Near {
+                way + HELD * blocks.tolerance
+            } else {
+                -1.0
+            };
+            (apart + way, lacks, held)
         };
         let looked: Vec<_> = numbers.par_iter().with_min_len(AT_ONCE).map(look).collect();
-        for (&number, (until, lacks, near)) in numbers.iter().zip(looked) {
+        for (&number, (until, lacks, held)) in numbers.iter().zip(looked) {
             let candidate = &mut self.candidates[number as usize];
-            (candidate.until, candidate.lacks) = (until, lacks);
-            if near {
+            (candidate.until, candidate.lacks, candidate.held) = (until, lacks, held);
+            if held >= 0.0 {
                 self.near[number as usize] = true;
                 self.found.push(number);
             }
@@ -438,6 +455,8 @@ impl Candidate {
 /// The way of a block so far and in the step, m.
 #[derive(Clone, Copy, Debug)]
 struct Ahead {
+    /// So far.
+    way: f64,
     /// How near another may come to one that is near: half of the tolerance is either's.
     distance: f64,
     /// [`STEEP`] times the way, and the share: what pairs lack is compared with.
@@ -447,6 +466,7 @@ struct Ahead {
 impl Reach {
     fn ahead(&self, tolerance: f64) -> Ahead {
         Ahead {
+            way: self.way,
             distance: self.way + KEPT * (self.share + 0.5 * tolerance),
             turning: STEEP * self.way + self.share,
         }

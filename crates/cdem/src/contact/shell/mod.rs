@@ -36,7 +36,7 @@ use crate::sample::ContactKind;
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 /// Triangles and their edges that are worked out in the time of a look at a pair, about.
-const PAIRS: usize = 8;
+const PAIRS: usize = 3;
 
 /// The boundary of all blocks in space.
 #[derive(Clone, Debug)]
