@@ -1,6 +1,10 @@
 //! A pile of one-element blocks, settled: `cargo bench --bench pile -- 10 10 10`.
 
-#![allow(clippy::print_stdout, clippy::disallowed_methods, reason = "a benchmark")]
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a benchmark"
+)]
 
 use std::time::Instant;
 
@@ -25,7 +29,9 @@ fn resize(case: &mut Case, across: [usize; 3]) {
 }
 
 fn main() {
-    let numbers: Vec<f64> = std::env::args().filter_map(|word| word.parse().ok()).collect();
+    let numbers: Vec<f64> = std::env::args()
+        .filter_map(|word| word.parse().ok())
+        .collect();
     let count = |k: usize| numbers.get(k).map_or(6, |&x| x as usize);
     let across = [0, 1, 2].map(count);
     let settled = numbers.get(3).copied().unwrap_or(2.5);
@@ -46,7 +52,12 @@ fn main() {
             simulation.step().expect("a step");
             if simulation.time() >= tenth {
                 tenth += 0.5;
-                eprintln!("{:.2} s  {:.1} s  {} contacts", simulation.time(), begun.elapsed().as_secs_f64(), simulation.live_contacts().len());
+                eprintln!(
+                    "{:.2} s  {:.1} s  {} contacts",
+                    simulation.time(),
+                    begun.elapsed().as_secs_f64(),
+                    simulation.live_contacts().len()
+                );
             }
         }
         simulation.time_stages();
@@ -57,14 +68,31 @@ fn main() {
         }
         let steps = simulation.step_index() - first;
         let spent = begun.elapsed().as_secs_f64();
-        println!("{blocks} blocks, {} contacts, {steps} steps in {spent:.2} s: {:.3e} block-steps a second",
-            simulation.live_contacts().len(), (steps as f64) * blocks as f64 / spent);
+        println!(
+            "{blocks} blocks, {} contacts, {steps} steps in {spent:.2} s: {:.3e} block-steps a second",
+            simulation.live_contacts().len(),
+            (steps as f64) * blocks as f64 / spent
+        );
         for (stage, time) in simulation.stage_times() {
-            println!("{:28} {:5.1} %  {:.2} us a block-step", stage.name(), 100.0 * time.as_secs_f64() / spent, 1e6 * time.as_secs_f64() / (steps as f64 * blocks as f64));
+            println!(
+                "{:28} {:5.1} %  {:.2} us a block-step",
+                stage.name(),
+                100.0 * time.as_secs_f64() / spent,
+                1e6 * time.as_secs_f64() / (steps as f64 * blocks as f64)
+            );
         }
     });
     let rows = simulation.block_rows();
-    let mut speeds: Vec<f64> = rows[..blocks].iter().map(|row| row.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
+    let mut speeds: Vec<f64> = rows[..blocks]
+        .iter()
+        .map(|row| row.velocity.iter().map(|v| v * v).sum::<f64>().sqrt())
+        .collect();
     speeds.sort_by(f64::total_cmp);
-    println!("median {:e} 90 {:e} 99 {:e} max {:e}", speeds[blocks / 2], speeds[blocks * 9 / 10], speeds[blocks * 99 / 100], speeds[blocks - 1]);
+    println!(
+        "median {:e} 90 {:e} 99 {:e} max {:e}",
+        speeds[blocks / 2],
+        speeds[blocks * 9 / 10],
+        speeds[blocks * 99 / 100],
+        speeds[blocks - 1]
+    );
 }

@@ -17,8 +17,58 @@ impl<const D: usize> Contacts<D> {
         if !self.grouped {
             let live = self.take_live();
             self.build_islands(live, inertia, beside);
-            self.grouped = true;
+            (self.grouped, self.left) = (true, None);
         }
+    }
+
+    /// Takes the pairs near at the start of a coarse step. Islands stay that have all of
+    /// them, and of those that have left for no more than [`STAY`] steps.
+    pub(super) fn regroup(&mut self, near: Vec<Pair>, number: u64) {
+        let before = std::mem::replace(&mut self.near, near);
+        if self.grouped && before != self.near {
+            let known = |pair: &Pair| before.binary_search(pair).is_ok();
+            let mut anew = self.near.iter().filter(|pair| !known(pair));
+            self.grouped = anew.all(|&pair| self.island_of_pair(pair).is_some());
+            if self.grouped {
+                self.update_near();
+            }
+            let stays = |pair: &Pair| self.near.binary_search(pair).is_ok();
+            if !before.iter().all(stays) {
+                self.left.get_or_insert(number);
+            }
+        }
+        let is_near = |live: &Live<D>| self.search.is_near(live.pair);
+        let is_in = |live: &Live<D>| is_near(live) || self.island_of_pair(live.pair).is_some();
+        let is_late = self.left.is_some_and(|left| number > left + STAY);
+        self.grouped = self.grouped && !is_late && self.live().all(is_in);
+    }
+
+    /// The island that has all nodes of a pair which may move.
+    fn island_of_pair(&self, pair: Pair) -> Option<usize> {
+        let island = |node: u32| {
+            let node = node as usize;
+            self.in_island[node].then(|| self.island_of[node] as usize)
+        };
+        let mut islands = self.moving_nodes(pair).map(island);
+        let first = islands.next()??;
+        islands.all(|island| island == Some(first)).then_some(first)
+    }
+
+    /// Gives islands the pairs near; what is known of those they had stays.
+    fn update_near(&mut self) {
+        let mut islands = std::mem::take(&mut self.islands);
+        let mut known: Vec<_> = islands.iter_mut().map(|i| i.near.restart()).collect();
+        let blocks = self.terms.blocks(&self.fixed);
+        for (&pair, apart) in self.near.iter().zip(self.search.distances()) {
+            let Some(island) = self.island_of_pair(pair) else {
+                continue;
+            };
+            let near = &mut islands[island].near;
+            if !near.keep(pair, &mut known[island]) {
+                near.push(blocks.surface, pair, blocks.of(pair), apart);
+            }
+        }
+        self.islands = islands;
     }
 
     fn take_live(&mut self) -> Vec<Live<D>> {
@@ -122,25 +172,23 @@ impl<const D: usize> Contacts<D> {
             } else {
                 island_of.push(island_of[root as usize]);
             }
-            islands[island_of[place as usize] as usize].nodes.push(node);
+            let island = island_of[place as usize];
+            self.island_of[node as usize] = island;
+            islands[island as usize].nodes.push(node);
         }
-        let of_pair = |pair: Pair| {
-            let place = self.place[self.moving_nodes(pair).next()? as usize];
-            Some(island_of[place as usize] as usize)
-        };
         let terms = &self.terms;
         for island in &mut islands {
             island.near = Near::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
         }
         let blocks = terms.blocks(&self.fixed);
         for (&pair, apart) in self.near.iter().zip(self.search.distances()) {
-            if let Some(island) = of_pair(pair) {
+            if let Some(island) = self.island_of_pair(pair) {
                 let near = &mut islands[island].near;
                 near.push(blocks.surface, pair, blocks.of(pair), apart);
             }
         }
         for live in live {
-            if let Some(island) = of_pair(live.pair) {
+            if let Some(island) = self.island_of_pair(live.pair) {
                 islands[island].live.push(live);
             }
         }

@@ -62,7 +62,8 @@ use crate::step::outlook::Outlook;
 const PENETRATION: f64 = 0.5;
 
 /// Coarse steps for which nodes stay joined after their pair was last near: a
-/// change of levels costs energy, so they change seldom (design, section 3).
+/// change of levels costs energy, so they change seldom (design, section 3). And for
+/// which islands stay one that need not.
 const STAY: u64 = 32;
 
 /// A touch in the middle of a drift, as the bodies see it.
@@ -116,10 +117,13 @@ pub(crate) struct Contacts<const D: usize> {
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
     islands: Vec<Island<D>>,
-    /// Whether the islands are those of the pairs near and joined.
+    /// Whether all pairs near and joined are in islands; and the step in which one has
+    /// first left since these were made.
     grouped: bool,
-    /// Whether a node moves with an island.
+    left: Option<u64>,
+    /// Whether a node moves with an island, and with which.
     in_island: Vec<bool>,
+    island_of: Vec<u32>,
     /// Where a node that does is among those that do.
     place: Vec<u32>,
     ended: Vec<Record>,
@@ -239,7 +243,9 @@ impl<const D: usize> Contacts<D> {
             joins: Vec::new(),
             islands: Vec::new(),
             grouped: false,
+            left: None,
             in_island: vec![false; mesh.nodes.len()],
+            island_of: vec![0; mesh.nodes.len()],
             place: vec![0; mesh.nodes.len()],
             ended: Vec::new(),
             ended_before: 0,
@@ -290,14 +296,13 @@ impl<const D: usize> Contacts<D> {
             self.search.near(&blocks, at, (outlook, step), &may_meet)
         };
         self.outrun |= self.search.was_outrun();
-        let known = |live: &Live<D>| self.search.is_near(live.pair);
-        if near != self.near || !self.live().all(known) {
-            self.near = near;
-            self.grouped = false;
-        }
-        let changed = self.join(number);
-        self.grouped &= !changed;
-        changed
+        self.regroup(near, number);
+        self.join(number)
+    }
+
+    /// The levels of nodes have changed, and islands with them.
+    pub(crate) fn ungroup(&mut self) {
+        self.grouped = false;
     }
 
     /// Whether a node is moved by [`Self::drift`].

@@ -45,7 +45,7 @@ pub(crate) struct Near {
 
 /// An open pair.
 #[derive(Clone, Copy, Debug)]
-struct Open {
+pub(super) struct Open {
     pair: Pair,
     bodies: [u32; 2],
     /// Nodes of the main feature move against each other.
@@ -92,8 +92,30 @@ impl Near {
         }
     }
 
-    /// Adds a pair of two blocks whose features are `apart` now, m, before any
-    /// drift.
+    /// Leaves no pair; returns those there were, and what is known of them.
+    pub(super) fn restart(&mut self) -> std::vec::IntoIter<Open> {
+        std::mem::take(&mut self.open).into_iter()
+    }
+
+    /// Adds a pair that is the next among those `known` before, in order, or passes over
+    /// some; whether it is.
+    pub(super) fn keep(&mut self, pair: Pair, known: &mut std::vec::IntoIter<Open>) -> bool {
+        while known
+            .as_slice()
+            .first()
+            .is_some_and(|open| open.pair < pair)
+        {
+            known.next();
+        }
+        let is_known = known
+            .as_slice()
+            .first()
+            .is_some_and(|open| open.pair == pair);
+        self.open.extend(if is_known { known.next() } else { None });
+        is_known
+    }
+
+    /// Adds a pair of two blocks whose features are `apart` now, m.
     pub(super) fn push<const D: usize>(
         &mut self,
         surface: &dyn Surface<D>,
@@ -109,8 +131,9 @@ impl Near {
             pair,
             bodies: blocks.map(of),
             turns: surface.main_nodes(pair.main).len() > 1,
-            until: apart,
+            until: 0.0,
         });
+        self.remember(self.open.len() - 1, apart);
     }
 
     #[inline]

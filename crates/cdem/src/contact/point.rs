@@ -68,7 +68,8 @@ pub(super) struct Point<const D: usize> {
     /// The impulse that its solve began with, N·s.
     pub(super) start: [f64; D],
     pub(super) borne: [f64; D],
-    /// Square of the largest change of a relative velocity in its last visit, m²/s².
+    /// Square of the largest change of a relative velocity in its last visit, m²/s²;
+    /// infinite if it bears nothing.
     pub(super) change: f64,
 }
 

@@ -260,7 +260,7 @@ impl<const D: usize> Contacts<D> {
             same
         });
         self.in_island = vec![false; mesh.nodes.len()];
-        self.place = vec![0; mesh.nodes.len()];
+        (self.place, self.island_of) = (vec![0; mesh.nodes.len()], vec![0; mesh.nodes.len()]);
         self.islands = vec![Island {
             live: kept,
             ..Island::default()

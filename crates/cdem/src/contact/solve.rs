@@ -118,10 +118,11 @@ const DESCENT: u32 = 16;
 /// How often it is doubled, at most.
 const LONGEST: u32 = 7;
 
-/// Share of the residual to which a descent and the sweeps after it must come,
-/// or there are no more: impulses that contacts which contradict each other
-/// could only balance far away are not looked for.
+/// Share of the residual to which a descent and the sweeps after it must come, or the next
+/// but one is not made: impulses that contacts which contradict each other could only
+/// balance far away are not looked for.
 const WORTH: f64 = 0.5;
+const TRIES: u32 = 2;
 
 /// What a contact takes for itself of the velocity that a change of its impulse makes,
 /// once descents are no longer worth it: the change from what the solve began with is
@@ -182,8 +183,10 @@ impl<const D: usize> System<D> {
         let mut course = Course {
             done,
             least: least.max(ROUND_OFF * self.fastest()),
+            dozes: DOZES * done,
             ..Course::default()
         };
+        let mut before = f64::INFINITY;
         let (residual, scale) = loop {
             self.wake_all();
             let (residual, scale) = self.sweep_to(&course);
@@ -194,10 +197,18 @@ impl<const D: usize> System<D> {
             if residual <= done || course.is_over() {
                 break (residual, scale);
             }
-            self.doze(DOZES * done * scale);
+            // Contacts that contradict each other would wake each other for ever.
+            if residual > WORTH * before {
+                course.dozes = 0.0;
+            }
+            before = residual;
+            self.doze(course.dozes * scale);
             self.follow(&mut course, scale);
         };
-        let missed = self.points.iter().map(|point| point.misses(course.reluctance));
+        let missed = self
+            .points
+            .iter()
+            .map(|point| point.misses(course.reluctance));
         let missed = missed.fold(0.0, f64::max);
         residual.max(missed / scale)
     }
@@ -214,6 +225,7 @@ impl<const D: usize> System<D> {
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
         let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
+        let mut in_vain = 0;
         loop {
             directions.remember(self);
             let (of_own, own) = self.sweep_to(course);
@@ -228,10 +240,17 @@ impl<const D: usize> System<D> {
             if course.reluctance > 0.0 || !pause || residual <= STALLED * last {
                 last = if pause { residual } else { last };
                 directions.advance(self);
-                self.doze(DOZES * done * scale);
+                // What a descent has set right may be wrong again after the next sweep.
+                if sweeps > 1 {
+                    self.doze(course.dozes * scale);
+                }
                 continue;
             }
-            let gets_on = residual <= WORTH * best;
+            in_vain = if residual <= WORTH * best {
+                0
+            } else {
+                in_vain + 1
+            };
             if residual <= best {
                 best = residual;
                 directions.keep(self);
@@ -239,7 +258,7 @@ impl<const D: usize> System<D> {
                 directions.restore(self);
             }
             let left = (MAX_EFFORT - LAST).saturating_sub(course.effort);
-            if gets_on && left > 0 {
+            if in_vain < TRIES && left > 0 {
                 let steps = left.min(DESCENT << course.descents);
                 course.effort += self.descend(steps, least.max(done * scale), scale);
                 course.descents = LONGEST.min(course.descents + 1);
@@ -273,6 +292,8 @@ struct Course {
     /// Residual to come to, and the change of a relative velocity that is none, m/s.
     done: f64,
     least: f64,
+    /// What of its relative velocity a contact changes that falls asleep, over the scale.
+    dozes: f64,
     /// Sweeps and steps of descents.
     effort: u32,
     /// How often descents have got longer.

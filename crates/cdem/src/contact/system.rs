@@ -228,7 +228,8 @@ impl<const D: usize> System<D> {
     /// `least` in their last visit, m/s.
     pub(super) fn doze(&mut self, least: f64) {
         let points = &self.points;
-        self.colours.doze(|place| points[place].change >= least * least);
+        self.colours
+            .doze(|place| points[place].change >= least * least);
     }
 
     /// The contacts that take part, by their places.
@@ -321,7 +322,9 @@ impl<const D: usize> Visit<Point<D>, Wide, 2> for Sweep<'_, D> {
         let relative = self.terms.relative(point, |slot| values.get(slot));
         let old = point.impulse;
         let change = point.relax(&relative, self.reluctance);
-        point.change = change;
+        // What bears nothing may have to at any time, and does not sleep.
+        let is_open = point.impulse[0] <= -point.limit.tension;
+        point.change = if is_open { f64::INFINITY } else { change };
         let normal = point.impulse[0].abs().max(point.borne[0].abs());
         let step = sub(&point.impulse, &old);
         if step != [0.0; D] {

@@ -80,6 +80,17 @@ pub(crate) struct Levels {
     pub(crate) node: Vec<u8>,
 }
 
+impl Levels {
+    /// Those of elements whose own (`base`) are all the same, whatever is joined.
+    pub(crate) fn uniform(base: &[u8], node_count: usize) -> Option<Self> {
+        let (&first, rest) = base.split_first()?;
+        rest.iter().all(|&level| level == first).then(|| Self {
+            element: base.to_vec(),
+            node: vec![first; node_count],
+        })
+    }
+}
+
 /// Levels in use from the elements' own (`base`): one pass of raising; and
 /// elements at joined nodes go as fine as these. Nodes in contact are pressed
 /// together by the forces of elements: of elements that act every other substep

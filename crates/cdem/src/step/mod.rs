@@ -21,6 +21,7 @@ mod synchronise;
 
 use kick::{Impulses, Purpose, Velocity};
 use ledger::{Account, Ledger};
+use levels::Levels;
 use plan::{Plan, Substep};
 use split::Split;
 pub(crate) use synchronise::Synchronised;
@@ -272,16 +273,17 @@ impl<const D: usize> Run<D> {
 
     /// Section 3: levels, with one buffer layer that crosses contacts.
     fn assign_levels(&mut self) {
-        let joined = self.model.joined_nodes(self.contacts.as_ref());
-        let elements = &self.model.mesh.elements;
-        let levels = levels::assign(
-            &self.model.base_level,
-            |e| elements[e].nodes(),
-            self.model.mesh.nodes.len(),
-            &joined,
-        );
+        let (base, elements) = (&self.model.base_level, &self.model.mesh.elements);
+        let node_count = self.model.mesh.nodes.len();
+        let levels = Levels::uniform(base, node_count).unwrap_or_else(|| {
+            let joined = self.model.joined_nodes(self.contacts.as_ref());
+            levels::assign(base, |e| elements[e].nodes(), node_count, &joined)
+        });
         if levels != self.plan.levels || self.plan.is_empty() {
             self.plan = Plan::new(&mut self.model, &self.state, levels);
+            if let Some(contacts) = &mut self.contacts {
+                contacts.ungroup();
+            }
         }
     }
 
