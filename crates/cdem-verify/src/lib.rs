@@ -18,7 +18,7 @@ pub use balance::Balance;
 pub use overlap::deepest_overlap;
 pub use pieces::{Body, mesh_of};
 pub use random::Random;
-pub use rocks::{SEED, rocks, rocks_of, tetrahedra};
+pub use rocks::{SEED, box_around, rocks, rocks_of, tetrahedra};
 
 /// A verification scene: to be varied, then started.
 #[derive(Clone, Debug)]

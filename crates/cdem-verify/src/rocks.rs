@@ -1,8 +1,9 @@
 //! Irregular rocks in rows: what is dropped into a box.
 
 use cdem::mesh::{CellKind, ElementKind, RawMesh};
+use cdem::scene::Geometry;
 
-use crate::Random;
+use crate::{Case, Random};
 
 /// The seed of the rocks in `verification/rocks-in-a-box`.
 pub const SEED: u64 = 20;
@@ -67,6 +68,26 @@ pub fn rocks_of(shapes: &[ElementKind], seed: u64, across: [usize; 3], cut: bool
     }
     mesh.point_tags = (1..=mesh.points.len() as u64).collect();
     mesh
+}
+
+/// Makes the box of `verification/rocks-in-a-box` as wide as rocks `across` need it.
+///
+/// # Panics
+/// If the scene has no such box.
+pub fn box_around(case: &mut Case, across: [usize; 3]) {
+    let [x, y, z] = across.map(|count| count as f64);
+    let sides = [
+        ("floor", [-1.0, -1.0, -1.0], [x + 1.0, y + 1.0, 0.0]),
+        ("west", [-1.0, -1.0, 0.0], [0.0, y + 1.0, z + 3.0]),
+        ("east", [x, -1.0, 0.0], [x + 1.0, y + 1.0, z + 3.0]),
+        ("south", [0.0, -1.0, 0.0], [x, 0.0, z + 3.0]),
+        ("north", [0.0, y, 0.0], [x, y + 1.0, z + 3.0]),
+    ];
+    for (name, low, high) in sides {
+        if let Geometry::Box { min, max, .. } = &mut case.block(name).geometry {
+            (*min, *max) = (low.to_vec(), high.to_vec());
+        }
+    }
 }
 
 fn add_rock(

@@ -2,25 +2,7 @@
 
 use std::time::Instant;
 
-use cdem::scene::Geometry;
-use cdem_verify::{Balance, Case, SEED, deepest_overlap, load, rocks, run};
-
-/// The box around rocks `across`.
-fn resize(case: &mut Case, across: [usize; 3]) {
-    let [x, y, z] = across.map(|count| count as f64);
-    let sides = [
-        ("floor", [-1.0, -1.0, -1.0], [x + 1.0, y + 1.0, 0.0]),
-        ("west", [-1.0, -1.0, 0.0], [0.0, y + 1.0, z + 3.0]),
-        ("east", [x, -1.0, 0.0], [x + 1.0, y + 1.0, z + 3.0]),
-        ("south", [0.0, -1.0, 0.0], [x, 0.0, z + 3.0]),
-        ("north", [0.0, y, 0.0], [x, y + 1.0, z + 3.0]),
-    ];
-    for (name, low, high) in sides {
-        if let Geometry::Box { min, max, .. } = &mut case.block(name).geometry {
-            (*min, *max) = (low.to_vec(), high.to_vec());
-        }
-    }
-}
+use cdem_verify::{Balance, SEED, box_around, deepest_overlap, load, rocks, run};
 
 /// What rocks do at the end of a run.
 struct Settled {
@@ -55,7 +37,7 @@ impl Settled {
 fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
     let mut case = load("rocks-in-a-box");
     case.scene.time.end = end;
-    resize(&mut case, across);
+    box_around(&mut case, across);
     let mut simulation = case.start_from(|_| rocks(SEED, across, cut));
     let count = across.iter().product::<usize>();
     let overview = simulation.overview();

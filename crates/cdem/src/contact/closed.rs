@@ -20,8 +20,6 @@ const ASIDE: f64 = 4.0;
 
 /// The closed contacts, for a drift from some positions.
 pub(super) struct Closed<'a, const D: usize> {
-    /// Their pairs, sorted.
-    pairs: Vec<Pair>,
     /// Blocks with contacts between them, sorted.
     between: Vec<Between>,
     /// Their contacts: those of two blocks together, from low to high along their axis.
@@ -53,8 +51,6 @@ impl<'a, const D: usize> Closed<'a, D> {
         surface: &dyn Surface<D>,
         (motion, at): (&Motion<D>, Positions<D>),
     ) -> Self {
-        let mut pairs: Vec<Pair> = live.iter().map(|live| live.pair).collect();
-        pairs.sort_unstable();
         let place = |live: &'a Live<D>| Place {
             blocks: ordered(live.record.blocks),
             nodes: around_nodes(surface, live.pair, at, 0.0),
@@ -71,16 +67,10 @@ impl<'a, const D: usize> Closed<'a, D> {
             .iter()
             .flat_map(|live| surface.main_nodes(live.pair.main));
         Self {
-            pairs,
             between,
             places,
             fastest: fastest(nodes, motion),
         }
-    }
-
-    /// Whether a pair is closed.
-    pub(super) fn has(&self, pair: Pair) -> bool {
-        self.pairs.binary_search(&pair).is_ok()
     }
 
     /// Those that may say the same as a touch of `pair`, or of one beside it, within

@@ -348,10 +348,12 @@ impl<const D: usize> Island<D> {
         let live = self.live.par_iter().with_min_len(SHARE);
         let live = live.map(|live| of(live, live.operator(setting.surface, at)));
         let mut constraints: Vec<_> = live.collect();
-        let start = self.start(&constraints, motion);
         let precision = (RESIDUAL, self.precision(setting, at, drift));
         let least = setting.least_speed(drift);
         books.solution(|| self.system.load(&constraints, setting.mobility(interval)));
+        let nodes = self.system.nodes().iter();
+        let start = nodes.map(|&node| (node, motion.velocity[node as usize]));
+        let start: Vec<_> = start.collect();
         let (mut missed, mut again) = (vec![0.0; self.live.len()], 0);
         loop {
             let system = &mut self.system;

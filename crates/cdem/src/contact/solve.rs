@@ -103,10 +103,6 @@ pub(super) fn shear_square<const D: usize>(impulse: &[f64; D]) -> f64 {
 /// and the next step corrects it.
 pub(super) const RESIDUAL: f64 = 1e-8;
 
-/// The same of an impact: what it leaves the next kick finds, and no position is wrong by
-/// more than a 1e-6th of a drift.
-pub(super) const RESIDUAL_OF_IMPACT: f64 = 1e-6;
-
 /// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
 /// not get on.
 const PATIENCE: u32 = 8;

@@ -213,6 +213,11 @@ impl<const D: usize> System<D> {
             .fold(self.held_speed, f64::max)
     }
 
+    /// Nodes that are moved, sorted.
+    pub(crate) fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
     /// Nodes that are moved and their velocities, m/s.
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
         let velocities = self.velocity.iter().map(truncated);

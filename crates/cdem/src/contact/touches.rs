@@ -168,17 +168,36 @@ impl Touches {
                 anew.push((self.touch.len() - 1, near.pair(number)));
             }
         }
-        let looked = if anew.is_empty() {
-            Vec::new()
-        } else {
-            let formed = setting.surface.form(motion.positions(), anew.len());
-            let at = (motion, motion.positions().with(formed.as_ref()));
-            let closed = Closed::new(live, setting.surface, at);
-            let interval = (wanted, (elapsed, duration));
-            let pairs = anew.par_iter().with_min_len(SHARE);
-            let looked = pairs.map(|&(_, pair)| look_at(&closed, setting, at, pair, interval));
-            looked.collect()
+        let formed = setting.surface.form(motion.positions(), anew.len());
+        let at = motion.positions().with(formed.as_ref());
+        let mut pairs: Vec<Pair> = live.iter().map(|live| live.pair).collect();
+        pairs.sort_unstable();
+        let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
+        let remaining = duration - elapsed;
+        let look = |&(_, pair): &(usize, Pair)| {
+            if is_closed(&pair) {
+                (Look::Touch(Touch::Closed), 0.0)
+            } else {
+                look_at(setting, (motion, at), pair, (wanted, remaining))
+            }
         };
+        let looks: Vec<_> = anew.par_iter().with_min_len(SHARE).map(look).collect();
+        // At rest most pairs are told at a glance.
+        let more = |(look, _): &(Look, f64)| matches!(look, Look::Within(_));
+        let closed = looks.iter().any(more);
+        let closed = closed.then(|| Closed::new(live, setting.surface, (motion, at)));
+        let touch = |(&(_, pair), (look, apart)): (&(usize, Pair), (Look, f64))| match look {
+            Look::Touch(touch) => (touch, apart),
+            Look::Within(span) => {
+                let interval = (wanted, (span, elapsed, duration));
+                let closed = closed.as_ref();
+                let touch =
+                    closed.map(|closed| touch(closed, setting, (motion, at), pair, interval));
+                (touch.unwrap_or(Touch::Never), apart)
+            }
+        };
+        let looked = anew.par_iter().zip(looks).with_min_len(SHARE).map(touch);
+        let looked: Vec<_> = looked.collect();
         for ((place, _), (touch, apart)) in anew.into_iter().zip(looked) {
             let (number, of_pair) = &mut self.touch[place];
             near.remember(*number, apart);
@@ -188,45 +207,38 @@ impl Touches {
     }
 }
 
-/// When an open pair touches from `elapsed` on, at constant velocities, and how
+/// What a glance tells of an open pair.
+#[derive(Clone, Copy, Debug)]
+enum Look {
+    /// All.
+    Touch(Touch),
+    /// That it may touch within so many seconds.
+    Within(f64),
+}
+
+/// A glance at an open pair in what `remains` of a drift, s, at constant velocities, and how
 /// far apart its features are now, m, or less.
 fn look_at<const D: usize>(
-    closed: &Closed<D>,
     setting: &Setting<D>,
     (motion, at): (&Motion<D>, Positions<D>),
     pair: Pair,
-    (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
-) -> (Touch, f64) {
+    (wanted, remaining): (Wanted, f64),
+) -> (Look, f64) {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
-    if closed.has(pair) {
-        return (Touch::Closed, 0.0);
-    }
-    let remaining = duration - elapsed;
     let apart = surface.apart(pair, at);
     let way = remaining * fastest(surface, motion, pair);
     if apart > tolerance + way {
-        return (Touch::Never, apart);
+        return (Look::Touch(Touch::Never), apart);
     }
-    let span = match wanted {
-        Wanted::Now => {
-            let projection = surface.project(pair, at);
-            // Of parallel edges it says nothing.
-            if projection.gap > SHALLOW * tolerance {
-                return (Touch::Never, apart);
-            }
-            0.0
-        }
-        Wanted::InDrift if way > SHALLOW * tolerance => remaining,
-        Wanted::InDrift if surface.project(pair, at).gap >= -SHALLOW * tolerance => {
-            return (Touch::Never, apart);
-        }
-        Wanted::InDrift => 0.0,
+    // Of parallel edges the gap says nothing, and is none.
+    let gap = || surface.project(pair, at).gap;
+    let look = match wanted {
+        Wanted::Now if gap() > SHALLOW * tolerance => Look::Touch(Touch::Never),
+        Wanted::InDrift if way > SHALLOW * tolerance => Look::Within(remaining),
+        Wanted::InDrift if gap() >= -SHALLOW * tolerance => Look::Touch(Touch::Never),
+        Wanted::Now | Wanted::InDrift => Look::Within(0.0),
     };
-    let interval = (span, elapsed, duration);
-    (
-        touch(closed, setting, (motion, at), pair, (wanted, interval)),
-        apart,
-    )
+    (look, apart)
 }
 
 /// When a pair between the closed contacts of its blocks touches, within `span` seconds

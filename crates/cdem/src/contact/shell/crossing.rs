@@ -74,47 +74,78 @@ impl Crossing {
     }
 }
 
-/// What the velocities of both edges' ends add to the relative velocity, along
-/// `direction`, of the points at `foot`: main less target, the target's moved
-/// with the rotation of the two edges to the main's point, so that no rigid
+/// The material of two edges at the points `foot`, as their ends move: what the velocity
+/// of each of these adds to the relative velocity of the points, main less target, the
+/// target's moved with the rotation of the two edges to the main's point, so that no rigid
 /// motion of all four adds anything.
 ///
 /// With m normal to both directions d₁, d₂, a rotation ω changes them by
 /// ω·(d₁×m) = m·d₁', ω·(d₂×m) = m·d₂' and ω·m = (m×d₂)·d₂'/|d₂|².
-pub(super) fn relative_rows(
-    main: &[[f64; 3]; 2],
-    target: &[[f64; 3]; 2],
-    (foot, normal): (&[f64; 2], &[f64; 3]),
-    are_parallel: bool,
-    direction: &[f64; 3],
-) -> [[f64; 3]; 4] {
-    let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
-    let mut offset = sub(&main[0], &target[0]);
-    add_scaled(&mut offset, foot[0], &along);
-    add_scaled(&mut offset, -foot[1], &other);
-    let moment = cross(&offset, direction);
-    let (one, two) = (cross(&along, normal), cross(&other, normal));
-    let volume = dot(&one, &cross(&two, normal));
-    // ω·moment by the dual basis of one, two and the normal; of edges that have
-    // turned parallel the rotation is not to be seen.
-    let inverse = if are_parallel { 0.0 } else { 1.0 / volume };
-    let by_main = inverse * dot(&cross(&two, normal), &moment);
-    let by_target = inverse * dot(&cross(normal, &one), &moment);
-    let about_normal = dot(normal, &moment) / dot(&other, &other);
-    let turn_main = scale(by_main, normal);
-    let mut turn_target = scale(by_target, normal);
-    add_scaled(&mut turn_target, about_normal, &cross(normal, &other));
-    let row = |weight: f64, sign: f64, turn: &[f64; 3]| {
-        let mut row = scale(weight, direction);
-        add_scaled(&mut row, -sign, turn);
-        row
-    };
-    [
-        row(1.0 - foot[0], -1.0, &turn_main),
-        row(foot[0], 1.0, &turn_main),
-        row(foot[1] - 1.0, -1.0, &turn_target),
-        row(-foot[1], 1.0, &turn_target),
-    ]
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pivot {
+    normal: [f64; 3],
+    foot: [f64; 2],
+    /// Of the main point from the target's, m.
+    offset: [f64; 3],
+    /// ω in terms of m·d₁', m·d₂' and (m×d₂)·d₂': the dual basis of d₁×m, d₂×m and m.
+    by_main: [f64; 3],
+    by_target: [f64; 3],
+    about_normal: [f64; 3],
+    /// m×d₂.
+    beside: [f64; 3],
+}
+
+impl Pivot {
+    /// Of edges that have turned parallel the rotation about the others is not to be seen.
+    pub(super) fn new(
+        main: &[[f64; 3]; 2],
+        target: &[[f64; 3]; 2],
+        (foot, normal): (&[f64; 2], &[f64; 3]),
+        are_parallel: bool,
+    ) -> Self {
+        let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+        let mut offset = sub(&main[0], &target[0]);
+        add_scaled(&mut offset, foot[0], &along);
+        add_scaled(&mut offset, -foot[1], &other);
+        let (one, two) = (cross(&along, normal), cross(&other, normal));
+        let volume = dot(&one, &cross(&two, normal));
+        let inverse = if are_parallel { 0.0 } else { 1.0 / volume };
+        Self {
+            normal: *normal,
+            foot: *foot,
+            offset,
+            by_main: scale(inverse, &cross(&two, normal)),
+            by_target: scale(inverse, &cross(normal, &one)),
+            about_normal: scale(1.0 / dot(&other, &other), normal),
+            beside: cross(normal, &other),
+        }
+    }
+
+    /// Of the main point from the target's, m.
+    pub(super) fn offset(&self) -> &[f64; 3] {
+        &self.offset
+    }
+
+    /// What each end adds along a direction: of the main edge, then of the target.
+    pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 4] {
+        let moment = cross(&self.offset, direction);
+        let turn_main = scale(dot(&self.by_main, &moment), &self.normal);
+        let mut turn_target = scale(dot(&self.by_target, &moment), &self.normal);
+        let about_normal = dot(&self.about_normal, &moment);
+        add_scaled(&mut turn_target, about_normal, &self.beside);
+        let row = |weight: f64, sign: f64, turn: &[f64; 3]| {
+            let mut row = scale(weight, direction);
+            add_scaled(&mut row, -sign, turn);
+            row
+        };
+        let [one, other] = self.foot;
+        [
+            row(1.0 - one, -1.0, &turn_main),
+            row(one, 1.0, &turn_main),
+            row(other - 1.0, -1.0, &turn_target),
+            row(-other, 1.0, &turn_target),
+        ]
+    }
 }
 
 /// Distance of two edges, m (\[Ericson2005\], section 5.1.9).

@@ -50,35 +50,66 @@ impl Facing {
     }
 }
 
-/// What the velocity of each corner of a triangle adds to the velocity of its
-/// material at the point `p` along `direction`: that of the point with the
-/// `weights`, and the triangle's rotation.
+/// The material of a triangle at some point, as its corners move: what the velocity of
+/// each of them adds to its velocity.
 ///
 /// The normal turns by n' = −Σ (n·v) ∇N, and the triangle about it by half the
 /// curl of v: both exact for a rigid motion.
-pub(super) fn material_rows(
-    p: &[f64; 3],
-    triangle: &[[f64; 3]; 3],
-    weights: &[f64; 3],
-    direction: &[f64; 3],
-) -> [[f64; 3]; 3] {
-    let facing = Facing::new(p, triangle);
-    let normal = facing.normal;
-    let mut offset = *p;
-    for (corner, weight) in triangle.iter().zip(weights) {
-        add_scaled(&mut offset, -weight, corner);
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Material {
+    normal: [f64; 3],
+    /// Weights of the corners, and their gradients in the plane, 1/m.
+    weights: [f64; 3],
+    gradients: [[f64; 3]; 3],
+    /// Of the point from where the weights are, m.
+    offset: [f64; 3],
+}
+
+impl Material {
+    /// At the point `p`, that with these `weights` moved along.
+    pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3], weights: &[f64; 3]) -> Self {
+        let [a, b, c] = triangle;
+        let area = cross(&sub(b, a), &sub(c, a));
+        let twice = norm(&area);
+        let normal = scale(1.0 / twice, &area);
+        let mut offset = *p;
+        for (corner, weight) in triangle.iter().zip(weights) {
+            add_scaled(&mut offset, -weight, corner);
+        }
+        // On the edge that a corner faces its weight is 0.
+        let gradient =
+            |from: &[f64; 3], to: &[f64; 3]| scale(1.0 / twice, &cross(&normal, &sub(to, from)));
+        Self {
+            normal,
+            weights: *weights,
+            gradients: [gradient(b, c), gradient(c, a), gradient(a, b)],
+            offset,
+        }
     }
-    let moment = cross(&offset, direction);
-    let (tilt, spin) = (cross(&normal, &moment), 0.5 * dot(&normal, &moment));
-    std::array::from_fn(|k| {
-        // The corner faces edge k + 1, on which its weight is 0.
-        let edge = (k + 1) % 3;
-        let along = sub(&triangle[(edge + 1) % 3], &triangle[edge]);
-        let inward = cross(&normal, &scale(1.0 / norm(&along), &along));
-        let gradient = scale(1.0 / facing.heights[edge], &inward);
-        let mut row = scale(weights[k], direction);
-        add_scaled(&mut row, dot(&gradient, &tilt), &normal);
-        add_scaled(&mut row, spin, &cross(&normal, &gradient));
-        row
-    })
+
+    /// Outward unit normal of the triangle.
+    pub(super) fn normal(&self) -> &[f64; 3] {
+        &self.normal
+    }
+
+    /// Of the point from where the weights are, m.
+    pub(super) fn offset(&self) -> &[f64; 3] {
+        &self.offset
+    }
+
+    /// What each corner adds along a direction.
+    pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 3] {
+        let moment = cross(&self.offset, direction);
+        let (tilt, spin) = (
+            cross(&self.normal, &moment),
+            0.5 * dot(&self.normal, &moment),
+        );
+        std::array::from_fn(|k| {
+            let gradient = &self.gradients[k];
+            let mut row = scale(self.weights[k], direction);
+            add_scaled(&mut row, dot(gradient, &tilt), &self.normal);
+            add_scaled(&mut row, spin, &cross(&self.normal, gradient));
+            row
+        })
+    }
 }

@@ -1,6 +1,8 @@
 //! Relative motion of the two points of a contact, as its nodes move.
 
-use super::{Shell, crossing, facing};
+use super::Shell;
+use super::crossing::Pivot;
+use super::facing::Material;
 use crate::contact::surface::{MAX_NODES, Operator, Positions};
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
@@ -16,19 +18,13 @@ impl Shell {
         let p = self.skin.point(vertex, at);
         let points = self.skin.triangle(triangle, at);
         let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
-        let mut offset = p;
-        for (point, weight) in points.iter().zip(&weights) {
-            add_scaled(&mut offset, -weight, point);
-        }
-        let frame = frame(
-            &self.skin.normal(triangle, at),
-            &sub(&points[1], &points[0]),
-        );
+        let material = Material::new(&p, &points, &weights);
+        let frame = frame(material.normal(), &sub(&points[1], &points[0]));
         let corners = self.skin.triangles[triangle as usize].corners;
-        self.assemble(frame, &offset, |direction| {
-            let rows = facing::material_rows(&p, &points, &weights, direction);
-            let target = corners.into_iter().zip(rows.map(|row| scale(-1.0, &row)));
-            std::iter::once((vertex, *direction)).chain(target)
+        let corners = [vertex, corners[0], corners[1], corners[2]];
+        self.assemble(frame, material.offset(), corners, |direction| {
+            let [a, b, c] = material.rows(direction).map(|row| scale(-1.0, &row));
+            [*direction, a, b, c]
         })
     }
 
@@ -51,23 +47,22 @@ impl Shell {
             },
             |crossing| crossing.normal,
         );
-        let mut offset = sub(&one[0], &other[0]);
-        add_scaled(&mut offset, foot[0], &along);
-        add_scaled(&mut offset, -foot[1], &sub(&other[1], &other[0]));
-        let ends = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
-        self.assemble(frame(&normal, &along), &offset, |direction| {
-            let rows =
-                crossing::relative_rows(&one, &other, (foot, &normal), are_parallel, direction);
-            ends.into_iter().flatten().zip(rows)
+        let pivot = Pivot::new(&one, &other, (foot, &normal), are_parallel);
+        let [main, target] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
+        let corners = [main[0], main[1], target[0], target[1]];
+        let frame = frame(&normal, &along);
+        self.assemble(frame, pivot.offset(), corners, |direction| {
+            pivot.rows(direction)
         })
     }
 
-    /// The operator of what each corner adds along the directions of a frame.
-    fn assemble<I: Iterator<Item = (u32, [f64; 3])>>(
+    /// The operator of what each of four corners adds along the directions of a frame.
+    fn assemble(
         &self,
         frame: [[f64; 3]; 3],
         offset: &[f64; 3],
-        of_direction: impl Fn(&[f64; 3]) -> I,
+        corners: [u32; 4],
+        of_direction: impl Fn(&[f64; 3]) -> [[f64; 3]; 4],
     ) -> Operator<3> {
         let mut operator = Operator {
             count: 0,
@@ -76,16 +71,17 @@ impl Shell {
             frame,
             offset: frame.map(|direction| dot(&direction, offset)),
         };
-        for (r, direction) in frame.iter().enumerate() {
-            for (corner, row) in of_direction(direction) {
-                let nodes = self.skin.nodes_of_corner(corner);
-                let share = 1.0 / nodes.len() as f64;
-                for &node in nodes {
-                    let known = operator.nodes().iter().position(|&other| other == node);
-                    let k = known.unwrap_or(operator.count);
-                    operator.nodes[k] = node;
-                    operator.count = operator.count.max(k + 1);
-                    add_scaled(&mut operator.rows[r][k], share, &row);
+        let rows = frame.map(|direction| of_direction(&direction));
+        for (c, corner) in corners.into_iter().enumerate() {
+            let nodes = self.skin.nodes_of_corner(corner);
+            let share = 1.0 / nodes.len() as f64;
+            for &node in nodes {
+                let known = operator.nodes().iter().position(|&other| other == node);
+                let k = known.unwrap_or(operator.count);
+                operator.nodes[k] = node;
+                operator.count = operator.count.max(k + 1);
+                for r in 0..3 {
+                    add_scaled(&mut operator.rows[r][k], share, &rows[r][c]);
                 }
             }
         }
