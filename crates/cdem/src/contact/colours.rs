@@ -35,8 +35,9 @@ pub(super) struct Colours {
     /// Nodes of the points, place by place, and where those of each begin.
     nodes: Vec<u32>,
     starts: Vec<usize>,
-    /// Places that are visited one after the other, by one thread.
+    /// Places that are visited one after the other, by one thread; and how many at least.
     tasks: Vec<Range<usize>>,
+    task: usize,
     /// Tasks of each colour: they share no nodes.
     colours: Vec<Range<usize>>,
     /// How many nodes there are.
@@ -65,11 +66,12 @@ impl Colours {
         let mut colours = Self {
             starts: vec![0],
             node_count,
+            task,
             ..Self::default()
         };
         if nodes_of.len() <= 2 * task {
             let order: Vec<u32> = (0..nodes_of.len() as u32).collect();
-            colours.push(&[&order], nodes_of, task);
+            colours.push(&[&order], nodes_of);
             colours.wake_all();
             return colours;
         }
@@ -95,7 +97,7 @@ impl Colours {
                 colour == PALETTE
             });
             for groups in palette.iter().filter(|groups| !groups.is_empty()) {
-                colours.push(groups, nodes_of, task);
+                colours.push(groups, nodes_of);
             }
         }
         colours.wake_all();
@@ -131,7 +133,7 @@ impl Colours {
     }
 
     /// Adds a colour.
-    fn push(&mut self, groups: &[&[u32]], nodes_of: &[&[u32]], task: usize) {
+    fn push(&mut self, groups: &[&[u32]], nodes_of: &[&[u32]]) {
         let (first, mut start) = (self.tasks.len(), self.order.len());
         for groups in groups.chunks(ABREAST) {
             for point in abreast(groups) {
@@ -141,7 +143,7 @@ impl Colours {
                 self.nodes.extend_from_slice(nodes);
                 self.starts.push(self.nodes.len());
             }
-            if self.order.len() - start >= task {
+            if self.order.len() - start >= self.task {
                 self.tasks.push(start..self.order.len());
                 start = self.order.len();
             }
@@ -189,7 +191,7 @@ impl Colours {
         let mut largest = [0.0; N];
         for tasks in &self.colours {
             let awake = self.begins[tasks.start]..self.begins[tasks.end];
-            let of_colour = if awake.len() <= TASK || tasks.len() == 1 {
+            let of_colour = if awake.len() <= self.task || tasks.len() == 1 {
                 run(awake)
             } else {
                 let tasks = tasks.clone().into_par_iter();
@@ -405,17 +407,27 @@ mod tests {
             }
         }
 
-        /// Against a plain loop over the places: sums that depend on the order.
+        /// Against a plain loop over the places awake: sums that depend on the order.
         #[test]
-        fn a_pass_gives_the_same_bits_on_any_number_of_threads(lists in lists()) {
-            let colours = colours(&lists, 2);
+        fn a_pass_gives_the_same_bits_on_any_number_of_threads(
+            lists in lists(),
+            sleep in prop::collection::vec(1..9_usize, 0..4),
+        ) {
+            let mut colours = colours(&lists, 2);
+            let mut awake: Vec<usize> = (0..lists.len()).collect();
+            for of in sleep {
+                colours.doze(|place| place % of > 0);
+                awake.retain(|place| place % of > 0);
+            }
+            prop_assert!(colours.awake().iter().map(|&place| place as usize).eq(awake.clone()));
             let start = || {
                 let own: Vec<f64> = (0..lists.len()).map(|i| (i as f64).sin()).collect();
                 (own, vec![1.0; 100])
             };
             let (mut own, mut values) = start();
             let mut largest = 0.0_f64;
-            for (place, own) in own.iter_mut().enumerate() {
+            for place in awake {
+                let own = &mut own[place];
                 for &node in colours.nodes(place) {
                     *own += values[node as usize] / 3.0;
                     values[node as usize] += own.cos();

@@ -37,10 +37,12 @@ impl<const D: usize> Contacts<D> {
                 self.left.get_or_insert(number);
             }
         }
-        let is_near = |live: &Live<D>| self.search.is_near(live.pair);
-        let is_in = |live: &Live<D>| is_near(live) || self.island_of_pair(live.pair).is_some();
+        let has_its_own = |(number, island): (usize, &Island<D>)| {
+            let mut live = island.live.iter();
+            live.all(|live| self.island_of_pair(live.pair) == Some(number))
+        };
         let is_late = self.left.is_some_and(|left| number > left + STAY);
-        self.grouped = self.grouped && !is_late && self.live().all(is_in);
+        self.grouped = self.grouped && !is_late && self.islands.iter().enumerate().all(has_its_own);
     }
 
     /// The island that has all nodes of a pair which may move.

@@ -549,6 +549,7 @@ impl<const D: usize> Island<D> {
             fresh: true,
             impulse: [0.0; D],
             interval: 0.0,
+            kick: [0.0; D],
             growth: [0.0; D],
             shear_spring: [0.0; D],
             record,

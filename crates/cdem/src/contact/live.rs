@@ -52,7 +52,8 @@ pub(crate) struct Live<const D: usize> {
     /// Impulse of the last solve in the frame, N·s, and its interval, s.
     pub(crate) impulse: [f64; D],
     pub(crate) interval: f64,
-    /// What the impulse grew by from solve to solve, N·s.
+    /// What of it the last kick has given, and by how much more than the one before, N·s.
+    pub(super) kick: [f64; D],
     pub(super) growth: [f64; D],
     /// Penalty: elongation of the shear springs, m.
     pub(crate) shear_spring: [f64; D],
@@ -255,7 +256,14 @@ impl<const D: usize> Live<D> {
         };
         let [old, new] = [self.pair, next].map(frame);
         let sign = if is_swapped { -1.0 } else { 1.0 };
-        for counted in [&mut self.impulse, &mut self.growth, &mut self.shear_spring] {
+        let Self {
+            impulse,
+            kick,
+            growth,
+            shear_spring,
+            ..
+        } = self;
+        for counted in [impulse, kick, growth, shear_spring] {
             let mut whole = [0.0; D];
             for r in 1..D {
                 add_scaled(&mut whole, sign * counted[r], &old[r]);
@@ -317,13 +325,14 @@ impl<const D: usize> Live<D> {
         }
     }
 
-    /// The impulse of `interval` seconds that goes on as it has grown, within its bounds.
+    /// The impulse of a kick of `interval` seconds that goes on as the last have grown, within
+    /// its bounds.
     fn expected(&self, limit: Limit, interval: f64) -> [f64; D] {
         if self.interval == 0.0 {
             return [0.0; D];
         }
         let ratio = interval / self.interval;
-        let mut impulse = self.impulse.map(|impulse| impulse * ratio);
+        let mut impulse = self.kick.map(|impulse| impulse * ratio);
         add_scaled(&mut impulse, GOES_ON * ratio, &self.growth);
         impulse[0] = impulse[0].max(-limit.tension);
         limit.cut(&mut impulse);
@@ -333,11 +342,11 @@ impl<const D: usize> Live<D> {
     /// Takes the impulse of a solved kick of `interval` seconds.
     pub(crate) fn take(&mut self, impulse: &[f64; D], interval: f64) {
         self.growth = if self.interval == interval {
-            sub(impulse, &self.impulse)
+            sub(impulse, &self.kick)
         } else {
             [0.0; D]
         };
-        (self.impulse, self.interval) = (*impulse, interval);
+        (self.impulse, self.kick, self.interval) = (*impulse, *impulse, interval);
     }
 
     /// The constraint at the instant of an impact before a drift of `drift`

@@ -377,7 +377,14 @@ impl<const D: usize> Carry<'_, D> {
             self.before.operator(live.pair, &live.foot, old.at).frame,
             self.after.operator(pair, &foot, new.at).frame,
         ];
-        for vector in [&mut live.impulse, &mut live.offset] {
+        let Live {
+            impulse,
+            kick,
+            growth,
+            offset,
+            ..
+        } = &mut live;
+        for vector in [impulse, kick, growth, offset] {
             *vector = turned(vector, &frames);
         }
         if blocks.iter().any(|&block| self.changed[block as usize]) {

@@ -225,7 +225,7 @@ impl<const D: usize> System<D> {
         loop {
             directions.remember(self);
             let (of_own, own) = self.sweep_to(course);
-            let residual = of_own * own / own.max(scale);
+            let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
             course.effort += 1;
             course.last += u32::from(course.reluctance > 0.0);
             sweeps += 1;
@@ -259,7 +259,9 @@ impl<const D: usize> System<D> {
                 course.effort += self.descend(steps, least.max(done * scale), scale);
                 course.descents = LONGEST.min(course.descents + 1);
             } else {
+                // The last sweeps: whom they concern is seen anew.
                 course.reluctance = RELUCTANCE;
+                self.wake_all();
             }
             directions.begin(self);
             (sweeps, last) = (0, f64::INFINITY);

@@ -97,8 +97,10 @@ impl Cost {
         let mut find = || drop(search.near(&blocks, at, (&outlook, step), &may_meet));
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at, &may_meet));
-        search.near(&blocks, at, (&outlook, step), &may_meet);
+        let near = search.near(&blocks, at, (&outlook, step), &may_meet);
         drop(may_meet);
+        contacts.near = near;
+        contacts.join(run.state.number);
         let number = run.state.number;
         self.joins += time(3, || assert!(!contacts.join(number)));
         self.grouping += time(3, || {
