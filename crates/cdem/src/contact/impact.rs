@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::contact::Jump;
 use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
 use crate::contact::live::Live;
-use crate::contact::solve::{Constraint, RESIDUAL};
+use crate::contact::solve::{Constraint, FEW, RESIDUAL};
 use crate::contact::system::{SHARE, System};
 use crate::model::motion::Motion;
 
@@ -16,7 +16,6 @@ use crate::model::motion::Motion;
 /// contacts: what it leaves the next kick finds, and no position is wrong by more than a
 /// 1e-6th of a drift. To go on to [`RESIDUAL`] takes three times as long.
 const RESIDUAL_OF_CROWD: f64 = 1e-6;
-const FEW: usize = 32;
 
 /// An impact, to be solved as often as it takes.
 struct Impact<const D: usize> {

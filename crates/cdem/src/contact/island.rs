@@ -243,7 +243,7 @@ impl<const D: usize> Island<D> {
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);
             live.fresh = false;
-            live.take(&constraint.impulse, interval);
+            (live.impulse, live.interval) = (constraint.impulse, interval);
             live.record.count(&[0.0; D], &constraint.impulse);
             operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
@@ -549,8 +549,6 @@ impl<const D: usize> Island<D> {
             fresh: true,
             impulse: [0.0; D],
             interval: 0.0,
-            kick: [0.0; D],
-            growth: [0.0; D],
             shear_spring: [0.0; D],
             record,
         });

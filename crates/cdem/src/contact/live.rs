@@ -6,7 +6,7 @@ use crate::contact::orientation::LOOKS;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
 use crate::sample::ContactKind;
-use crate::vector::{add_scaled, dot, sub};
+use crate::vector::{add_scaled, dot};
 
 /// Share of what a gap is wrong by that a step sets right. All of it at once (SHAKE)
 /// hands on what a solve has left, as a kick against all that presses. A solve that
@@ -22,10 +22,6 @@ const AIM: f64 = 0.02;
 /// and all begins anew, and a wall of 210 stones stirs for ever, at 1e-6 m/s. What is
 /// right asks for no motion, on which all contacts agree.
 const RIGHT: f64 = 1e-3;
-
-/// Share of its last growth by which an impulse is expected to grow again. Not all of it:
-/// of what contacts that contradict each other leave open, growth would never end.
-const GOES_ON: f64 = 0.9;
 
 /// A closed contact: the pair is one node until a criterion parts it.
 #[derive(Clone, Debug)]
@@ -52,9 +48,6 @@ pub(crate) struct Live<const D: usize> {
     /// Impulse of the last solve in the frame, N·s, and its interval, s.
     pub(crate) impulse: [f64; D],
     pub(crate) interval: f64,
-    /// What of it the last kick has given, and by how much more than the one before, N·s.
-    pub(super) kick: [f64; D],
-    pub(super) growth: [f64; D],
     /// Penalty: elongation of the shear springs, m.
     pub(crate) shear_spring: [f64; D],
     /// What `contacts.csv` tells of it.
@@ -256,14 +249,7 @@ impl<const D: usize> Live<D> {
         };
         let [old, new] = [self.pair, next].map(frame);
         let sign = if is_swapped { -1.0 } else { 1.0 };
-        let Self {
-            impulse,
-            kick,
-            growth,
-            shear_spring,
-            ..
-        } = self;
-        for counted in [impulse, kick, growth, shear_spring] {
+        for counted in [&mut self.impulse, &mut self.shear_spring] {
             let mut whole = [0.0; D];
             for r in 1..D {
                 add_scaled(&mut whole, sign * counted[r], &old[r]);
@@ -315,38 +301,18 @@ impl<const D: usize> Live<D> {
             let wrong = self.offset[r] - operator.offset[r];
             target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
         }
-        let limit = self.limit(interval);
+        let ratio = if self.interval > 0.0 {
+            interval / self.interval
+        } else {
+            0.0
+        };
         Constraint {
             operator,
             target,
-            impulse: self.expected(limit, interval),
-            limit,
+            limit: self.limit(interval),
+            impulse: self.impulse.map(|impulse| impulse * ratio),
             borne: [0.0; D],
         }
-    }
-
-    /// The impulse of a kick of `interval` seconds that goes on as the last have grown, within
-    /// its bounds.
-    fn expected(&self, limit: Limit, interval: f64) -> [f64; D] {
-        if self.interval == 0.0 {
-            return [0.0; D];
-        }
-        let ratio = interval / self.interval;
-        let mut impulse = self.kick.map(|impulse| impulse * ratio);
-        add_scaled(&mut impulse, GOES_ON * ratio, &self.growth);
-        impulse[0] = impulse[0].max(-limit.tension);
-        limit.cut(&mut impulse);
-        impulse
-    }
-
-    /// Takes the impulse of a solved kick of `interval` seconds.
-    pub(crate) fn take(&mut self, impulse: &[f64; D], interval: f64) {
-        self.growth = if self.interval == interval {
-            sub(impulse, &self.kick)
-        } else {
-            [0.0; D]
-        };
-        (self.impulse, self.kick, self.interval) = (*impulse, *impulse, interval);
     }
 
     /// The constraint at the instant of an impact before a drift of `drift`

@@ -377,14 +377,7 @@ impl<const D: usize> Carry<'_, D> {
             self.before.operator(live.pair, &live.foot, old.at).frame,
             self.after.operator(pair, &foot, new.at).frame,
         ];
-        let Live {
-            impulse,
-            kick,
-            growth,
-            offset,
-            ..
-        } = &mut live;
-        for vector in [impulse, kick, growth, offset] {
+        for vector in [&mut live.impulse, &mut live.offset] {
             *vector = turned(vector, &frames);
         }
         if blocks.iter().any(|&block| self.changed[block as usize]) {

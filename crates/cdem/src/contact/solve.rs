@@ -131,6 +131,9 @@ const RELUCTANCE: f64 = 1e-3;
 /// Sweeps with reluctance, at most.
 const LAST: u32 = 128;
 
+/// Contacts of an island in which none sleeps, and whose impacts are solved as far as kicks.
+pub(super) const FEW: usize = 128;
+
 /// What a visit may have changed of a relative velocity, over that at which a solve is done,
 /// of a contact that falls asleep.
 const DOZES: f64 = 0.3;
@@ -182,6 +185,12 @@ impl<const D: usize> System<D> {
             dozes: DOZES * done,
             ..Course::default()
         };
+        // Few contacts are all in it from the start.
+        if self.points.len() <= FEW {
+            self.wake_all();
+            course.dozes = 0.0;
+            self.follow(&mut course, 0.0);
+        }
         let mut before = f64::INFINITY;
         let (residual, scale) = loop {
             self.wake_all();
