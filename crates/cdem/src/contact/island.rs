@@ -1,17 +1,13 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
-use std::collections::BTreeSet;
-
-use rayon::prelude::*;
-
 use crate::contact::Interior;
-use crate::contact::live::{Followed, Live, Moment, Record};
+use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
 use crate::contact::overlaps::Overlaps;
-use crate::contact::solve::{Constraint, Limit, RESIDUAL, shear_norm};
+use crate::contact::solve::{Constraint, Limit};
 use crate::contact::surface::{Pair, Positions, Surface};
-use crate::contact::system::{SHARE, System};
+use crate::contact::system::System;
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
@@ -161,7 +157,7 @@ impl Books {
     }
 
     /// Counts the time of work for a solve.
-    fn solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
+    pub(super) fn solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
         self.watch.lap(Stage::Geometry);
         let done = work();
         self.watch.lap(Stage::Solution);
@@ -214,203 +210,13 @@ pub(crate) struct Island<const D: usize> {
     pub(crate) nodes: Vec<u32>,
     /// What its contacts do to each other: kept while they stay, and for its storage.
     pub(super) system: System<D>,
+    /// When open pairs touch: known from a kick on, through its drift.
+    pub(super) touches: Touches,
 }
 
 impl<const D: usize> Island<D> {
-    /// After the kick of a substep: the impulses that keep closed pairs
-    /// together, (11), or part them, (6)–(10). `before` are the velocities
-    /// before the kick of `interval` seconds at `time`, which precedes a drift
-    /// of `drift` seconds.
-    pub(crate) fn hold(
-        &mut self,
-        setting: &Setting<D>,
-        motion: &mut Motion<D>,
-        before: &[[f64; D]],
-        (time, interval, drift): (f64, f64, f64),
-        receive: Receive<D>,
-        books: &mut Books,
-    ) -> Vec<Record> {
-        let mut ended = Vec::new();
-        self.follow(setting, motion.positions(), &mut ended, books);
-        self.close_touching(setting, motion, (time, drift), books);
-        if self.live.is_empty() {
-            return ended;
-        }
-        let constraints = self.solve_closed(setting, motion, (interval, drift), books);
-        let least = setting.least_speed(drift);
-        for (live, constraint) in self.live.iter_mut().zip(&constraints) {
-            let operator = &constraint.operator;
-            let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
-            books.spend(&constraint.impulse, &old, &new, live.fresh);
-            live.fresh = false;
-            (live.impulse, live.interval) = (constraint.impulse, interval);
-            live.record.count(&[0.0; D], &constraint.impulse);
-            operator.deliver(&constraint.impulse, &mut *receive);
-            if constraint.slips(motion.velocity, least) {
-                live.slide();
-                live.record.slip += shear_norm(&new) * drift;
-            } else if !live.sticks {
-                live.stick();
-            }
-        }
-        let mut opens = constraints
-            .iter()
-            .map(|constraint| constraint.opens(motion.velocity, least));
-        let at = motion.positions();
-        // One that is deeper than a touch may be would not be found again.
-        let is_deep = |pair: Pair| setting.surface.project(pair, at).gap < -setting.tolerance;
-        self.live.retain(|live| {
-            let opens = opens.next().unwrap_or(false) && !is_deep(live.pair);
-            if opens {
-                ended.push(live.record.clone());
-            }
-            !opens
-        });
-        ended
-    }
-
-    /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
-    /// on to where another is.
-    fn follow(
-        &mut self,
-        setting: &Setting<D>,
-        at: Positions<D>,
-        ended: &mut Vec<Record>,
-        books: &mut Books,
-    ) {
-        let mut pairs: Vec<Pair> = self.live.iter().map(|live| live.pair).collect();
-        pairs.sort_unstable();
-        let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
-        let mut moved = Vec::with_capacity(pairs.len());
-        self.live.retain_mut(|live| {
-            let before = live.pair;
-            let followed = live.follow(setting.surface, at, setting.tolerance, taken);
-            books.hurried += u64::from(followed == Followed::InAHurry);
-            let goes_on = followed != Followed::Beyond;
-            if goes_on {
-                moved.push(live.pair != before);
-            } else {
-                ended.push(live.record.clone());
-            }
-            goes_on
-        });
-        if moved.contains(&true) {
-            self.merge(&moved, ended);
-        }
-    }
-
-    /// Ends the contacts that have `moved` on to where another is.
-    fn merge(&mut self, moved: &[bool], ended: &mut Vec<Record>) {
-        let stayed = self.live.iter().zip(moved).filter(|(_, moved)| !**moved);
-        let mut known: BTreeSet<Pair> = stayed.map(|(live, _)| live.pair).collect();
-        let mut moved = moved.iter();
-        self.live.retain(|live| {
-            let goes_on = moved.next() == Some(&false) || known.insert(live.pair);
-            if !goes_on {
-                ended.push(live.record.clone());
-            }
-            goes_on
-        });
-    }
-
-    /// Closes the open pairs that touch already and that the kick has set
-    /// moving towards each other: no impact, unless they did before.
-    fn close_touching(
-        &mut self,
-        setting: &Setting<D>,
-        motion: &Motion<D>,
-        (time, drift): (f64, f64),
-        books: &mut Books,
-    ) {
-        let touches =
-            Touches::new(self, setting, motion, (Wanted::Now, drift)).first(0.0, |_, _| false);
-        if let Some((0.0, pairs)) = touches {
-            let moment = Wanted::Now.moment(motion.positions(), motion.velocity, [0.0, drift]);
-            for pair in pairs {
-                books.touches += self.touch(setting, moment, pair, time);
-            }
-        }
-    }
-
-    /// Solves the closed contacts; those beyond their strength break together,
-    /// then the island is solved again.
-    fn solve_closed(
-        &mut self,
-        setting: &Setting<D>,
-        motion: &mut Motion<D>,
-        (interval, drift): (f64, f64),
-        books: &mut Books,
-    ) -> Vec<Constraint<D>> {
-        let at = motion.positions();
-        let of = |live: &Live<D>, operator| {
-            live.constraint(operator, (drift, interval), setting.tolerance)
-        };
-        let live = self.live.par_iter().with_min_len(SHARE);
-        let live = live.map(|live| of(live, live.operator(setting.surface, at)));
-        let mut constraints: Vec<_> = live.collect();
-        let precision = (RESIDUAL, self.precision(setting, at, drift));
-        let least = setting.least_speed(drift);
-        books.solution(|| self.system.load(&constraints, setting.mobility(interval)));
-        let nodes = self.system.nodes().iter();
-        let start = nodes.map(|&node| (node, motion.velocity[node as usize]));
-        let start: Vec<_> = start.collect();
-        let (mut missed, mut again) = (vec![0.0; self.live.len()], 0);
-        loop {
-            let system = &mut self.system;
-            books.count(|| system.solve(&mut constraints, motion.velocity, precision));
-            let mut broken = false;
-            for (live, constraint) in self.live.iter_mut().zip(&constraints) {
-                broken |= live.breaks(constraint, motion.velocity, least);
-            }
-            if broken {
-                let known = self.live.iter().zip(&missed);
-                for (constraint, (live, missed)) in constraints.iter_mut().zip(known) {
-                    *constraint = of(live, constraint.operator);
-                    constraint.target[0] -= missed / drift;
-                }
-            } else if again < AGAIN
-                && let Some(misses) = self.misses(setting, motion, drift, &constraints)
-            {
-                again += 1;
-                for (k, miss) in misses.into_iter().enumerate() {
-                    missed[k] += miss;
-                    constraints[k].target[0] -= miss / drift;
-                }
-            } else {
-                return constraints;
-            }
-            for (node, velocity) in &start {
-                motion.velocity[*node as usize] = *velocity;
-            }
-        }
-    }
-
-    /// By how much the gaps of contacts that press will miss theirs after the drift, or
-    /// sink in as they part, m; if that is too far of any.
-    fn misses(
-        &self,
-        setting: &Setting<D>,
-        motion: &Motion<D>,
-        drift: f64,
-        constraints: &[Constraint<D>],
-    ) -> Option<Vec<f64>> {
-        let then = motion.positions().after(motion.velocity, drift);
-        let miss = |(live, constraint): (&Live<D>, &Constraint<D>)| {
-            let projection = setting.surface.project(live.pair, then);
-            let miss = projection.gap - live.offset[0];
-            let sinks = miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance;
-            // Edges that have turned parallel have no gap.
-            let presses = constraint.impulse[0] > 0.0 && projection.outside.is_finite();
-            if presses || sinks { miss } else { 0.0 }
-        };
-        let pairs = self.live.par_iter().zip(constraints).with_min_len(SHARE);
-        let misses: Vec<f64> = pairs.map(miss).collect();
-        let is_far = |miss: &f64| miss.abs() > MISS * setting.tolerance;
-        misses.iter().any(is_far).then_some(misses)
-    }
-
-    /// The drift of a substep: free flight to each first touch (time stage 1),
-    /// then unified (time stage 2).
+    /// The drift of a substep after its kick: free flight to each first touch (time
+    /// stage 1), then unified (time stage 2).
     pub(crate) fn drift(
         &mut self,
         setting: &Setting<D>,
@@ -420,7 +226,7 @@ impl<const D: usize> Island<D> {
         receive: Receive<D>,
         books: &mut Books,
     ) {
-        let mut touches = Touches::new(self, setting, motion, (Wanted::InDrift, duration));
+        let mut touches = std::mem::take(&mut self.touches);
         let mut elapsed = 0.0;
         for event in 0.. {
             let window = if event + touches.ahead() <= EVENTS {
@@ -442,7 +248,7 @@ impl<const D: usize> Island<D> {
             self.go(motion, wait);
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
-            let moment = Wanted::InDrift.moment(motion.positions(), motion.velocity, remaining);
+            let moment = Moment::in_drift(motion.positions(), motion.velocity, remaining);
             let mut begun = 0;
             for pair in pairs {
                 begun += self.touch(setting, moment, pair, time + elapsed);
@@ -456,7 +262,7 @@ impl<const D: usize> Island<D> {
                 setting,
                 motion,
                 (&before, begun > 0),
-                (elapsed, duration),
+                (Wanted::InDrift, (elapsed, duration)),
             );
         }
         self.go(motion, duration - elapsed);

@@ -128,6 +128,24 @@ impl<'a, const D: usize> Moment<'a, D> {
             is_held: false,
         }
     }
+
+    /// A touch some time from now, in what remains of a drift for which closed contacts
+    /// are solved.
+    pub(crate) fn in_drift(
+        at: Positions<'a, D>,
+        velocity: &'a [[f64; D]],
+        [wait, remaining]: [f64; 2],
+    ) -> Self {
+        Self {
+            touch: if wait > 0.0 {
+                at.after(velocity, wait)
+            } else {
+                at
+            },
+            end: at.after(velocity, remaining),
+            is_held: true,
+        }
+    }
 }
 
 impl<const D: usize> Live<D> {

@@ -8,6 +8,7 @@ mod colours;
 mod exact;
 mod face;
 mod grouping;
+mod hold;
 mod impact;
 pub(crate) mod island;
 pub(crate) mod law;

@@ -2,7 +2,7 @@
 //! as do the points that the line or plane goes through.
 
 use crate::contact::roots::roots;
-use crate::vector::{add, cross, cross2, dot, norm};
+use crate::vector::{add, add_scaled, cross, cross2, dot, norm};
 
 /// Bisections that take an interval down to round-off.
 const BISECTIONS: u32 = 64;
@@ -18,6 +18,14 @@ pub(super) const LOOKS: u32 = 8;
 /// a third of this would do.
 pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 
+/// How far a pair that has touched may sink in a drift and rests, over the depth up to which
+/// it has not.
+const CREEPS: f64 = 1e-3;
+
+/// What a target keeps of the smaller of its sizes at both ends of a drift, at least: all
+/// but a share that its nodes move over its height.
+const KEPT: f64 = 0.5;
+
 /// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in
 /// time: a cubic.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +34,15 @@ pub(super) struct Orientation {
     coefficients: [f64; 4],
     /// Bound of the terms' sum at t = 0, and what is added a second.
     size: [[f64; 2]; 3],
+}
+
+/// What of a gap is none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slack {
+    /// Of a pair that touches at the start of a drift, or that was left to sink in, m.
+    pub(crate) within: f64,
+    /// How deep it may be at the end, m.
+    pub(crate) depth: f64,
 }
 
 /// A time in which it is no longer above round-off, until the end of its fall.
@@ -70,6 +87,31 @@ impl Orientation {
     pub(super) fn at(&self, t: f64) -> f64 {
         let [c0, c1, c2, c3] = self.coefficients;
         c0 + t * (c1 + t * (c2 + t * c3))
+    }
+
+    /// Whether a gap, which times some size of the target is this, is within some
+    /// [`Slack`] and stays so for `duration`, given the `sizes` at its start and end.
+    pub(super) fn rests(&self, sizes: [f64; 2], duration: f64, slack: Slack) -> bool {
+        let [now, then] = [0.0, duration].map(|time| self.at(time));
+        let (gap, next) = (now / sizes[0], then / sizes[1]);
+        let lowest = KEPT * slack.within * sizes[0].min(sizes[1]);
+        gap <= slack.within
+            && next >= -slack.depth.max(CREEPS * slack.depth - gap)
+            && self.stays_above(-lowest, duration)
+    }
+
+    /// Whether it stays above a level for `duration`: if its Bernstein coefficients do, in
+    /// whose convex hull it is.
+    fn stays_above(&self, level: f64, duration: f64) -> bool {
+        let mut power = 1.0;
+        let [c0, c1, c2, c3] = self.coefficients.map(|coefficient| {
+            let term = coefficient * power;
+            power *= duration;
+            term
+        });
+        let inner = [c0 + c1 / 3.0, c0 + (2.0 * c1 + c2) / 3.0];
+        let outer = [c0, c0 + c1 + c2 + c3];
+        inner.into_iter().chain(outer).all(|value| value >= level)
     }
 
     /// Whether it falls at a time: by its first derivative that is not 0.
@@ -146,6 +188,13 @@ impl Orientation {
     fn last_above(&self, level: f64, low: f64, high: f64) -> f64 {
         last(low, high, |t| self.at(t) > level)
     }
+}
+
+/// A vector and its rate after some time.
+pub(super) fn moved<const D: usize>([now, rate]: &[[f64; D]; 2], time: f64) -> [f64; D] {
+    let mut then = *now;
+    add_scaled(&mut then, time, rate);
+    then
 }
 
 /// When something begins to hold in an interval, by [`LOOKS`] instants: before the first

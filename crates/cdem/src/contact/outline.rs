@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::contact::orientation::Orientation;
+use crate::contact::orientation::{Orientation, Slack, moved};
 use crate::contact::surface::{
     FLUSH, FOOT_ROUND_OFF, Feature, MAX_NODES, Mark, Operator, PART, Pair, Positions, Projection,
     Surface, beyond_reentrant,
@@ -96,6 +96,23 @@ impl Outline {
 
     fn main_node(&self, pair: Pair) -> u32 {
         self.vertices[pair.main as usize].node[0]
+    }
+
+    /// The target edge of a pair with its rate, and its length times the gap.
+    fn area_before(
+        &self,
+        pair: Pair,
+        at: Positions<2>,
+        velocity: &[[f64; 2]],
+    ) -> (Orientation, [[f64; 2]; 2]) {
+        let [a, b] = self.edges[pair.target as usize];
+        let between = |from: u32, to: u32| {
+            let rate = sub(&velocity[to as usize], &velocity[from as usize]);
+            [sub(&at.at(to), &at.at(from)), rate]
+        };
+        let edge = between(a, b);
+        let area = Orientation::of_area([between(a, self.main_node(pair)), edge]);
+        (area, edge)
     }
 
     /// The edge beyond the end (`foot` > ½) or the start of `edge`.
@@ -286,6 +303,19 @@ impl Surface<2> for Outline {
         norm(&sub(&b, &a))
     }
 
+    fn rests(
+        &self,
+        pair: Pair,
+        at: Positions<2>,
+        velocity: &[[f64; 2]],
+        duration: f64,
+        slack: Slack,
+    ) -> bool {
+        let (area, edge) = self.area_before(pair, at, velocity);
+        let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
+        area.rests(lengths, duration, slack)
+    }
+
     fn time_of_impact(
         &self,
         pair: Pair,
@@ -294,14 +324,8 @@ impl Surface<2> for Outline {
         duration: f64,
         depth: f64,
     ) -> Option<f64> {
-        let [a, b] = self.edges[pair.target as usize];
-        let between = |from: u32, to: u32| {
-            let rate = sub(&velocity[to as usize], &velocity[from as usize]);
-            [sub(&at.at(to), &at.at(from)), rate]
-        };
-        // Length times gap.
-        let area = Orientation::of_area([between(a, self.main_node(pair)), between(a, b)]);
-        let deep = depth * norm(&between(a, b)[0]);
+        let (area, edge) = self.area_before(pair, at, velocity);
+        let deep = depth * norm(&edge[0]);
         let is_on_edge = |t: f64| {
             let then = at.after(velocity, t);
             let foot = self.project(pair, then).foot[0];

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::contact::broad_phase::Aabb;
+use crate::contact::orientation::Slack;
 use crate::sample::ContactKind;
 use crate::vector::{add, add_scaled, dot, norm};
 
@@ -343,6 +344,16 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
+    /// Whether a pair that touches, within some slack, stays as it is for `duration` at
+    /// constant velocities, within some too; never, if it might not.
+    fn rests(
+        &self,
+        pair: Pair,
+        at: Positions<D>,
+        velocity: &[[f64; D]],
+        duration: f64,
+        slack: Slack,
+    ) -> bool;
     /// The pairs of all features around the point of a pair, within `tolerance`, which may
     /// touch there as well; of a point in the middle of a feature none but the pair itself.
     fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Vec<Pair>;

@@ -5,13 +5,20 @@ use rayon::prelude::*;
 use crate::contact::closed::Closed;
 use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::{Live, Moment};
+use crate::contact::orientation::Slack;
 use crate::contact::rightful::rightful;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::SHARE;
 use crate::model::motion::Motion;
 use crate::vector::{norm, sub};
 
+/// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th
+/// of the smallest boundary edge by default. By as much points stay uneven that come to
+/// rest; what has been left to sink in farther closes no later than at [`SHALLOW`].
+const LEAST_DEPTH: f64 = 1e-7;
+
 /// When the open pairs of an island touch in a drift.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Touches {
     /// Those that are not never, with their numbers among the pairs near, which
     /// rise.
@@ -32,59 +39,70 @@ enum Touch {
     Closed,
 }
 
-/// Which touches are looked for.
+/// When pairs that have touched already are to be closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wanted {
-    /// Those of pairs that touch already.
-    Now,
-    /// Those in the drift, unless they may wait for the next kick.
+    /// In a kick, before the drift: those that sink in at all.
+    InKick,
+    /// In the drift: those that cannot wait for the next kick.
     InDrift,
 }
 
 impl Wanted {
-    /// A touch some time from now, in what remains of a drift: of those in the drift,
-    /// closed contacts have been solved for.
-    pub(super) fn moment<'a, const D: usize>(
-        self,
-        at: Positions<'a, D>,
-        velocity: &'a [[f64; D]],
-        [wait, remaining]: [f64; 2],
-    ) -> Moment<'a, D> {
-        Moment {
-            touch: if wait > 0.0 {
-                at.after(velocity, wait)
-            } else {
-                at
-            },
-            end: at.after(velocity, remaining),
-            is_held: self == Self::InDrift,
+    /// Up to how deep a pair does not sink in, over the tolerance.
+    fn depth(self) -> f64 {
+        match self {
+            Self::InKick => LEAST_DEPTH,
+            Self::InDrift => SHALLOW,
+        }
+    }
+
+    /// Gap, over the tolerance, above which a pair waits for the next kick that is too
+    /// slow to come deep in the drift.
+    fn waits_above(self) -> f64 {
+        match self {
+            Self::InKick => LEAST_DEPTH,
+            Self::InDrift => -SHALLOW,
         }
     }
 }
 
 impl Touches {
-    /// Touches within a drift of `duration` seconds from now.
-    pub(super) fn new<const D: usize>(
+    /// Looks at all open pairs for a drift of `duration` seconds from now.
+    pub(super) fn begin<const D: usize>(
+        &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
-        (wanted, duration): (Wanted, f64),
-    ) -> Self {
-        let mut touches = Self { touch: Vec::new() };
-        touches.look(
-            island,
-            setting,
-            motion,
-            (wanted, (0.0, duration)),
-            |_, _, _| true,
-        );
-        touches
+        duration: f64,
+    ) {
+        self.touch.clear();
+        let interval = (Wanted::InKick, (0.0, duration));
+        self.look(island, setting, motion, interval, |_, _, _| true);
+    }
+
+    /// Closed contacts have parted before the drift: whether they touch again is seen anew.
+    pub(super) fn reopen<const D: usize>(
+        &mut self,
+        island: &mut Island<D>,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        duration: f64,
+    ) {
+        let again = |_: &[u32], old: Touch, _: Pair| old == Touch::Closed;
+        let interval = (Wanted::InDrift, (0.0, duration));
+        self.look(island, setting, motion, interval, again);
     }
 
     /// Pairs that touch in the rest of the drift, as far as is known.
     pub(super) fn ahead(&self) -> usize {
         let ahead = |(_, touch): &&(usize, Touch)| matches!(touch, Touch::At(..));
         self.touch.iter().filter(ahead).count()
+    }
+
+    /// The pairs that touch already, as one.
+    pub(super) fn now(&mut self) -> Vec<Pair> {
+        self.take(|time, _| time <= 0.0)
     }
 
     /// The first instant at which pairs touch, s from the start of the drift,
@@ -100,17 +118,23 @@ impl Touches {
             _ => None,
         });
         let first = times.min_by(f64::total_cmp)?;
-        let mut due = Vec::new();
+        let due = self.take(|time, pair| time <= first + window || close(first, pair));
+        Some((first, due))
+    }
+
+    /// The pairs that touch at times that are `due`, in order of time: they are one event.
+    fn take(&mut self, due: impl Fn(f64, Pair) -> bool) -> Vec<Pair> {
+        let mut taken = Vec::new();
         for (_, touch) in &mut self.touch {
             if let Touch::At(time, pair) = *touch
-                && (time <= first + window || close(first, pair))
+                && due(time, pair)
             {
-                due.push((time, pair));
+                taken.push((time, pair));
                 *touch = Touch::Due;
             }
         }
-        due.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        Some((first, due.into_iter().map(|(_, pair)| pair).collect()))
+        taken.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        taken.into_iter().map(|(_, pair)| pair).collect()
     }
 
     /// After an event at `elapsed` that has changed the velocities `before` of
@@ -122,7 +146,7 @@ impl Touches {
         setting: &Setting<D>,
         motion: &Motion<D>,
         (before, has_begun): (&[[f64; D]], bool),
-        (elapsed, duration): (f64, f64),
+        (wanted, interval): (Wanted, (f64, f64)),
     ) {
         let again = |own: &[u32], old: Touch, pair: Pair| match old {
             Touch::Closed => false,
@@ -137,8 +161,7 @@ impl Touches {
                 })
             }
         };
-        let interval = (elapsed, duration);
-        self.look(island, setting, motion, (Wanted::InDrift, interval), again);
+        self.look(island, setting, motion, (wanted, interval), again);
     }
 
     /// Looks `again` at pairs, given the nodes of the island; leaves out those that
@@ -189,7 +212,7 @@ impl Touches {
         let touch = |(&(_, pair), (look, apart)): (&(usize, Pair), (Look, f64))| match look {
             Look::Touch(touch) => (touch, apart),
             Look::Within(span) => {
-                let interval = (wanted, (span, elapsed, duration));
+                let interval = (span, elapsed, duration);
                 let closed = closed.as_ref();
                 let touch =
                     closed.map(|closed| touch(closed, setting, (motion, at), pair, interval));
@@ -230,13 +253,22 @@ fn look_at<const D: usize>(
     if apart > tolerance + way {
         return (Look::Touch(Touch::Never), apart);
     }
-    // Of parallel edges the gap says nothing, and is none.
-    let gap = || surface.project(pair, at).gap;
-    let look = match wanted {
-        Wanted::Now if gap() > SHALLOW * tolerance => Look::Touch(Touch::Never),
-        Wanted::InDrift if way > SHALLOW * tolerance => Look::Within(remaining),
-        Wanted::InDrift if gap() >= -SHALLOW * tolerance => Look::Touch(Touch::Never),
-        Wanted::Now | Wanted::InDrift => Look::Within(0.0),
+    let slack = Slack {
+        within: SHALLOW * tolerance,
+        depth: wanted.depth() * tolerance,
+    };
+    let is_slow = way <= slack.within;
+    let waits = || {
+        // Of parallel edges the gap says nothing.
+        let projection = surface.project(pair, at);
+        projection.gap > wanted.waits_above() * tolerance || projection.outside.is_infinite()
+    };
+    let look = if is_slow && waits()
+        || surface.rests(pair, at, motion.velocity, remaining, slack)
+    {
+        Look::Touch(Touch::Never)
+    } else {
+        Look::Within(if is_slow { 0.0 } else { remaining })
     };
     (look, apart)
 }
@@ -248,7 +280,7 @@ fn touch<const D: usize>(
     setting: &Setting<D>,
     (motion, at): (&Motion<D>, Positions<D>),
     pair: Pair,
-    (wanted, (span, elapsed, duration)): (Wanted, (f64, f64, f64)),
+    (span, elapsed, duration): (f64, f64, f64),
 ) -> Touch {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
     let remaining = duration - elapsed;
@@ -257,14 +289,10 @@ fn touch<const D: usize>(
         return Touch::Never;
     };
     let beside = closed.beside(setting, (motion, at), pair, remaining);
-    let moment = wanted.moment(at, motion.velocity, [wait, remaining]);
+    let moment = Moment::in_drift(at, motion.velocity, [wait, remaining]);
     // A whole drift on: by its end, a touch in the last instant of this one would
-    // leave the choice between faces to round-off. Before closed contacts are solved for,
-    // how nodes move says nothing about it.
-    let later = match wanted {
-        Wanted::Now => at,
-        Wanted::InDrift => at.after(motion.velocity, wait + duration),
-    };
+    // leave the choice between faces to round-off.
+    let later = at.after(motion.velocity, wait + duration);
     match owner(setting, beside, pair, (moment, later)) {
         Some(owner) => Touch::At(elapsed + wait, owner),
         None => Touch::Refused,

@@ -28,6 +28,7 @@ use place::Place;
 use skin::Skin;
 
 use crate::contact::broad_phase::Aabb;
+use crate::contact::orientation::Slack;
 use crate::contact::surface::{
     FLUSH, Formed, Mark, Nearness, Operator, Pair, Positions, Projection, Surface,
 };
@@ -319,6 +320,25 @@ impl Surface<3> for Shell {
                     .fold(0.0, f64::max)
             }
             Some(edge) => self.length(edge, at),
+        }
+    }
+
+    fn rests(
+        &self,
+        pair: Pair,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+        slack: Slack,
+    ) -> bool {
+        let within = (duration, slack);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                self.rests_facing((vertex, triangle), at, velocity, within)
+            }
+            Meeting::Crossing { main, target } => {
+                self.rests_crossing([main, target], at, velocity, within)
+            }
         }
     }
 

@@ -2,9 +2,14 @@
 //! lie in one plane, and in each other.
 
 use super::Shell;
-use crate::contact::orientation::{Orientation, last};
+use crate::contact::orientation::{Orientation, Slack, last, moved};
 use crate::contact::surface::Positions;
-use crate::vector::{add_scaled, cross, norm, sub};
+use crate::vector::{cross, dot, norm, sub};
+
+/// Edges that turn less in a drift than by the angle of this cosine do not become parallel
+/// in it; and how far their normal must point out of the target, to do so all the time.
+const STEADY: f64 = 0.5;
+const OUTWARD: f64 = 0.1;
 
 impl Shell {
     /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
@@ -16,11 +21,8 @@ impl Shell {
         velocity: &[[f64; 3]],
         (duration, depth): (f64, f64),
     ) -> Option<f64> {
-        let between = |from: u32, to: u32| self.between(from, to, at, velocity);
-        let [a, b, c] = self.skin.triangles[triangle as usize].corners;
-        let volume = Orientation::of_volume([between(a, vertex), between(a, b), between(a, c)]);
-        let sides = [b, c].map(|corner| between(a, corner)[0]);
-        let deep = depth * norm(&cross(&sides[0], &sides[1]));
+        let (volume, sides) = self.volume_before((vertex, triangle), at, velocity);
+        let deep = depth * area(&sides, 0.0);
         volume.first_fall(duration, deep, |time| {
             let then = at.after(velocity, time);
             let facing = self.facing(vertex, triangle, then);
@@ -39,19 +41,9 @@ impl Shell {
         if !self.are_sharp_within([main, target], at, velocity, duration) {
             return None;
         }
-        let between = |from: u32, to: u32| self.between(from, to, at, velocity);
-        let [one, other] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
-        let edges = [one, other].map(|ends| between(ends[0], ends[1]));
-        let volume = Orientation::of_volume([between(other[0], one[0]), edges[0], edges[1]]);
+        let (volume, edges) = self.volume_between([main, target], at, velocity);
         // Edges that turn have another volume to the same gap at the end.
-        let area = |time: f64| {
-            let [one, other] = edges.map(|[now, rate]| {
-                let mut then = now;
-                add_scaled(&mut then, time, &rate);
-                then
-            });
-            norm(&cross(&one, &other))
-        };
+        let area = |time: f64| area(&edges, time);
         let crossing = |time: f64| self.crossing(main, target, at.after(velocity, time));
         // Edges that turn out of one line touch as soon as they are no longer parallel,
         // unless they stay so near that the next kick will do.
@@ -87,6 +79,71 @@ impl Shell {
         } else {
             time
         })
+    }
+
+    /// Whether a vertex that touches a triangle stays as it is for `duration` seconds.
+    pub(super) fn rests_facing(
+        &self,
+        pair: (u32, u32),
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, slack): (f64, Slack),
+    ) -> bool {
+        let (volume, sides) = self.volume_before(pair, at, velocity);
+        let areas = [0.0, duration].map(|time| area(&sides, time));
+        volume.rests(areas, duration, slack)
+    }
+
+    /// The same of two edges, if they stay far from parallel.
+    pub(super) fn rests_crossing(
+        &self,
+        [main, target]: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, slack): (f64, Slack),
+    ) -> bool {
+        let Some(crossing) = self.crossing(main, target, at) else {
+            return false;
+        };
+        let (volume, edges) = self.volume_between([main, target], at, velocity);
+        let [now, then] = [0.0, duration].map(|time| {
+            let [one, other] = edges.map(|edge| moved(&edge, time));
+            cross(&one, &other)
+        });
+        let areas = [&now, &then].map(norm);
+        let turns = dot(&now, &then) < STEADY * areas[0] * areas[1];
+        let volume = if crossing.forward {
+            volume
+        } else {
+            volume.reversed()
+        };
+        crossing.outward > OUTWARD && !turns && volume.rests(areas, duration, slack)
+    }
+
+    /// Volume of a vertex before a triangle, and two sides of that with their rates.
+    fn volume_before(
+        &self,
+        (vertex, triangle): (u32, u32),
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
+        let [a, b, c] = self.skin.triangles[triangle as usize].corners;
+        let [vertex, b, c] = [vertex, b, c].map(|corner| self.between(a, corner, at, velocity));
+        (Orientation::of_volume([vertex, b, c]), [b, c])
+    }
+
+    /// Volume of the ends of two edges, and these with their rates.
+    fn volume_between(
+        &self,
+        edges: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
+        let between = |[from, to]: [u32; 2]| self.between(from, to, at, velocity);
+        let [one, other] = edges.map(|edge| self.skin.edges[edge as usize].ends);
+        let edges = [one, other].map(between);
+        let volume = Orientation::of_volume([between([other[0], one[0]]), edges[0], edges[1]]);
+        (volume, edges)
     }
 
     /// Whether two edges can meet each other in a drift: edges within faces that bulge
@@ -125,4 +182,10 @@ impl Shell {
         let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
         [sub(&end, &start), sub(&fast, &slow)]
     }
+}
+
+/// Area between two vectors with their rates after some time, m².
+fn area(sides: &[[[f64; 3]; 2]; 2], time: f64) -> f64 {
+    let [one, other] = sides.each_ref().map(|side| moved(side, time));
+    norm(&cross(&one, &other))
 }
