@@ -13,6 +13,11 @@ use crate::contact::system::SHARE;
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::motion::Motion;
 
+/// Share of its contacts, one in so many, that must sink in for those closed before in the
+/// same kick to have the island solved once more. Fewer wait for the next kick: those are
+/// one or two at a time, for many rounds, in a large island that settles.
+const WORTH_A_SOLVE: usize = 64;
+
 /// What closed contacts are asked for in a kick, as often as it takes.
 #[derive(Default)]
 struct Hold<const D: usize> {
@@ -82,9 +87,7 @@ impl<const D: usize> Island<D> {
             }
             !opens
         });
-        if !ended.is_empty() {
-            touches.reopen(self, setting, motion, drift);
-        }
+        touches.go_on(self, setting, motion, (drift, !ended.is_empty()));
         self.touches = touches;
         ended
     }
@@ -152,15 +155,19 @@ impl<const D: usize> Island<D> {
                 self.ask_of_new(setting, motion, &mut hold, (interval, drift), books);
             }
             self.solve_for_gaps(setting, motion, &mut hold, (precision, drift), books);
-            match before {
+            let least = match &before {
                 Some(before) => {
                     let interval = (Wanted::InKick, (0.0, drift));
-                    touches.update(self, setting, motion, (&before, true), interval);
+                    touches.update(self, setting, motion, (before, true), interval);
+                    self.live.len() / WORTH_A_SOLVE
                 }
-                None => touches.begin(self, setting, motion, drift),
-            }
+                None => {
+                    touches.begin(self, setting, motion, drift);
+                    0
+                }
+            };
             before = Some(self.velocities(motion));
-            let closes = self.close_touching(setting, motion, touches, (time, drift), books);
+            let closes = self.close_touching(setting, motion, touches, (time, drift, least), books);
             if !closes && !self.break_joints(setting, motion, &mut hold, (interval, drift)) {
                 return hold.constraints;
             }
@@ -223,20 +230,23 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Closes the open pairs that touch already; whether any contact has begun.
+    /// Closes the open pairs that touch already, if they are more than the `least`; whether
+    /// any contact has begun.
     fn close_touching(
         &mut self,
         setting: &Setting<D>,
         motion: &Motion<D>,
         touches: &mut Touches,
-        (time, drift): (f64, f64),
+        (time, drift, least): (f64, f64, usize),
         books: &mut Books,
     ) -> bool {
-        let moment = Moment::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let mut begun = 0;
-        for pair in touches.now() {
-            begun += self.touch(setting, moment, pair, time);
+        let pairs = touches.now();
+        if pairs.len() <= least {
+            return false;
         }
+        let moment = Moment::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
+        let begun = pairs.into_iter().map(|pair| self.touch(setting, moment, pair, time));
+        let begun: u64 = begun.sum();
         books.touches += begun;
         begun > 0
     }

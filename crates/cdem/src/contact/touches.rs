@@ -81,17 +81,21 @@ impl Touches {
         self.look(island, setting, motion, interval, |_, _, _| true);
     }
 
-    /// Closed contacts have parted before the drift: whether they touch again is seen anew.
-    pub(super) fn reopen<const D: usize>(
+    /// The kick is over, in which contacts `parted` and pairs that touched were left open:
+    /// what of them cannot wait for the next touches in the drift.
+    pub(super) fn go_on<const D: usize>(
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
         motion: &Motion<D>,
-        duration: f64,
+        (duration, parted): (f64, bool),
     ) {
-        let again = |_: &[u32], old: Touch, _: Pair| old == Touch::Closed;
-        let interval = (Wanted::InDrift, (0.0, duration));
-        self.look(island, setting, motion, interval, again);
+        let is_open = |touch: Touch| touch == Touch::Due || parted && touch == Touch::Closed;
+        if parted || self.touch.iter().any(|(_, touch)| is_open(*touch)) {
+            let again = |_: &[u32], old: Touch, _: Pair| is_open(old);
+            let interval = (Wanted::InDrift, (0.0, duration));
+            self.look(island, setting, motion, interval, again);
+        }
     }
 
     /// Pairs that touch in the rest of the drift, as far as is known.
