@@ -74,18 +74,20 @@ impl<const D: usize> Island<D> {
                 live.stick();
             }
         }
-        let mut opens = constraints
-            .iter()
-            .map(|constraint| constraint.opens(motion.velocity, least));
-        let at = motion.positions();
+        let (moves, at) = (motion.velocity.as_ref(), motion.positions());
         // One that is deeper than a touch may be would not be found again.
         let is_deep = |pair: Pair| setting.surface.project(pair, at).gap < -setting.tolerance;
+        let mut solved = constraints.iter();
         self.live.retain(|live| {
-            let opens = opens.next().unwrap_or(false) && !is_deep(live.pair);
-            if opens {
+            let parts = solved.next().is_some_and(|constraint| {
+                constraint.opens(moves, least)
+                    && live.is_apart_after(constraint, moves, drift, setting.tolerance)
+                    && !is_deep(live.pair)
+            });
+            if parts {
                 ended.push(live.record.clone());
             }
-            !opens
+            !parts
         });
         touches.go_on(self, setting, motion, (drift, !ended.is_empty()));
         self.touches = touches;

@@ -306,7 +306,7 @@ impl<const D: usize> Live<D> {
     /// The constraint that keeps the pair together over a drift of `drift`
     /// seconds, after a kick of `interval` seconds: g(x_{n+1}) = (1 - [`AIM`]) g(x_n)
     /// along ∇g(x_n), and the same for the tangents of a pair that sticks, as far as g
-    /// is not [`RIGHT`].
+    /// is not [`RIGHT`]; g ≥ 0 of one that bears nothing and has opened.
     pub(crate) fn constraint(
         &self,
         operator: Operator<D>,
@@ -318,6 +318,10 @@ impl<const D: usize> Live<D> {
         for r in 0..if self.sticks { D } else { 1 } {
             let wrong = self.offset[r] - operator.offset[r];
             target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
+        }
+        let apart = operator.offset[0] - self.offset[0];
+        if apart > 0.0 && self.impulse[0] == 0.0 {
+            target[0] = -apart / drift;
         }
         let ratio = if self.interval > 0.0 {
             interval / self.interval
@@ -331,6 +335,20 @@ impl<const D: usize> Live<D> {
             impulse: self.impulse.map(|impulse| impulse * ratio),
             borne: [0.0; D],
         }
+    }
+
+    /// Whether its gap is wider after a drift at solved velocities than is [`RIGHT`]. One
+    /// that bears nothing and is not may have to in the next kick: it has not ended.
+    pub(crate) fn is_apart_after(
+        &self,
+        solved: &Constraint<D>,
+        velocity: &[[f64; D]],
+        drift: f64,
+        tolerance: f64,
+    ) -> bool {
+        let operator = &solved.operator;
+        let gap = operator.offset[0] + drift * operator.relative_velocity(0, velocity);
+        gap - self.offset[0] > RIGHT * tolerance
     }
 
     /// The constraint at the instant of an impact before a drift of `drift`
