@@ -74,7 +74,7 @@ impl<const D: usize> Island<D> {
                 live.stick();
             }
         }
-        let (moves, at) = (motion.velocity.as_ref(), motion.positions());
+        let (moves, at) = (&*motion.velocity, motion.positions());
         // One that is deeper than a touch may be would not be found again.
         let is_deep = |pair: Pair| setting.surface.project(pair, at).gap < -setting.tolerance;
         let mut solved = constraints.iter();
@@ -247,7 +247,9 @@ impl<const D: usize> Island<D> {
             return false;
         }
         let moment = Moment::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let begun = pairs.into_iter().map(|pair| self.touch(setting, moment, pair, time));
+        let begun = pairs
+            .into_iter()
+            .map(|pair| self.touch(setting, moment, pair, time));
         let begun: u64 = begun.sum();
         books.touches += begun;
         begun > 0

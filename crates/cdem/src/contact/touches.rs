@@ -267,9 +267,7 @@ fn look_at<const D: usize>(
         let projection = surface.project(pair, at);
         projection.gap > wanted.waits_above() * tolerance || projection.outside.is_infinite()
     };
-    let look = if is_slow && waits()
-        || surface.rests(pair, at, motion.velocity, remaining, slack)
-    {
+    let look = if is_slow && waits() || surface.rests(pair, at, motion.velocity, remaining, slack) {
         Look::Touch(Touch::Never)
     } else {
         Look::Within(if is_slow { 0.0 } else { remaining })
