@@ -316,4 +316,34 @@ mod tests {
         let rises = area([-0.5, 0.0], [1.0, 0.0], [0.0, 0.0]);
         assert_eq!(rises.first_fall(1.0, 1.0, |time| time > 0.2), None);
     }
+
+    #[test]
+    fn what_touches_rests_unless_it_sinks() {
+        let slack = Slack {
+            within: 1e-2,
+            depth: 1e-6,
+        };
+        for (gap, sinks, rests) in [
+            (0.0, 0.0, true),
+            (0.0, 0.5e-6, true),
+            (0.0, 2e-6, false),
+            (0.0, -1.0, true), // parts
+            (-1e-3, 0.5e-9, true),
+            (-1e-3, 1e-8, false), // left to sink in before, and does so again
+            (-2e-2, 0.0, false),  // too deep to be left
+            (2e-2, 0.0, false),   // does not touch
+        ] {
+            let falls = area([gap, 0.5], [-sinks, 0.0], [0.0, 0.0]);
+            assert_eq!(falls.rests([1.0; 2], 1.0, slack), rests, "{gap} {sinks}");
+        }
+        // -0.04 t (1 - t) of the whole: back at its end, and deep on its way.
+        let dips = Orientation {
+            coefficients: [0.0, -0.04, 0.04, 0.0],
+            ..area([0.0, 0.5], [0.0; 2], [0.0; 2])
+        };
+        assert!(!dips.rests([1.0; 2], 1.0, slack));
+        // The same volume to half the target is twice the depth.
+        let falls = area([0.0, 0.5], [-0.8e-6, 0.0], [0.0, 0.0]);
+        assert!(falls.rests([1.0, 1.0], 1.0, slack) && !falls.rests([1.0, 0.5], 1.0, slack));
+    }
 }
