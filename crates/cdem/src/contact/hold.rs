@@ -103,6 +103,9 @@ impl<const D: usize> Island<D> {
         ended: &mut Vec<Record>,
         books: &mut Books,
     ) {
+        if self.live.iter().all(|live| live.sticks) {
+            return;
+        }
         let mut pairs: Vec<Pair> = self.live.iter().map(|live| live.pair).collect();
         pairs.sort_unstable();
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();

@@ -31,6 +31,10 @@ const ROUND_OFF: f64 = 0.1;
 /// round-off is within the above.
 const FORGET: f64 = 1e6;
 
+/// For how much those that may touch are sorted out, over what a touch in the next drift
+/// takes.
+const AHEAD: f64 = 16.0;
+
 /// The open pairs that may touch in this coarse step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Near {
@@ -41,6 +45,10 @@ pub(crate) struct Near {
     within: f64,
     /// What a way may come to, m.
     longest: f64,
+    /// The only ones that may touch for now, in order, and for what more that serves: twice
+    /// the longest way from now on, with what a touch in the next drift takes, m.
+    soon: Vec<u32>,
+    serves: f64,
 }
 
 /// An open pair.
@@ -89,11 +97,14 @@ impl Near {
             bodies,
             within: within + ROUND_OFF * tolerance,
             longest: FORGET * tolerance,
+            soon: Vec::new(),
+            serves: -1.0,
         }
     }
 
     /// Leaves no pair; returns those there were, and what is known of them.
     pub(super) fn restart(&mut self) -> std::vec::IntoIter<Open> {
+        self.serves = -1.0;
         std::mem::take(&mut self.open).into_iter()
     }
 
@@ -127,6 +138,7 @@ impl Near {
             let moving = self.bodies[1..].binary_search_by_key(&block, |body| body.block);
             moving.map_or(0, |number| number as u32 + 1)
         };
+        self.serves = -1.0;
         self.open.push(Open {
             pair,
             bodies: blocks.map(of),
@@ -134,11 +146,6 @@ impl Near {
             until: 0.0,
         });
         self.remember(self.open.len() - 1, apart);
-    }
-
-    #[inline]
-    pub(super) fn len(&self) -> usize {
-        self.open.len()
     }
 
     pub(super) fn pair(&self, number: usize) -> Pair {
@@ -163,14 +170,37 @@ impl Near {
         }
     }
 
+    /// The pairs that may touch within `duration` at the velocities measured, in order.
+    pub(super) fn may_touch(&mut self, duration: f64) -> impl Iterator<Item = usize> + '_ {
+        let fastest = self.bodies.iter().map(|body| body.speed);
+        // Main features turn.
+        let longest = 4.0 * duration * fastest.fold(0.0, f64::max);
+        if longest.is_nan() || longest > self.serves {
+            self.serves = AHEAD * longest;
+            let far = self.serves;
+            let open = (0..self.open.len()).filter(|&number| !self.is_apart(number, far));
+            self.soon = open.map(|number| number as u32).collect();
+        }
+        let near = &*self;
+        let soon = near.soon.iter().map(|&number| number as usize);
+        soon.filter(move |&number| !near.cannot_touch(number, duration))
+    }
+
     /// Whether a pair will not touch for `duration` at the velocities measured.
     #[inline]
-    pub(super) fn cannot_touch(&self, number: usize, duration: f64) -> bool {
+    fn cannot_touch(&self, number: usize, duration: f64) -> bool {
         let open = &self.open[number];
         let [main, target] = self.bodies_of(open);
         let turns = if open.turns { 3.0 } else { 1.0 };
-        let apart = open.until - (main.way + target.way);
-        apart > self.within + duration * (turns * main.speed + target.speed)
+        self.is_apart(number, duration * (turns * main.speed + target.speed))
+    }
+
+    /// Whether a pair is farther apart than any are looked at, and more by a length, m.
+    #[inline]
+    fn is_apart(&self, number: usize, length: f64) -> bool {
+        let open = &self.open[number];
+        let [main, target] = self.bodies_of(open);
+        open.until - (main.way + target.way) > self.within + length
     }
 
     /// The features of a pair are `apart` now, m.
@@ -187,11 +217,13 @@ impl Near {
 
     /// Counts a drift at the velocities measured, s.
     pub(super) fn go(&mut self, duration: f64) {
-        let mut longest = 0.0_f64;
+        let (mut longest, mut fastest) = (0.0_f64, 0.0_f64);
         for body in &mut self.bodies {
             body.way += duration * body.speed;
             longest = longest.max(body.way);
+            fastest = fastest.max(body.speed);
         }
+        self.serves -= 2.0 * duration * fastest;
         if longest > self.longest {
             self.forget();
         }
@@ -199,6 +231,7 @@ impl Near {
 
     /// Nodes have moved otherwise, or far.
     pub(super) fn forget(&mut self) {
+        self.serves = -1.0;
         for body in &mut self.bodies {
             body.way = 0.0;
         }

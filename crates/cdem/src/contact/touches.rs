@@ -182,17 +182,21 @@ impl Touches {
             near, live, nodes, ..
         } = island;
         near.measure(nodes, motion);
-        let mut known = std::mem::take(&mut self.touch).into_iter().peekable();
-        let mut anew = Vec::new();
-        for number in 0..near.len() {
-            let old = known.next_if(|(of, _)| *of == number);
-            let touch = old.map_or(Touch::Never, |(_, touch)| touch);
-            if touch == Touch::Never && near.cannot_touch(number, duration - elapsed) {
-                continue;
+        let known = std::mem::take(&mut self.touch);
+        let mut known = known.into_iter().peekable();
+        for number in near.may_touch(duration - elapsed) {
+            while let Some(before) = known.next_if(|(of, _)| *of < number) {
+                self.touch.push(before);
             }
-            self.touch.push((number, touch));
-            if again(nodes, touch, near.pair(number)) {
-                anew.push((self.touch.len() - 1, near.pair(number)));
+            let old = known.next_if(|(of, _)| *of == number);
+            self.touch.push(old.unwrap_or((number, Touch::Never)));
+        }
+        self.touch.extend(known);
+        let mut anew = Vec::new();
+        for (place, &(number, touch)) in self.touch.iter().enumerate() {
+            let pair = near.pair(number);
+            if again(nodes, touch, pair) {
+                anew.push((place, pair));
             }
         }
         let formed = setting.surface.form(motion.positions(), anew.len());

@@ -19,7 +19,7 @@
 //! come to that.
 //!
 //! A pair that is found near stays so without a look until the nodes of its blocks have
-//! gone [`HELD`] of the tolerance: what lies at rest is looked at once in many steps. So
+//! gone [`HELD`] of the tolerance, or [`HELD_IN_MOTION`] of their shares then. So
 //! the pairs near depend on when pairs were looked at, and a run that resumes goes on
 //! with the search as it was.
 //!
@@ -63,9 +63,10 @@ const KEPT: f64 = 1.6;
 /// What round-off may add to what pairs lack, over the tolerance; it is far below.
 const ROUND_OFF: f64 = 0.01;
 
-/// Ways of both blocks together for which a pair that was near counts as near, over the
-/// tolerance.
+/// Ways of both blocks together for which a pair that was near counts as near: over the
+/// tolerance at least, and over its reach, some nine steps at the present speeds.
 const HELD: f64 = 0.25;
+const HELD_IN_MOTION: f64 = 4.0;
 
 /// Coarse steps at the present speeds for which a broad phase serves, about; and
 /// how far blocks may move at least until the next, over the tolerance: a 20th of
@@ -381,7 +382,7 @@ impl<const D: usize> Search<D> {
                 Nearness::Near | Nearness::Apart => 0.0,
             };
             let held = if nearness == Nearness::Near {
-                way + HELD * blocks.tolerance
+                way + f64::max(HELD * blocks.tolerance, HELD_IN_MOTION * reach)
             } else {
                 -1.0
             };
