@@ -31,11 +31,8 @@ pub(crate) enum Command {
         scene: PathBuf,
     },
     /// Go on with an interrupted run from its last checkpoint
-    Resume {
-        /// Folder of the results
-        #[arg(value_name = "DIR")]
-        results: PathBuf,
-    },
+    #[command(after_help = EXIT_STATUS)]
+    Resume(ResumeArgs),
     /// Write a commented scene to start from, or list those there are
     New {
         /// Name of the template; left out: list them
@@ -72,12 +69,25 @@ pub(crate) struct RunArgs {
     pub(crate) profile: bool,
 }
 
+#[derive(Args, Debug)]
+pub(crate) struct ResumeArgs {
+    /// Folder of the results
+    #[arg(value_name = "DIR")]
+    pub(crate) results: PathBuf,
+    /// Threads; left out: one for each processor
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Say at the end where the time went
+    #[arg(long)]
+    pub(crate) profile: bool,
+}
+
 const EXIT_STATUS: &str = "\
 Exit status:
   0    done
   2    the call or the scene is wrong; nothing was written
   3    the run stopped itself; the results up to there are whole
-  130  interrupted (Ctrl-C); the results up to there are whole";
+  130  interrupted (Ctrl-C); a checkpoint was written: `cdem resume DIR` goes on";
 
 #[cfg(test)]
 mod tests {

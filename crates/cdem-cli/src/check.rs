@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use cdem::{CollisionOverview, Overview, Simulation, significant};
 use indicatif::{HumanBytes, HumanDuration};
 
+use crate::drive::use_threads;
 use crate::failure::{Failure, Outcome};
 use crate::quantity::{columns, count, counted, quantity};
-use crate::run::use_threads;
 use crate::setup;
 use crate::terminal::{print, strong, warn};
 

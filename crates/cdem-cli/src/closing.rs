@@ -8,8 +8,8 @@ use cdem::{Stage, significant};
 use cdem_io::results::{Status, Summary};
 use console::Style;
 
+use crate::drive::{Observation, Times};
 use crate::quantity::{columns, count, counted, quantity};
-use crate::run::{Observation, Times};
 use crate::terminal::{print as line, strong};
 
 /// Most blocks of which the velocities are told: those that are fastest at the end.

@@ -3,6 +3,7 @@
 mod args;
 mod check;
 mod closing;
+mod drive;
 mod failure;
 mod interrupt;
 mod new;
@@ -28,7 +29,7 @@ fn main() -> ExitCode {
     let ended = match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Check { scene } => check::check(&scene),
-        Command::Resume { results } => Err(resume::resume(&results)),
+        Command::Resume(args) => resume::resume(&args),
         Command::New { template, folder } => new::new(template.as_deref(), folder),
         Command::Report { results } => Err(report::report(&results)),
         Command::Schema => schema::schema(),

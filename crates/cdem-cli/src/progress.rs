@@ -31,22 +31,25 @@ pub(crate) struct Position {
 /// Shows how a run goes on.
 pub(crate) struct Progress {
     started: Instant,
+    /// Where the run was then.
+    start: Position,
     shown: Instant,
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
-    pub(crate) fn start(step_count: u64) -> Self {
+    pub(crate) fn start(start: Position) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let target = ProgressDrawTarget::term(Term::stderr(), 10);
             let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {wide_msg}")
                 .expect("the template is well-formed")
                 .progress_chars("━━─");
-            ProgressBar::with_draw_target(Some(step_count), target).with_style(style)
+            ProgressBar::with_draw_target(Some(start.step_count), target).with_style(style)
         });
         let now = Instant::now();
         Self {
             started: now,
+            start,
             shown: now,
             bar,
         }
@@ -63,7 +66,7 @@ impl Progress {
         }
         self.shown = Instant::now();
         let position = position();
-        let text = describe(&position, self.started.elapsed());
+        let text = describe(&position, &self.start, self.started.elapsed());
         match &self.bar {
             Some(bar) => {
                 bar.set_position(position.step);
@@ -84,10 +87,10 @@ impl Progress {
     }
 }
 
-fn describe(position: &Position, elapsed: Duration) -> String {
+fn describe(position: &Position, start: &Position, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64();
-    let steps = position.step as f64 / seconds;
-    let updates = position.element_updates as f64 / seconds;
+    let steps = (position.step - start.step) as f64 / seconds;
+    let updates = (position.element_updates - start.element_updates) as f64 / seconds;
     let left = (position.step_count - position.step.min(position.step_count)) as f64 / steps;
     let left = match Duration::try_from_secs_f64(left) {
         Ok(left) => format!("{} left", HumanDuration(left)),
@@ -108,15 +111,21 @@ mod tests {
 
     #[test]
     fn progress_tells_time_speed_and_time_left() {
-        let position = Position {
+        let start = Position {
             step: 1000,
-            step_count: 4000,
-            time: 0.125,
+            step_count: 5000,
+            time: 0.1,
             end: 0.5,
-            element_updates: 3_000_000,
+            element_updates: 9_000_000,
+        };
+        let position = Position {
+            step: 2000,
+            time: 0.125,
+            element_updates: 12_000_000,
+            ..start
         };
         assert_eq!(
-            describe(&position, Duration::from_secs(2)),
+            describe(&position, &start, Duration::from_secs(2)),
             "t = 0.125 of 500 ms, 500 steps/s, 1.5 Mupdates/s, 6 seconds left"
         );
     }
@@ -130,6 +139,7 @@ mod tests {
             end: 0.5,
             element_updates: 0,
         };
-        assert!(describe(&position, Duration::from_secs(2)).ends_with("no end in sight"));
+        let told = describe(&position, &position, Duration::from_secs(2));
+        assert!(told.ends_with("no end in sight"));
     }
 }

@@ -1,15 +1,71 @@
-//! `cdem resume`: not there yet.
+//! `cdem resume`: a run goes on from its last checkpoint.
 
-use std::path::Path;
+use std::time::Instant;
 
-use crate::failure::{Failure, Message};
+use cdem::{ResumeError, Simulation};
+use cdem_io::results::{Found, Recorder, Unfinished};
 
-pub(crate) fn resume(results: &Path) -> Failure {
+use crate::args::ResumeArgs;
+use crate::drive::{Observation, Run, Times, full_disk, use_threads, wrong_folder};
+use crate::failure::{Failure, Message, Outcome};
+use crate::interrupt::Interrupt;
+use crate::quantity::quantity;
+use crate::terminal::{print, say, warn};
+
+pub(crate) fn resume(args: &ResumeArgs) -> Result<Outcome, Failure> {
+    let began = Instant::now();
+    match Unfinished::find(&args.results).map_err(wrong_folder)? {
+        Found::Done { reason } => {
+            let folder = args.results.display();
+            print(format_args!("the run in {folder} is done: {reason}"));
+            Ok(Outcome::Done)
+        }
+        Found::Unfinished(unfinished) => go_on(args, *unfinished, began).map(Run::finish),
+    }
+}
+
+/// The run as it was; only then its results are touched.
+fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Run, Failure> {
+    if let Some(reason) = &unfinished.so_far.stopped {
+        return Err(Failure::stopped(Message::new(
+            format!("the run stopped itself, and cannot go on: {reason}"),
+            "change the scene and run it again, with --force to replace this run",
+        )));
+    }
+    use_threads(args.threads)?;
+    for passed_over in &unfinished.passed_over {
+        warn(&format!("{passed_over}; an earlier one serves"));
+    }
+    let (scene, mesh) = (&unfinished.scene, unfinished.mesh.clone());
+    let mut simulation =
+        Simulation::new(scene, mesh).map_err(|error| Failure::wrong(Message::new(&error, "")))?;
+    let start = Observation::of(&mut simulation);
+    let simulation = simulation.resumed(&unfinished.run).map_err(unusable)?;
+    let interrupt = Interrupt::listen()?;
+    say(format_args!(
+        "going on at t = {}, step {}",
+        quantity(simulation.time(), "s"),
+        simulation.step_index()
+    ));
+    let so_far = unfinished.so_far.clone();
+    let recorder = Recorder::reopen(unfinished).map_err(|error| full_disk(&error))?;
+    Ok(Run {
+        simulation,
+        recorder,
+        interrupt,
+        start,
+        so_far,
+        times: Times {
+            setup: began.elapsed(),
+            ..Times::default()
+        },
+        profile: args.profile,
+    })
+}
+
+fn unusable(error: ResumeError) -> Failure {
     Failure::wrong(Message::new(
-        format!(
-            "`cdem resume {}`: resuming is not there yet",
-            results.display()
-        ),
-        "run the scene again: `cdem run SCENE`, with --force to replace the interrupted run",
+        format!("the last checkpoint cannot be used: {error}"),
+        "go on with the version of cdem that wrote it; if this is the one, report a defect",
     ))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cdem::mesh::{BlockFault, Mesh, MeshError, assemble};
-use cdem::scene::{Geometry, KeyPath, Output, Problem};
+use cdem::scene::{Geometry, KeyPath, Problem};
 use cdem::{AnyMesh, ModelError, Simulation};
 use cdem_io::gmsh;
 use cdem_io::scene::SceneFile;
@@ -37,13 +37,6 @@ pub(crate) fn build(file: &SceneFile) -> Result<Built, Failure> {
         Simulation::new(&file.scene, mesh).map_err(|error| model_failure(file, &error))?;
     let cautions = simulation.overview().warnings;
     warnings.extend(cautions.iter().map(|caution| file.warning(caution)));
-    let seconds = file.scene.output.checkpoint;
-    if seconds != Output::CHECKPOINT && seconds != 0.0 {
-        let message = "has no effect: checkpoints are not there yet, and a run that is \
-                       interrupted begins anew";
-        let caution = Problem::new(key_path("output.checkpoint"), message);
-        warnings.push(file.warning(&caution));
-    }
     Ok(Built {
         simulation,
         warnings,

@@ -2,8 +2,10 @@
 //! after every coarse step, so that nothing but numbers is ever reported; the
 //! elements and the ledger now and then, for they cost as much as a step.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::checkpoint::{ResumeError, require};
 use crate::element::Deformation;
 use crate::material::Elastic;
 use crate::number::{short, significant};
@@ -124,7 +126,7 @@ const ROUND_OFF: f64 = 1e-12;
 /// The energy that the ledger's residual is held against: the most that has
 /// been in the blocks or has gone through gravity, loads and boundary
 /// conditions so far. What is there now may be nothing, at the end of a cycle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Exchange {
     /// Kinetic plus strain energy at t = 0, J.
     start: f64,
@@ -178,7 +180,7 @@ impl Exchange {
 }
 
 /// What the looks at a run have found, and need.
-#[derive(Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Health {
     /// Speed of a node relative to its block that nothing stable reaches, m/s.
     limit: f64,
@@ -207,6 +209,14 @@ impl Health {
             outrun: false,
             warnings: Vec::new(),
         }
+    }
+
+    /// Whether it is of a run of so many blocks.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub(crate) fn is_of(&self, blocks: usize) -> Result<(), ResumeError> {
+        require(self.stretched.len() == blocks, "its blocks")
     }
 
     /// The look at velocities and displacements of every step.

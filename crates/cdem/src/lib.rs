@@ -5,6 +5,7 @@
 //! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
 mod around;
+mod checkpoint;
 mod contact;
 mod element;
 mod health;
@@ -14,6 +15,7 @@ pub mod mesh;
 mod model;
 mod number;
 mod profile;
+mod raw;
 mod refinement;
 mod report;
 mod rest;
@@ -24,6 +26,7 @@ mod space;
 mod step;
 mod vector;
 
+pub use checkpoint::ResumeError;
 pub use health::StepError;
 pub use mass::{MassError, MassFault, MassKind};
 pub use model::ModelError;

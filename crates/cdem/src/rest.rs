@@ -23,6 +23,16 @@ impl Rest {
         rest
     }
 
+    /// What a checkpoint holds of it.
+    pub(crate) fn since(&self) -> Option<u64> {
+        self.since
+    }
+
+    /// Goes on with that.
+    pub(crate) fn restore(&mut self, since: Option<u64>) {
+        self.since = since;
+    }
+
     /// Looks at the run after a coarse step.
     pub(crate) fn look<const D: usize>(&mut self, run: &Run<D>) {
         // That of one half step, which takes no synchronisation and is never

@@ -4,6 +4,8 @@
 //! at that instant is included). Vectors have three components; in 2-D the
 //! third is 0 and only the third of angular quantities is used.
 
+use serde::{Deserialize, Serialize};
+
 /// A row of `history.csv`. Energies J, momenta N·s and N·m·s; sums since t = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[allow(missing_docs)] // the fields are the columns of the contract
@@ -94,7 +96,7 @@ pub struct ContactRow {
 }
 
 /// The six contact types of the shrunken-edge method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[allow(missing_docs)] // the variants say it
 pub enum ContactKind {
     VertexVertex,

@@ -1,8 +1,12 @@
 //! A run for those who drive it: the dimension is hidden here.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
+use crate::checkpoint::{ResumeError, SavedDriven};
 use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
@@ -19,7 +23,7 @@ use crate::space::{PLANE, SOLID};
 use crate::step::{Corrections, Run};
 
 /// A mesh of either dimension.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum AnyMesh {
     /// In the plane.
     Plane(Mesh<2>),
@@ -166,6 +170,38 @@ impl Simulation {
     #[must_use]
     pub fn foresee_collision(&self) -> Option<CollisionOverview> {
         each!(self, driven => driven.foresee_collision())
+    }
+
+    /// All that the run has come to, for [`Self::resumed`]. Asking changes nothing.
+    ///
+    /// # Panics
+    /// Never: what is written to memory cannot fail.
+    #[must_use]
+    pub fn checkpoint(&self) -> Vec<u8> {
+        let saved = each!(self, driven => postcard::to_stdvec(&driven.saved()));
+        saved.expect("memory takes all that has a form")
+    }
+
+    /// A run at its start as it was when a checkpoint of the same scene and mesh was made: it
+    /// goes on with the same bits, on any number of threads.
+    ///
+    /// # Errors
+    /// When the checkpoint is of another run or version.
+    pub fn resumed(mut self, checkpoint: &[u8]) -> Result<Self, ResumeError> {
+        each!(mut self, driven => {
+            let saved = postcard::from_bytes(checkpoint).map_err(ResumeError::Unreadable)?;
+            driven.restore(saved)?;
+        });
+        Ok(self)
+    }
+
+    /// The mesh before refinement.
+    #[must_use]
+    pub fn mesh(&self) -> AnyMesh {
+        match &self.run {
+            AnyRun::Plane(driven) => AnyMesh::Plane(driven.run.base_mesh().clone()),
+            AnyRun::Solid(driven) => AnyMesh::Solid(driven.run.base_mesh().clone()),
+        }
     }
 
     /// Gives all nodes that are free to move the velocity that `field` has at
@@ -383,6 +419,30 @@ impl<const D: usize> Driven<D> {
         let instant = self.instant();
         self.start_energy = self.run.energy(&instant);
         self.exchange = Exchange::new(&self.run, scene, self.start_energy);
+    }
+
+    fn saved(&self) -> SavedDriven<'_, D> {
+        SavedDriven {
+            run: self.run.saved(),
+            start_energy: self.start_energy,
+            exchange: self.exchange,
+            last_block_rows: self.last_block_rows,
+            health: Cow::Borrowed(&self.health),
+            at_rest_since: self.rest.as_ref().and_then(Rest::since),
+        }
+    }
+
+    fn restore(&mut self, saved: SavedDriven<D>) -> Result<(), ResumeError> {
+        self.run.restore(saved.run)?;
+        self.start_energy = saved.start_energy;
+        self.exchange = saved.exchange;
+        self.last_block_rows = saved.last_block_rows;
+        self.health = saved.health.into_owned();
+        if let Some(rest) = &mut self.rest {
+            rest.restore(saved.at_rest_since);
+        }
+        self.instant = None;
+        self.health.is_of(self.run.model.blocks.len())
     }
 
     fn instant(&mut self) -> Arc<Instant<D>> {

@@ -1,5 +1,7 @@
 //! Vectors of `D` components as plain arrays.
 
+use serde::{Deserialize, Serialize};
+
 /// Scalar product.
 #[inline]
 pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
@@ -56,10 +58,12 @@ pub(crate) fn norm<const D: usize>(a: &[f64; D]) -> f64 {
 
 /// A sum of many vectors, whose rounding does not grow with their number (Kahan
 /// 1965, Communications of the ACM 8).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sum<const D: usize> {
+    #[serde(with = "crate::raw")]
     value: [f64; D],
     /// What rounding has added to it.
+    #[serde(with = "crate::raw")]
     excess: [f64; D],
 }
 

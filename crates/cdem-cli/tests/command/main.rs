@@ -3,6 +3,7 @@
 mod cautions;
 mod help;
 mod place;
+mod resume;
 mod run;
 mod templates;
 mod wrong;

@@ -330,24 +330,6 @@ fn large_stretches_are_told_once_a_block() {
     );
 }
 
-#[test]
-fn checkpoints_that_are_asked_for_are_said_to_be_missing() {
-    for (key, told) in [
-        ("", false),
-        ("checkpoint = 0", false),
-        ("checkpoint = \"5 min\"", true),
-    ] {
-        let place = Place::with_scene(&FALL.replace("frames = 4", &format!("frames = 4\n{key}")));
-        let ended = place.cdem("run scene.toml").done();
-        let warned = ended.stderr().contains("output.checkpoint: has no effect");
-        assert_eq!(warned, told, "{key}: {}", ended.told());
-        let listed = summary(&place)["warnings"]
-            .to_string()
-            .contains("checkpoint");
-        assert_eq!(listed, told, "{key}");
-    }
-}
-
 /// A block that is pushed, and brought to rest again: no work in all.
 const CYCLE: &str = r#"
 version = 1

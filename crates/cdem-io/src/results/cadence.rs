@@ -1,10 +1,11 @@
 //! When rows and frames are due.
 
 use cdem::scene::Cadence;
+use serde::{Deserialize, Serialize};
 
 /// Tells at which steps an output is due: the first one at or after each
 /// nominal time, which are the multiples of an interval.
-#[derive(Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Clock {
     /// Time between two nominal times, s; `None`: never due.
     interval: Option<f64>,

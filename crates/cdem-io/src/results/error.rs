@@ -35,6 +35,32 @@ pub enum ResultsError {
         /// The folder asked for.
         path: PathBuf,
     },
+    /// A run is writing to the folder now.
+    #[error("another run is writing to the results folder {}", path.display())]
+    Busy {
+        /// The folder asked for.
+        path: PathBuf,
+    },
+    /// The folder holds no run to go on with.
+    #[error("{} is not a folder of results", path.display())]
+    NoRun {
+        /// The folder asked for.
+        path: PathBuf,
+    },
+    /// Its run has left no checkpoint.
+    #[error("the run in {} has no checkpoint to go on from", path.display())]
+    NoCheckpoint {
+        /// The folder asked for.
+        path: PathBuf,
+    },
+    /// No checkpoint can be used.
+    #[error("the checkpoint {} {why}", path.display())]
+    Checkpoint {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
     /// A file or folder could not be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -85,6 +111,16 @@ impl ResultsError {
                 "name a new folder with -o DIR; --force replaces earlier runs, never anything else"
             }
             Self::HoldsScene { .. } => "name another folder with -o DIR, or move the scene",
+            Self::Busy { .. } => "wait until it is done, or name another folder with -o DIR",
+            Self::NoRun { .. } => "name the folder that `cdem run` wrote its results to",
+            Self::NoCheckpoint { .. } => {
+                "it was ended before the first one ([output] checkpoint, in seconds; 0: none): run \
+                 the scene again, with --force to replace that run"
+            }
+            Self::Checkpoint { .. } => {
+                "run the scene again, with --force to replace that run; if nothing has happened to \
+                 the file, report it as a defect"
+            }
             Self::Read { .. } => "check that the folder exists and may be read",
             Self::Write { source, .. } => match source.kind() {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {

@@ -14,11 +14,20 @@ pub(super) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), ResultsError> {
+    replace(path, write, |_| Ok(()))
+}
+
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    sync: impl FnOnce(&File) -> io::Result<()>,
+) -> Result<(), ResultsError> {
     let unfinished = unfinished(path);
     let attempt = || {
         let mut out = BufWriter::new(File::create(&unfinished)?);
         write(&mut out)?;
-        out.into_inner().map_err(io::IntoInnerError::into_error)?;
+        let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+        sync(&file)?;
         fs::rename(&unfinished, path)
     };
     attempt().map_err(|error| {
@@ -26,6 +35,19 @@ pub(super) fn write_whole(
         let _ = fs::remove_file(&unfinished);
         ResultsError::write(path, error)
     })
+}
+
+/// The same, and has the disk keep it: what is there after a loss of power is the old file
+/// or the new one.
+pub(super) fn write_lasting(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), ResultsError> {
+    replace(path, write, |file| file.sync_all())?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    // Folders are files only on some systems.
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+    Ok(())
 }
 
 fn unfinished(path: &Path) -> PathBuf {

@@ -4,8 +4,10 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use super::checkpoint;
 use super::error::ResultsError;
 use super::file::UNFINISHED;
+use super::table::is_free;
 
 /// Files of a run.
 const FILES: [&str; 9] = [
@@ -20,8 +22,12 @@ const FILES: [&str; 9] = [
     MARK,
 ];
 
-/// Folders of numbered frames, and the ending of their files.
-const SERIES: [(&str, &str); 2] = [("frames", "vtu"), ("contacts", "vtp")];
+/// Folders of numbered files, and the ending of these.
+const SERIES: [(&str, &str); 3] = [
+    ("frames", "vtu"),
+    ("contacts", "vtp"),
+    (checkpoint::FOLDER, checkpoint::ENDING),
+];
 
 /// The file that marks a folder as a run's: written first and removed last, so
 /// that a folder half written or half removed is still recognised …
@@ -65,6 +71,10 @@ impl Folder {
                 earlier = entries_of_run(path)?;
                 if !earlier.is_empty() && !force {
                     return Err(ResultsError::EarlierRun { path: owned() });
+                }
+                let history = fs::File::open(path.join(MARK));
+                if history.is_ok_and(|file| !is_free(&file)) {
+                    return Err(ResultsError::Busy { path: owned() });
                 }
                 if !earlier.is_empty() && is_in(scene, path) {
                     return Err(ResultsError::HoldsScene { path: owned() });
@@ -116,7 +126,9 @@ fn entries_of_run(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
             Some((_, ending)) if kind.is_dir() => {
                 for (frame, kind) in list(&folder.join(&name))? {
                     let frame_path = Path::new(&name).join(&frame);
-                    if !kind.is_file() || !is_frame(&frame, ending) {
+                    let is_known = is_numbered(&frame, ending)
+                        || name == checkpoint::FOLDER && checkpoint::has(finished_name(&frame));
+                    if !kind.is_file() || !is_known {
                         return foreign(frame_path);
                     }
                     entries.push(frame_path);
@@ -160,14 +172,15 @@ fn finished_name(name: &str) -> &str {
         .unwrap_or(name)
 }
 
-fn is_frame(name: &str, ending: &str) -> bool {
+fn is_numbered(name: &str, ending: &str) -> bool {
     finished_name(name)
         .strip_suffix(ending)
         .and_then(|rest| rest.strip_suffix('.'))
         .is_some_and(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn has_mark(folder: &Path) -> bool {
+/// Whether a folder is a run's.
+pub(super) fn has_mark(folder: &Path) -> bool {
     let mut start = [0; MARK_START.len()];
     fs::File::open(folder.join(MARK))
         .and_then(|mut file| file.read_exact(&mut start))

@@ -1,5 +1,6 @@
 //! Writes the results of a run while it goes on.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use cdem::Simulation;
@@ -7,13 +8,22 @@ use cdem::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeR
 use cdem::scene::{Geometry, Scene};
 
 use super::cadence::Clock;
+use super::checkpoint::{self, Checkpoint, Checkpoints, Position, SoFar, Start, State};
 use super::error::{ResultsError, Unprepared};
 use super::file::write_whole;
 use super::folder::Folder;
 use super::rows;
 use super::summary::{Status, Summary};
 use super::table::{Row, Table};
+use super::unfinished::Unfinished;
 use super::vtk::{Series, write_contact_frame, write_frame};
+
+/// Names of files that are there once.
+const HISTORY: &str = "history.csv";
+const BLOCKS: &str = "blocks.csv";
+const PROBES: &str = "probes.csv";
+const CONTACTS: &str = "contacts.csv";
+const SUMMARY: &str = "summary.json";
 
 /// What a recorder asks of a run; all of one instant.
 ///
@@ -78,6 +88,9 @@ impl Observed for Simulation {
 /// killed run leaves whole rows and whole frames.
 pub struct Recorder {
     folder: PathBuf,
+    checkpoints: Checkpoints,
+    /// Frames that the last checkpoint counts on.
+    frames_kept: usize,
     history: Output<Table>,
     blocks: Output<Table>,
     probes: Table,
@@ -115,8 +128,9 @@ impl Recorder {
         let table = |name: &str, header: &str| Table::create(&path.join(name), header);
         let clock = |cadence| Clock::new(cadence, scene.time.end);
         // The history is first: it marks the folder as a run's.
-        let history = table("history.csv", rows::HISTORY)?;
+        let history = table(HISTORY, rows::HISTORY)?;
         *touched = true;
+        history.lock();
         let text = crate::scene::write(&moved(scene, scene_folder, path));
         write_whole(&path.join("scene.toml"), |out| {
             out.write_all(text.as_bytes())
@@ -128,10 +142,10 @@ impl Recorder {
             },
             blocks: Output {
                 clock: clock(scene.output.blocks),
-                to: table("blocks.csv", rows::BLOCKS)?,
+                to: table(BLOCKS, rows::BLOCKS)?,
             },
-            probes: table("probes.csv", rows::PROBES)?,
-            contacts: table("contacts.csv", rows::CONTACTS)?,
+            probes: table(PROBES, rows::PROBES)?,
+            contacts: table(CONTACTS, rows::CONTACTS)?,
             frames: Output {
                 clock: clock(scene.output.frames),
                 to: [
@@ -139,8 +153,115 @@ impl Recorder {
                     Series::create(path, "contacts", "vtp")?,
                 ],
             },
+            checkpoints: Checkpoints::new(path),
+            frames_kept: 0,
             folder: path.to_owned(),
         })
+    }
+
+    /// Goes on with the results of an unfinished run, from where its checkpoint was: what was
+    /// written after that is dropped, and comes anew.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn reopen(unfinished: Unfinished) -> Result<Self, ResultsError> {
+        let (path, state) = (unfinished.folder, unfinished.position);
+        let log = path.join(checkpoint::FOLDER).join(checkpoint::LOG);
+        let contacts = path.join(CONTACTS);
+        if log.exists() {
+            fs::rename(&log, &contacts).map_err(|error| ResultsError::write(&contacts, error))?;
+        }
+        let summary = path.join(SUMMARY);
+        if summary.exists() {
+            fs::remove_file(&summary).map_err(|error| ResultsError::write(&summary, error))?;
+        }
+        let [history, blocks, frames] = state.clocks;
+        let table = |name: &str, length| Table::reopen(&path.join(name), length);
+        let series = |name, ending| Series::reopen(&path, name, ending, state.frames.clone());
+        let kept = state.frames.len();
+        let recorder = Self {
+            history: Output {
+                clock: history,
+                to: table(HISTORY, state.history)?,
+            },
+            blocks: Output {
+                clock: blocks,
+                to: table(BLOCKS, state.blocks)?,
+            },
+            probes: table(PROBES, state.probes)?,
+            contacts: table(CONTACTS, state.contacts)?,
+            frames: Output {
+                clock: frames,
+                to: [series("frames", "vtu")?, series("contacts", "vtp")?],
+            },
+            checkpoints: Checkpoints::new(&path),
+            frames_kept: kept,
+            folder: path,
+        };
+        recorder.history.to.lock();
+        Ok(recorder)
+    }
+
+    /// Whether the last checkpoint has been written, so that the next would not wait.
+    #[must_use]
+    pub fn may_keep(&self) -> bool {
+        self.checkpoints.is_ready()
+    }
+
+    /// Has a checkpoint written beside the steps that follow; to be called after
+    /// [`Self::observe`].
+    ///
+    /// # Errors
+    /// If the last one could not be written.
+    pub fn keep(&mut self, simulation: &Simulation, so_far: SoFar) -> Result<(), ResultsError> {
+        let start = self.checkpoints.wants_start().then(|| Start {
+            scene: simulation.scene().clone(),
+            mesh: simulation.mesh(),
+        });
+        let tables = [
+            &self.history.to,
+            &self.blocks.to,
+            &self.probes,
+            &self.contacts,
+        ];
+        let mut results: Vec<PathBuf> = tables.map(|table| table.path().to_owned()).into();
+        for series in &self.frames.to {
+            results.extend(series.files(self.frames_kept));
+        }
+        let frames = self.frames.to[0].times().to_vec();
+        self.frames_kept = frames.len();
+        let state = State {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            step: simulation.step_index(),
+            time: simulation.time(),
+            results: Position {
+                history: self.history.to.length(),
+                blocks: self.blocks.to.length(),
+                probes: self.probes.length(),
+                contacts: self.contacts.length(),
+                frames,
+                clocks: [
+                    self.history.clock.clone(),
+                    self.blocks.clock.clone(),
+                    self.frames.clock.clone(),
+                ],
+            },
+            so_far,
+        };
+        self.checkpoints.begin(Checkpoint {
+            start,
+            state,
+            run: simulation.checkpoint(),
+            results,
+        })
+    }
+
+    /// Waits until the last checkpoint has been written.
+    ///
+    /// # Errors
+    /// If it could not be.
+    pub fn wait(&mut self) -> Result<(), ResultsError> {
+        self.checkpoints.wait()
     }
 
     /// The folder.
@@ -195,14 +316,22 @@ impl Recorder {
         };
         let live = run.live_contacts();
         let contacts = self.contacts.append(live.iter().map(Row::from));
-        let sorted = self.contacts.sort_by_number(rows::CONTACTS_TIME_ON);
-        let written = rows.and(contacts).and(sorted);
+        let kept = self.checkpoints.wait();
+        let log = self.checkpoints.log();
+        let sorted = self
+            .contacts
+            .sort_by_number(rows::CONTACTS_TIME_ON, log.as_deref());
+        let written = rows.and(contacts).and(sorted).and(kept);
         let mut summary = summary.clone();
         if let (Err(error), Status::Done) = (&written, summary.status) {
             summary.status = Status::Stopped;
             summary.reason = error.to_string();
         }
-        written.and(summary.write(&self.folder.join("summary.json")))
+        written.and(summary.write(&self.folder.join(SUMMARY)))?;
+        if summary.status == Status::Done {
+            checkpoint::remove_all(&self.folder)?;
+        }
+        Ok(())
     }
 
     fn write(

@@ -4,13 +4,14 @@ use std::fs;
 use std::path::Path;
 
 use cdem::Simulation;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::checkpoint::SoFar;
 use super::error::ResultsError;
 use super::file::write_whole;
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// It reached its end or its stop condition.
@@ -67,14 +68,10 @@ pub struct Ending {
     pub status: Status,
     /// Why.
     pub reason: String,
-    /// Wall-clock time before the step loop, s.
-    pub setup_seconds: f64,
-    /// Wall-clock time of the step loop, s.
-    pub wall_seconds: f64,
+    /// What it knew before, all processes together.
+    pub so_far: SoFar,
     /// Threads.
     pub threads: usize,
-    /// What was to be said before the first step.
-    pub warnings: Vec<String>,
 }
 
 impl Summary {
@@ -83,7 +80,12 @@ impl Summary {
     pub fn new(run: &mut Simulation, ending: Ending) -> Self {
         let overview = run.overview();
         let element_updates = run.element_updates();
-        let mut warnings = ending.warnings;
+        let SoFar {
+            setup_seconds,
+            wall_seconds,
+            mut warnings,
+            stopped: _,
+        } = ending.so_far;
         warnings.extend(run.warnings());
         Self {
             status: ending.status,
@@ -93,10 +95,10 @@ impl Summary {
             time: run.time(),
             step: overview.step,
             levels: overview.levels,
-            wall_seconds: ending.wall_seconds,
-            setup_seconds: ending.setup_seconds,
+            wall_seconds,
+            setup_seconds,
             element_updates,
-            updates_per_second: element_updates as f64 / ending.wall_seconds.max(f64::MIN_POSITIVE),
+            updates_per_second: element_updates as f64 / wall_seconds.max(f64::MIN_POSITIVE),
             threads: ending.threads,
             contacts_begun: run.contacts_begun(),
             max_penetration: run.max_penetration(),

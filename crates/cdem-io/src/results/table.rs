@@ -1,6 +1,6 @@
 //! CSV files that grow by whole rows.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +37,8 @@ impl Row {
 pub(super) struct Table {
     path: PathBuf,
     file: File,
+    /// Bytes.
+    length: u64,
 }
 
 impl Table {
@@ -47,9 +49,39 @@ impl Table {
         let mut table = Self {
             path: path.to_owned(),
             file: file.map_err(|error| ResultsError::write(path, error))?,
+            length: 0,
         };
         table.write(format!("{header}\n").as_bytes())?;
         Ok(table)
+    }
+
+    /// Opens a file that goes on after so many bytes; what follows is dropped.
+    pub(super) fn reopen(path: &Path, length: u64) -> Result<Self, ResultsError> {
+        let open = || {
+            let file = OpenOptions::new().append(true).open(path)?;
+            file.set_len(length)?;
+            Ok(file)
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            file: open().map_err(|error| ResultsError::write(path, error))?,
+            length,
+        })
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Keeps other processes from it until it is closed, where the system can.
+    pub(super) fn lock(&self) {
+        is_free(&self.file);
     }
 
     /// Appends rows.
@@ -68,8 +100,18 @@ impl Table {
     }
 
     /// Puts the rows in ascending order of a numeric column; equal ones stay in
-    /// the order in which they were written. Holds the whole table in memory.
-    pub(super) fn sort_by_number(self, column: usize) -> Result<(), ResultsError> {
+    /// the order in which they were written. Holds the whole table in memory. The table as it
+    /// was goes to the path of a `log`, if one is asked for.
+    pub(super) fn sort_by_number(
+        mut self,
+        column: usize,
+        log: Option<&Path>,
+    ) -> Result<(), ResultsError> {
+        let sorted = self.path.clone();
+        if let Some(log) = log {
+            fs::rename(&self.path, log).map_err(|error| ResultsError::write(log, error))?;
+            self.path = log.to_owned();
+        }
         let read = |error: csv::Error| ResultsError::read(&self.path, error.into());
         let mut reader = csv::Reader::from_path(&self.path).map_err(read)?;
         let header = reader.headers().map_err(read)?.clone();
@@ -82,7 +124,7 @@ impl Table {
             rows.push((number, row));
         }
         rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        write_whole(&self.path, |out| {
+        write_whole(&sorted, |out| {
             let mut writer = csv::Writer::from_writer(out);
             writer.write_record(&header)?;
             for (_, row) in &rows {
@@ -95,6 +137,13 @@ impl Table {
     fn write(&mut self, bytes: &[u8]) -> Result<(), ResultsError> {
         self.file
             .write_all(bytes)
-            .map_err(|error| ResultsError::write(&self.path, error))
+            .map_err(|error| ResultsError::write(&self.path, error))?;
+        self.length += bytes.len() as u64;
+        Ok(())
     }
+}
+
+/// Whether no other process has locked a file; it is locked then, where the system can.
+pub(super) fn is_free(file: &File) -> bool {
+    !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
 }

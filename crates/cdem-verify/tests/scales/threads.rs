@@ -24,6 +24,7 @@ fn told(scene: &str, threads: usize, changes: u32) -> (String, u64) {
         told += &format!("{:?}", simulation.ended_contacts());
         told += &format!("{:?}", simulation.live_contacts());
         told += &format!("{:?}", simulation.frame());
+        told += &format!("{:?}", simulation.checkpoint());
         (told, simulation.step_index())
     })
 }

@@ -14,7 +14,7 @@ fn told(threads: usize) -> String {
             told += &format!("{:?}\n", simulation.history());
         }
         told += &format!("{:?}", simulation.live_contacts());
-        told + &format!("{:?}", simulation.frame())
+        told + &format!("{:?} {:?}", simulation.frame(), simulation.checkpoint())
     })
 }
 

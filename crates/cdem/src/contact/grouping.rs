@@ -178,6 +178,18 @@ impl<const D: usize> Contacts<D> {
             self.island_of[node as usize] = island;
             islands[island as usize].nodes.push(node);
         }
+        for live in live {
+            if let Some(island) = self.island_of_pair(live.pair) {
+                islands[island].live.push(live);
+            }
+        }
+        self.islands = islands;
+        self.give_near();
+    }
+
+    /// Gives new islands the pairs near.
+    pub(super) fn give_near(&mut self) {
+        let mut islands = std::mem::take(&mut self.islands);
         let terms = &self.terms;
         for island in &mut islands {
             island.near = Near::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
@@ -187,11 +199,6 @@ impl<const D: usize> Contacts<D> {
             if let Some(island) = self.island_of_pair(pair) {
                 let near = &mut islands[island].near;
                 near.push(blocks.surface, pair, blocks.of(pair), apart);
-            }
-        }
-        for live in live {
-            if let Some(island) = self.island_of_pair(live.pair) {
-                islands[island].live.push(live);
             }
         }
         self.islands = islands;

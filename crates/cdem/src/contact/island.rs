@@ -1,6 +1,8 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::Interior;
 use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
@@ -108,7 +110,7 @@ pub(crate) struct Bodies<'a, const D: usize> {
 }
 
 /// Energies of contact, J, and other sums.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Books {
     pub(crate) impact_loss: f64,
     pub(crate) friction_loss: f64,
@@ -120,8 +122,10 @@ pub(crate) struct Books {
     /// Steps of contacts that went farther in them than their target is across.
     pub(crate) hurried: u64,
     /// At which velocity impulses work.
+    #[serde(skip)]
     pub(crate) at: Velocity,
     /// Time that contact takes.
+    #[serde(skip)]
     pub(crate) watch: Stopwatch,
 }
 
@@ -200,17 +204,20 @@ impl Books {
 pub(crate) type Receive<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
 
 /// Live and possible contacts that share nodes, solved together.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Island<const D: usize> {
     /// Open pairs that may touch in this coarse step.
+    #[serde(skip)]
     pub(crate) near: Near,
     /// Closed ones.
     pub(crate) live: Vec<Live<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
     /// What its contacts do to each other: kept while they stay, and for its storage.
+    #[serde(skip)]
     pub(super) system: System<D>,
     /// When open pairs touch: known from a kick on, through its drift.
+    #[serde(skip)]
     pub(super) touches: Touches,
 }
 

@@ -1,11 +1,13 @@
 //! Strengths of contacts, by pair of blocks.
 
+use serde::{Deserialize, Serialize};
+
 use crate::mesh::Mesh;
 use crate::model::names::parts;
 use crate::scene::{ContactPair, Scene};
 
 /// What a contact between two blocks can bear.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Law {
     /// `false`: the two ignore each other.
     pub(crate) enabled: bool,

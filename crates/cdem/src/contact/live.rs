@@ -1,10 +1,13 @@
 //! A contact point while it lasts.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::island::{MISS, Setting};
 use crate::contact::law::Law;
 use crate::contact::orientation::LOOKS;
 use crate::contact::solve::{Constraint, Limit, shear_norm};
 use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
+use crate::raw;
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, dot};
 
@@ -24,7 +27,7 @@ const AIM: f64 = 0.02;
 const RIGHT: f64 = 1e-3;
 
 /// A closed contact: the pair is one node until a criterion parts it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Live<const D: usize> {
     /// Main and target feature.
     pub(crate) pair: Pair,
@@ -35,6 +38,7 @@ pub(crate) struct Live<const D: usize> {
     pub(crate) foot: [f64; 2],
     /// Offset from the anchored point that is kept, in the frame, m: what it was
     /// when the contact began, as a gap within the tolerance at t = 0.
+    #[serde(with = "raw")]
     pub(crate) offset: [f64; D],
     /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
     /// ([`Overlaps`](crate::contact::overlaps::Overlaps)).
@@ -46,16 +50,18 @@ pub(crate) struct Live<const D: usize> {
     /// Touched, but not solved for yet.
     pub(crate) fresh: bool,
     /// Impulse of the last solve in the frame, N·s, and its interval, s.
+    #[serde(with = "raw")]
     pub(crate) impulse: [f64; D],
     pub(crate) interval: f64,
     /// Penalty: elongation of the shear springs, m.
+    #[serde(with = "raw")]
     pub(crate) shear_spring: [f64; D],
     /// What `contacts.csv` tells of it.
     pub(crate) record: Record,
 }
 
 /// The life of a contact point so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
     pub(crate) kind: ContactKind,
     pub(crate) time_on: f64,

@@ -2,6 +2,7 @@
 //! models `unified-node` and `penalty`.
 
 mod broad_phase;
+pub(crate) mod checkpoint;
 mod closed;
 mod colours;
 #[cfg(test)]

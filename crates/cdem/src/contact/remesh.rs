@@ -222,14 +222,7 @@ impl<const D: usize> Contacts<D> {
         inertia: &Inertia<D>,
         time: f64,
     ) {
-        let before = std::mem::replace(&mut self.terms.surface, surface);
-        self.terms.block_of = vec![0; mesh.nodes.len()];
-        for (number, block) in (0..).zip(&mesh.blocks) {
-            let nodes = block.nodes.start as usize..block.nodes.end as usize;
-            self.terms.block_of[nodes].fill(number);
-        }
-        self.terms.halvings = mesh.halvings_at_nodes();
-        self.terms.patches = Patches::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
+        let before = self.exchange_surface(mesh, surface);
         self.search = Search::default();
         self.near.clear();
         self.joins.clear();
@@ -259,13 +252,31 @@ impl<const D: usize> Contacts<D> {
             }
             same
         });
-        self.in_island = vec![false; mesh.nodes.len()];
-        (self.place, self.island_of) = (vec![0; mesh.nodes.len()], vec![0; mesh.nodes.len()]);
         self.islands = vec![Island {
             live: kept,
             ..Island::default()
         }];
         self.begin_anew(lost, new.at, inertia, time);
+    }
+
+    /// Takes the surface of another mesh of the same blocks; returns the old one.
+    pub(crate) fn exchange_surface(
+        &mut self,
+        mesh: &Mesh<D>,
+        surface: Box<dyn Surface<D>>,
+    ) -> Box<dyn Surface<D>> {
+        let before = std::mem::replace(&mut self.terms.surface, surface);
+        let nodes = mesh.nodes.len();
+        self.terms.block_of = vec![0; nodes];
+        for (number, block) in (0..).zip(&mesh.blocks) {
+            let nodes = block.nodes.start as usize..block.nodes.end as usize;
+            self.terms.block_of[nodes].fill(number);
+        }
+        self.terms.halvings = mesh.halvings_at_nodes();
+        self.terms.patches = Patches::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
+        self.in_island = vec![false; nodes];
+        (self.place, self.island_of) = (vec![0; nodes], vec![0; nodes]);
+        before
     }
 
     /// Contacts of blocks that have `lost` some begin where these blocks touch, and are the

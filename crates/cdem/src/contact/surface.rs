@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::broad_phase::Aabb;
 use crate::contact::orientation::Slack;
 use crate::sample::ContactKind;
@@ -161,7 +163,7 @@ impl<'a, const D: usize> Positions<'a, D> {
 }
 
 /// A main feature against a target feature: in 2-D a vertex and an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub(crate) struct Pair {
     /// Number of the main feature.
     pub(crate) main: u32,

@@ -206,6 +206,9 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// components of a node together, into the first (N·D)² entries of `out`.
     fn stiffness(&self, i: usize, out: &mut [f64]);
 
+    /// How many numbers an element keeps from kick to kick.
+    fn record_length(&self) -> usize;
+
     /// All that element `i` keeps from kick to kick; nothing where only the present counts.
     fn record(&self, i: usize) -> Vec<f64>;
 

@@ -401,6 +401,10 @@ where
         }
     }
 
+    fn record_length(&self) -> usize {
+        F::RECORD
+    }
+
     fn record(&self, i: usize) -> Vec<f64> {
         self.read_record(i, &mut [0.0; MAX_RECORD]).to_vec()
     }

@@ -23,6 +23,8 @@ mod vector;
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 pub use assemble::assemble;
 pub(crate) use error::coordinates;
 pub use error::{BlockFault, MeshError};
@@ -36,9 +38,10 @@ pub(crate) use shape::MOST_ELEMENTS;
 /// The mesh of all blocks of a scene, placed and checked.
 ///
 /// Blocks share no nodes; nodes and elements of a block are contiguous.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh<const D: usize> {
     /// Rest positions, m.
+    #[serde(with = "crate::raw")]
     pub nodes: Vec<[f64; D]>,
     /// Elements, grouped by block.
     pub elements: Vec<Element>,
@@ -50,6 +53,7 @@ pub struct Mesh<const D: usize> {
     /// What was noticed that is not wrong, for the user to read.
     pub notes: Vec<String>,
     /// What elements have come of, where some are refined.
+    #[serde(skip)]
     pub(crate) parts: Option<Parts>,
 }
 
@@ -121,7 +125,7 @@ impl<const D: usize> Mesh<D> {
 
 /// One finite element: its kind and its nodes in Gmsh's (= VTK's) order, with
 /// positive Jacobian.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Element {
     /// Shape.
     pub kind: ElementKind,
@@ -146,7 +150,7 @@ impl Element {
 }
 
 /// A connected or unconnected body that moves and deforms on its own.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Block {
     /// Name: that of the scene's block, with `.1`, `.2`, … for parts of a split.
     pub name: String,
@@ -159,7 +163,7 @@ pub struct Block {
 }
 
 /// A facet of an element: an edge in 2-D, a face in 3-D.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Facet {
     /// Index into [`Mesh::elements`].
     pub element: u32,
@@ -168,7 +172,7 @@ pub struct Facet {
 }
 
 /// A named set, from a physical group of a mesh file or a side of a shape.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Group {
     /// Physical name, or `block.xmin` and the like for shapes.
     pub name: String,
@@ -183,7 +187,7 @@ pub struct Group {
 }
 
 /// What nodes of a group lie on that is no boundary facet: new nodes there belong to it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Inside {
     /// Elements, of groups of full dimension.
     pub(crate) elements: Vec<u32>,

@@ -11,6 +11,8 @@ pub(crate) mod pace;
 pub(crate) mod prescribed;
 
 pub use error::ModelError;
+use serde::{Deserialize, Serialize};
+
 use inertia::Inertia;
 use load::SurfaceLoad;
 use motion::Motion;
@@ -20,6 +22,7 @@ use crate::contact::surface::Positions;
 use crate::element::ElementSet;
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
+use crate::raw;
 use crate::scene::{Damping, Problem, Schedule};
 
 /// Nodes that a thread works on in a row.
@@ -65,18 +68,24 @@ pub(crate) struct BlockData {
 
 /// What a step changes. A restart needs it, and what the elements, the contacts, the second
 /// scale and the impulses of the last kick keep.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State<const D: usize> {
     /// Coarse steps made.
     pub(crate) number: u64,
+    #[serde(with = "raw")]
     pub(crate) displacement: Vec<[f64; D]>,
+    #[serde(with = "raw")]
     pub(crate) carry: Vec<[f64; D]>,
+    #[serde(with = "raw")]
     pub(crate) velocity: Vec<[f64; D]>,
     /// Interval before the last kick of each element and node, s: 0 before
     /// the first, so that a run begins with half a kick.
+    #[serde(with = "raw")]
     pub(crate) element_interval: Vec<f64>,
+    #[serde(with = "raw")]
     pub(crate) node_interval: Vec<f64>,
     /// Contact force of the last kick, N, where local damping asks for it.
+    #[serde(with = "raw")]
     pub(crate) contact_force: Vec<[f64; D]>,
 }
 

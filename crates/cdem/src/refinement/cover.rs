@@ -18,7 +18,7 @@ const LEAST: f64 = 0.3;
 
 /// How often all elements of a block are made half as large again where its masses cannot
 /// be fitted, at most: a simplex needs it twice (design, section 6).
-const MOST_THROUGHOUT: i32 = 3;
+pub(super) const MOST_THROUGHOUT: i32 = 3;
 
 /// What elements may be larger than as small as they may be: round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -84,7 +84,7 @@ impl<const D: usize> Cover<D> {
     }
 
     /// A block refined to its zones, and all its elements halved so often.
-    fn new(
+    pub(super) fn new(
         foundation: &Foundation<D>,
         block: usize,
         zones: &[Zone<D>],
@@ -108,6 +108,11 @@ impl<const D: usize> Cover<D> {
             return Ok(None);
         };
         Self::with_masses(foundation, block, overlay, throughout).map(Some)
+    }
+
+    /// How often all elements are halved.
+    pub(super) fn throughout(&self) -> i32 {
+        self.throughout
     }
 
     /// The same with an overlay, if its masses can be fitted, and there are levels for its

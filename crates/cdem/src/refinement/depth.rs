@@ -1,5 +1,7 @@
 //! How finely two blocks are refined where they are about to touch (design, section 6).
 
+use serde::{Deserialize, Serialize};
+
 use super::second_scale::SecondScale;
 use crate::vector::{dot, norm, scale, sub};
 
@@ -67,7 +69,7 @@ pub(crate) struct Depth {
 
 /// What keeps elements from being as small as is wanted. Where each side of an encounter has
 /// its own reason, the first in this order is told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) enum Limit {
     /// Finer ones would be strained beyond what is elastic: [`PRESSED`].
     Speed,

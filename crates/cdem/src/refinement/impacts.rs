@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::depth::{Depth, Limit};
 
 /// Collisions of pairs of blocks.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Impacts {
     going: BTreeMap<[u32; 2], Impact>,
     /// Those that have ended and lost more than is wanted, by what kept them from less.
@@ -13,7 +15,7 @@ pub(super) struct Impacts {
 }
 
 /// A collision.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Impact {
     /// Most that a touch in it has had, J.
     energy: f64,
@@ -30,7 +32,7 @@ struct Impact {
 }
 
 /// Collisions that lose more than is wanted, for one reason.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Limited {
     pub(super) count: u64,
     /// The first of them: its blocks, when, s, and how fast, m/s.
@@ -91,6 +93,13 @@ impl Impacts {
         if let Some(impact) = self.going.get_mut(&[a.min(b), a.max(b)]) {
             impact.refused = Some((block as u32, limit));
         }
+    }
+
+    /// Whether all are of so many blocks.
+    pub(super) fn are_of(&self, blocks: usize) -> bool {
+        let limited = self.limited.values().map(|limited| &limited.blocks);
+        let mut all = self.going.keys().chain(limited).flatten();
+        all.all(|&block| (block as usize) < blocks)
     }
 
     /// Ends those that do not go on until a step.

@@ -8,6 +8,7 @@
 
 mod base;
 mod cell;
+pub(crate) mod checkpoint;
 mod cover;
 #[cfg(test)]
 mod cover_tests;

@@ -38,23 +38,23 @@ pub(crate) struct SecondScale<const D: usize> {
     extent: Extent,
     /// How far each block is across, m.
     pub(super) widths: Vec<f64>,
-    zones: Vec<Vec<Zone<D>>>,
+    pub(super) zones: Vec<Vec<Zone<D>>>,
     /// How many of these each cover has, and those that it could not have.
-    made: Vec<usize>,
-    refused: Vec<Vec<Zone<D>>>,
+    pub(super) made: Vec<usize>,
+    pub(super) refused: Vec<Vec<Zone<D>>>,
     /// What has kept each block from having the last of those.
-    why_refused: Vec<Limit>,
-    covers: Vec<Option<Cover<D>>>,
+    pub(super) why_refused: Vec<Limit>,
+    pub(super) covers: Vec<Option<Cover<D>>>,
     /// The last coarse step for which each block may have any.
-    stays: Vec<u64>,
+    pub(super) stays: Vec<u64>,
     /// Blocks of which zones have come that their cover does not have.
-    waiting: Vec<usize>,
+    pub(super) waiting: Vec<usize>,
     /// Energy that changes of level, and of positions, have made in each block, J.
-    debts: Vec<f64>,
+    pub(super) debts: Vec<f64>,
     /// Blocks that do not move, or only as is prescribed.
-    still: Vec<bool>,
+    pub(super) still: Vec<bool>,
     /// Of pairs of blocks that collide.
-    impacts: Impacts,
+    pub(super) impacts: Impacts,
 }
 
 /// Another cover for a block, and the zones that it is made for.

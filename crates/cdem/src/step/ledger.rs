@@ -1,9 +1,11 @@
 //! The energy ledger (design, section 7).
 
+use serde::{Deserialize, Serialize};
+
 use crate::vector::{Sum, dot, pad};
 
 /// Sums since t = 0: work, J, and the impulse of all external forces, N·s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     pub(crate) external_work: f64,
     pub(crate) gravity_work: f64,

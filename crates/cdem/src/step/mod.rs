@@ -5,6 +5,7 @@
 //! touch, unified after it.
 
 mod assembly;
+pub(crate) mod checkpoint;
 mod keep;
 pub(crate) mod kick;
 pub(crate) mod ledger;
@@ -18,6 +19,8 @@ mod remesh;
 mod slacken;
 mod split;
 mod synchronise;
+
+use serde::{Deserialize, Serialize};
 
 use kick::{Impulses, Purpose, Velocity};
 use ledger::{Account, Ledger};
@@ -62,7 +65,7 @@ pub(crate) struct Run<const D: usize> {
 }
 
 /// Corrections of positions so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Corrections {
     /// Coarse steps that ended with one.
     pub count: u64,
@@ -271,20 +274,25 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Section 3: levels, with one buffer layer that crosses contacts.
+    /// Takes the levels that blocks and contacts ask for now.
     fn assign_levels(&mut self) {
-        let (base, elements) = (&self.model.base_level, &self.model.mesh.elements);
-        let node_count = self.model.mesh.nodes.len();
-        let levels = Levels::uniform(base, node_count).unwrap_or_else(|| {
-            let joined = self.model.joined_nodes(self.contacts.as_ref());
-            levels::assign(base, |e| elements[e].nodes(), node_count, &joined)
-        });
+        let levels = self.levels();
         if levels != self.plan.levels || self.plan.is_empty() {
             self.plan = Plan::new(&mut self.model, &self.state, levels);
             if let Some(contacts) = &mut self.contacts {
                 contacts.ungroup();
             }
         }
+    }
+
+    /// Section 3: levels, with one buffer layer that crosses contacts.
+    fn levels(&self) -> Levels {
+        let (base, elements) = (&self.model.base_level, &self.model.mesh.elements);
+        let node_count = self.model.mesh.nodes.len();
+        Levels::uniform(base, node_count).unwrap_or_else(|| {
+            let joined = self.model.joined_nodes(self.contacts.as_ref());
+            levels::assign(base, |e| elements[e].nodes(), node_count, &joined)
+        })
     }
 
     /// Pairs that are closed at t = 0 and approach collide before anything.

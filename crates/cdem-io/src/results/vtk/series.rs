@@ -1,6 +1,5 @@
 //! A time series of frames: numbered files and the `.pvd` that lists them.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::super::error::ResultsError;
@@ -14,8 +13,8 @@ pub(in super::super) struct Series {
     folder: PathBuf,
     name: &'static str,
     ending: &'static str,
-    entries: String,
-    count: usize,
+    /// Of each frame, s.
+    times: Vec<f64>,
 }
 
 impl Series {
@@ -29,13 +28,46 @@ impl Series {
             folder: folder.to_owned(),
             name,
             ending,
-            entries: String::new(),
-            count: 0,
+            times: Vec::new(),
         };
         let frames = folder.join(name);
         std::fs::create_dir(&frames).map_err(|error| ResultsError::write(&frames, error))?;
         series.write_list()?;
         Ok(series)
+    }
+
+    /// A series that goes on after its frames of these times, s.
+    pub(in super::super) fn reopen(
+        folder: &Path,
+        name: &'static str,
+        ending: &'static str,
+        times: Vec<f64>,
+    ) -> Result<Self, ResultsError> {
+        let series = Self {
+            folder: folder.to_owned(),
+            name,
+            ending,
+            times,
+        };
+        series.write_list()?;
+        Ok(series)
+    }
+
+    /// Times of the frames, s.
+    pub(in super::super) fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The list, and the frames from one on.
+    pub(in super::super) fn files(&self, from: usize) -> impl Iterator<Item = PathBuf> {
+        let frames = (from..self.times.len()).map(|number| self.frame(number));
+        let list = std::iter::once(format!("{}.pvd", self.name));
+        list.chain(frames).map(|file| self.folder.join(file))
+    }
+
+    /// Where a frame is.
+    fn frame(&self, number: usize) -> String {
+        format!("{}/{number:05}.{}", self.name, self.ending)
     }
 
     /// Adds the frame that `write` puts at the path it is given.
@@ -44,27 +76,23 @@ impl Series {
         time: f64,
         write: impl FnOnce(&Path) -> Result<(), ResultsError>,
     ) -> Result<(), ResultsError> {
-        let Self { name, ending, .. } = *self;
-        let file = format!("{name}/{:05}.{ending}", self.count);
-        write(&self.folder.join(&file))?;
-        writeln!(
-            self.entries,
-            "<DataSet timestep=\"{time:e}\" part=\"0\" file=\"{file}\"/>"
-        )
-        .expect("writing to a string cannot fail");
-        self.count += 1;
+        write(&self.folder.join(self.frame(self.times.len())))?;
+        self.times.push(time);
         self.write_list()
     }
 
     fn write_list(&self) -> Result<(), ResultsError> {
         let path = self.folder.join(format!("{}.pvd", self.name));
         write_whole(&path, |out| {
-            write!(
-                out,
-                "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n\
-                 <Collection>\n{}</Collection>\n</VTKFile>\n",
-                self.entries
-            )
+            writeln!(out, "<?xml version=\"1.0\"?>")?;
+            writeln!(out, "<VTKFile type=\"Collection\" version=\"1.0\">")?;
+            writeln!(out, "<Collection>")?;
+            for (number, time) in self.times.iter().enumerate() {
+                let file = self.frame(number);
+                let entry = format!("timestep=\"{time:e}\" part=\"0\" file=\"{file}\"");
+                writeln!(out, "<DataSet {entry}/>")?;
+            }
+            writeln!(out, "</Collection>\n</VTKFile>")
         })
     }
 }

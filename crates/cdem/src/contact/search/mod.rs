@@ -37,8 +37,10 @@ mod tests;
 pub(super) use patches::Patches;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
+use crate::raw;
 use crate::step::levels::Joined;
 use crate::step::outlook::Outlook;
 use crate::vector::{norm, sub};
@@ -78,7 +80,7 @@ const SERVES_AT_REST: f64 = 500.0;
 const AT_ONCE: usize = 256;
 
 /// A pair within the allowances of the last broad phase.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Candidate {
     pair: Pair,
     blocks: [u32; 2],
@@ -105,20 +107,26 @@ pub(super) struct Blocks<'a, const D: usize> {
 }
 
 /// The search for pairs that may come in contact.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Search<const D: usize> {
     /// Sorted by pair.
     candidates: Vec<Candidate>,
     /// Where those of each main feature begin.
+    #[serde(skip)]
     of_main: Vec<u32>,
     /// Candidates of each block, as one list, and where each begins.
+    #[serde(skip)]
     of_block: Vec<u32>,
+    #[serde(skip)]
     start: Vec<u32>,
     /// Where the nodes were in the last broad phase and in the last step, m.
+    #[serde(with = "raw")]
     origin: Vec<[f64; D]>,
+    #[serde(with = "raw")]
     last: Vec<[f64; D]>,
     blocks: Vec<Reach>,
     /// Whether each candidate is near, and those that are.
+    #[serde(skip)]
     near: Vec<bool>,
     found: Vec<u32>,
     /// Whether blocks may have gone through others before the last search.
@@ -126,7 +134,7 @@ pub(super) struct Search<const D: usize> {
 }
 
 /// How a block moves, m.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Reach {
     /// How far nodes may move in the step.
     share: f64,
@@ -318,6 +326,33 @@ impl<const D: usize> Search<D> {
         };
         self.candidates = candidates.filter(within).collect();
         self.list_candidates();
+    }
+
+    /// Whether all of it is of so many nodes and blocks, and of features that a surface `has`.
+    pub(super) fn is_of(&self, nodes: usize, blocks: usize, has: &dyn Fn(Pair) -> bool) -> bool {
+        let is_known = |candidate: &Candidate| {
+            let mut of = candidate.blocks.iter();
+            has(candidate.pair) && of.all(|&block| (block as usize) < blocks)
+        };
+        let lists = [self.origin.len(), self.last.len()];
+        let found = self.found.iter();
+        lists.iter().all(|&count| count == nodes || count == 0)
+            && lists[0] == lists[1]
+            && (self.blocks.len() == blocks || self.candidates.is_empty())
+            && self.candidates.is_sorted_by_key(|candidate| candidate.pair)
+            && self.candidates.iter().all(is_known)
+            && found
+                .clone()
+                .all(|&number| (number as usize) < self.candidates.len())
+    }
+
+    /// Works out what a checkpoint does not hold.
+    pub(super) fn restore(&mut self) {
+        self.list_candidates();
+        self.near = vec![false; self.candidates.len()];
+        for &number in &self.found {
+            self.near[number as usize] = true;
+        }
     }
 
     /// Lists the candidates by main feature and by block.

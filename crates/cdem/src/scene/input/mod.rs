@@ -429,8 +429,8 @@ pub(crate) struct Output {
     pub(crate) block_list: Option<Vec<String>>,
     /// Fields of the frames.
     pub(crate) fields: Vec<Field>,
-    /// Wall-clock time between checkpoints, s; 0: none. Not there yet: without
-    /// effect.
+    /// Wall-clock time between checkpoints, s; 0: none, and none at an interrupt. Never
+    /// changes the results.
     #[schemars(extend("minimum" = 0))]
     pub(crate) checkpoint: Quantity<Duration>,
 }

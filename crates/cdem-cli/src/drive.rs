@@ -1,0 +1,287 @@
+//! A run from one of its steps to its end.
+
+use std::time::{Duration, Instant};
+
+use cdem::sample::{BlockRow, HistoryRow};
+use cdem::{Simulation, StepError};
+use cdem_io::results::{Ending, Recorder, ResultsError, SoFar, Status, Summary};
+
+use crate::closing::{self, Closing};
+use crate::failure::{Failure, Message, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::{Position, Progress};
+use crate::quantity::quantity;
+use crate::terminal::{complain, warn};
+
+/// What the closing summary compares.
+pub(crate) struct Observation {
+    pub(crate) history: HistoryRow,
+    pub(crate) blocks: Vec<BlockRow>,
+}
+
+impl Observation {
+    /// The state now. Ends the average of the contact forces: for the start and
+    /// the end of a run only.
+    pub(crate) fn of(simulation: &mut Simulation) -> Self {
+        Self {
+            history: simulation.history(),
+            blocks: simulation.block_rows(),
+        }
+    }
+}
+
+/// Where the wall-clock time of this process went.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Times {
+    /// Reading, checking, building.
+    pub(crate) setup: Duration,
+    /// The step loop with its output.
+    pub(crate) wall: Duration,
+    /// Output within the step loop.
+    pub(crate) output: Duration,
+}
+
+/// A run that has its folder.
+pub(crate) struct Run {
+    pub(crate) simulation: Simulation,
+    pub(crate) recorder: Recorder,
+    pub(crate) interrupt: Interrupt,
+    /// At t = 0.
+    pub(crate) start: Observation,
+    /// Before this process.
+    pub(crate) so_far: SoFar,
+    pub(crate) times: Times,
+    /// Whether to say at the end where the time went.
+    pub(crate) profile: bool,
+}
+
+/// How a run has ended, why, and what to tell of it.
+struct Ended {
+    status: Status,
+    reason: String,
+    failure: Option<Failure>,
+    /// Whether its state is to be kept.
+    is_kept: bool,
+}
+
+impl Ended {
+    fn done(reason: String) -> Self {
+        Self {
+            status: Status::Done,
+            reason,
+            failure: None,
+            is_kept: false,
+        }
+    }
+
+    fn interrupted(time: f64) -> Self {
+        Self {
+            status: Status::Interrupted,
+            reason: format!("interrupted at t = {}", quantity(time, "s")),
+            failure: None,
+            is_kept: true,
+        }
+    }
+
+    fn refused(error: &ResultsError) -> Self {
+        Self {
+            status: Status::Stopped,
+            reason: error.to_string(),
+            failure: Some(full_disk(error)),
+            is_kept: false,
+        }
+    }
+
+    fn unsound(error: &StepError) -> Self {
+        let help = "the results up to there are whole; the last frame shows what happened";
+        Self {
+            status: Status::Stopped,
+            reason: error.to_string(),
+            failure: Some(Failure::stopped(Message::new(error, help))),
+            is_kept: true,
+        }
+    }
+}
+
+impl Run {
+    /// Steps, records, and tells how it went.
+    pub(crate) fn finish(mut self) -> Outcome {
+        if self.profile {
+            self.simulation.time_stages();
+        }
+        let mut ended = self.drive();
+        if ended.is_kept
+            && let Err(error) = self.keep_last(&ended)
+        {
+            ended.failure.get_or_insert(full_disk(&error));
+        }
+        let summary = self.summary(&ended);
+        for warning in self.simulation.warnings() {
+            warn(&warning);
+        }
+        let folder = self.recorder.folder().to_owned();
+        let written = self.recorder.finish(&mut self.simulation, &summary);
+        let failure = written.as_ref().err().map(full_disk);
+        if let Some(failure) = ended.failure.or(failure) {
+            complain(&failure);
+        }
+        if written.is_err() {
+            return Outcome::Stopped;
+        }
+        closing::print(&Closing {
+            dimension: self.simulation.scene().dimension,
+            mass: moving_mass(&self.simulation),
+            summary: &summary,
+            start: &self.start,
+            end: &Observation::of(&mut self.simulation),
+            exchanged: self.simulation.energy_exchanged(),
+            folder: &folder,
+            profile: self
+                .profile
+                .then(|| (self.times, self.simulation.stage_times())),
+        });
+        match ended.status {
+            Status::Done => Outcome::Done,
+            Status::Stopped => Outcome::Stopped,
+            Status::Interrupted => Outcome::Interrupted,
+        }
+    }
+
+    /// Steps and records until the run is done, stops itself, or is stopped.
+    fn drive(&mut self) -> Ended {
+        let began = Instant::now();
+        let mut progress = Progress::start(self.position());
+        let mut kept = began;
+        let ended = loop {
+            let observed = Instant::now();
+            if let Err(error) = self.observe(&mut kept, began) {
+                break Ended::refused(&error);
+            }
+            self.times.output += observed.elapsed();
+            if self.simulation.finished() {
+                break Ended::done(self.reason_of_end());
+            }
+            if self.interrupt.asked() {
+                break Ended::interrupted(self.simulation.time());
+            }
+            if let Err(error) = self.step() {
+                break Ended::unsound(&error);
+            }
+            progress.update(|| self.position());
+        };
+        progress.end();
+        self.times.wall = began.elapsed();
+        ended
+    }
+
+    /// Writes what is due, and a checkpoint where the last was `kept` long enough ago.
+    fn observe(&mut self, kept: &mut Instant, began: Instant) -> Result<(), ResultsError> {
+        self.recorder.observe(&mut self.simulation)?;
+        let interval = self.simulation.scene().output.checkpoint;
+        let is_due = interval > 0.0 && kept.elapsed().as_secs_f64() >= interval;
+        if is_due && self.recorder.may_keep() {
+            *kept = Instant::now();
+            let so_far = self.so_far(began.elapsed());
+            self.recorder.keep(&self.simulation, so_far)?;
+        }
+        Ok(())
+    }
+
+    /// Writes a checkpoint at the end of this process, unless none are wanted.
+    fn keep_last(&mut self, ended: &Ended) -> Result<(), ResultsError> {
+        if self.simulation.scene().output.checkpoint == 0.0 {
+            return Ok(());
+        }
+        let stopped = ended.status == Status::Stopped;
+        let so_far = SoFar {
+            stopped: stopped.then(|| ended.reason.clone()),
+            ..self.so_far(self.times.wall)
+        };
+        self.recorder.keep(&self.simulation, so_far)?;
+        self.recorder.wait()
+    }
+
+    /// What is known of the run up to now, `wall` being the time of this step loop.
+    fn so_far(&self, wall: Duration) -> SoFar {
+        SoFar {
+            setup_seconds: self.so_far.setup_seconds + self.times.setup.as_secs_f64(),
+            wall_seconds: self.so_far.wall_seconds + wall.as_secs_f64(),
+            warnings: self.so_far.warnings.clone(),
+            stopped: None,
+        }
+    }
+
+    /// One coarse step, with a look at the elements where something is to be
+    /// written of them.
+    fn step(&mut self) -> Result<(), StepError> {
+        self.simulation.step()?;
+        if self.recorder.is_due(self.simulation.time()) {
+            self.simulation.check_elements()?;
+        }
+        Ok(())
+    }
+
+    fn summary(&mut self, ended: &Ended) -> Summary {
+        let ending = Ending {
+            status: ended.status,
+            reason: ended.reason.clone(),
+            so_far: self.so_far(self.times.wall),
+            threads: rayon::current_num_threads(),
+        };
+        Summary::new(&mut self.simulation, ending)
+    }
+
+    fn reason_of_end(&self) -> String {
+        match &self.simulation.scene().time.stop_when {
+            Some(stop) if self.simulation.step_index() < self.simulation.step_count() => format!(
+                "time.stop_when: the kinetic energy has stayed below the threshold for {}",
+                quantity(stop.during, "s")
+            ),
+            _ => "reached the end".to_owned(),
+        }
+    }
+
+    fn position(&self) -> Position {
+        Position {
+            step: self.simulation.step_index(),
+            step_count: self.simulation.step_count(),
+            time: self.simulation.time(),
+            end: self.simulation.scene().time.end,
+            element_updates: self.simulation.element_updates(),
+        }
+    }
+}
+
+/// Mass of all blocks that may move, kg.
+fn moving_mass(simulation: &Simulation) -> f64 {
+    let blocks = simulation.overview().blocks.into_iter();
+    blocks
+        .filter(|block| !block.fixed)
+        .map(|block| block.mass)
+        .sum()
+}
+
+/// Starts the threads that step, this one among them: else each piece of work that is
+/// shared out would first have to be handed over to another thread, and back.
+pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
+    let count = threads.map_or(0, usize::from); // 0: one for each processor
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
+    pool.use_current_thread().build_global().map_err(|error| {
+        let which = threads.map_or("the".to_owned(), |threads| threads.to_string());
+        let message = format!("cannot start {which} threads: {error}");
+        Failure::wrong(Message::new(
+            message,
+            "ask for fewer: `cdem run --threads 1`",
+        ))
+    })
+}
+
+/// A folder that cannot be used; nothing has been written.
+pub(crate) fn wrong_folder(error: ResultsError) -> Failure {
+    Failure::wrong(Message::new(&error, error.help()))
+}
+
+/// A disk that refuses in the middle of a run.
+pub(crate) fn full_disk(error: &ResultsError) -> Failure {
+    Failure::stopped(Message::new(error, error.help()))
+}

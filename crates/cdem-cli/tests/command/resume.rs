@@ -1,0 +1,360 @@
+//! `cdem resume`: runs that were killed, interrupted, or damaged since.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use crate::place::{FALL, Place, names};
+
+/// Bricks fall on each other, are refined and coarsened where they hit, and lie: by both
+/// kinematics, with damping, friction and joints.
+const HEAP: &str = r#"
+version = 1
+dimension = 2
+gravity = [0.0, -9.81]
+
+[time]
+end = 0.16
+
+[[material]]
+name = "brick"
+young_modulus = "2 GPa"
+poisson_ratio = 0.2
+density = 1800.0
+damping = { mass = 5.0, stiffness = "20 us" }
+
+[[block]]
+name = "ground"
+shape = { box = { min = [-1.0, -0.5], max = [1.0, 0.0], divisions = [4, 1] } }
+element = "quad4"
+material = "brick"
+fixed = true
+
+[[block]]
+name = "lower"
+shape = { box = { min = [-0.3, 0.0], max = [0.3, 0.2], divisions = [2, 1] } }
+element = "quad4"
+material = "brick"
+
+[[block]]
+name = "upper"
+shape = { box = { min = [-0.2, 0.22], max = [0.4, 0.42], divisions = [2, 1] } }
+element = "tri3"
+material = "brick"
+kinematics = "incremental"
+velocity = [0.1, -0.6]
+
+[[block]]
+name = "edge"
+shape = { box = { min = [-0.1, -0.1], max = [0.1, 0.1], divisions = [1, 1] } }
+element = "quad4"
+material = "brick"
+rotate = 30.0
+translate = [0.0, 0.6]
+velocity = [0.0, -1.0]
+
+[contact]
+model = "two-scale"
+max_level = 3
+friction_angle = 30.0
+cohesion = 1e4
+tensile_strength = 1e4
+
+[output]
+frames = 20
+history = 200
+blocks = 50
+checkpoint = CHECKPOINT
+
+[[probe]]
+name = "top"
+block = "upper"
+point = [0.1, 0.42]
+"#;
+
+fn heap(checkpoint: &str) -> String {
+    HEAP.replace("CHECKPOINT", checkpoint)
+}
+
+/// All files of a run, by name, but the one that holds timings and the scene.
+fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for name in names(folder) {
+        let path = folder.join(&name);
+        if path.is_dir() {
+            let within = results(&path).into_iter();
+            files.extend(within.map(|(file, bytes)| (Path::new(&name).join(file), bytes)));
+        } else if name != "summary.json" && name != "scene.toml" {
+            files.insert(name.into(), fs::read(&path).expect("a file"));
+        }
+    }
+    files
+}
+
+/// Insists that the folders of two runs hold the same.
+fn assert_same(one: &Place, other: &Place) {
+    let [one, other] = [one, other].map(|place| results(&place.path("scene-results")));
+    let names = |files: &BTreeMap<PathBuf, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&one), names(&other));
+    for (name, bytes) in &one {
+        assert!(*bytes == other[name], "{} differs", name.display());
+    }
+}
+
+fn begin(place: &Place, line: &str) -> Child {
+    let mut command = place.command(line.split_whitespace());
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().expect("the command runs")
+}
+
+/// Kills runs after random times until `kills` of them have met one, resuming each until it
+/// is done: all come to the same as one that was left alone. Returns how often a run went on.
+fn kill(kills: usize, threads: &[u8]) -> usize {
+    let whole = Place::with_scene(&heap("0"));
+    let began = std::time::Instant::now();
+    whole.cdem("run scene.toml --threads 1").done();
+    let takes = began.elapsed();
+    let mut random = fastrand::Rng::with_seed(7);
+    let (mut killed, mut resumed) = (0, 0);
+    while killed < kills {
+        // A checkpoint as soon as the last is written.
+        let place = Place::with_scene(&heap("1e-9"));
+        let mut line = "run scene.toml".to_owned();
+        loop {
+            let threads = random.choice(threads).expect("some");
+            let mut run = begin(&place, &format!("{line} --threads {threads}"));
+            if killed < kills {
+                std::thread::sleep(takes.mul_f64(random.f64()));
+            }
+            let over = killed == kills || run.try_wait().expect("a child").is_some();
+            if !over {
+                run.kill().expect("a child");
+            }
+            killed += usize::from(!over);
+            let status = run.wait().expect("a child");
+            match status.code() {
+                Some(0) => break,
+                // Before the first checkpoint was there.
+                Some(2) => line = "run scene.toml --force".to_owned(),
+                None => {
+                    line = "resume scene-results".to_owned();
+                    resumed += 1;
+                }
+                other => panic!("exit status {other:?}"),
+            }
+        }
+        assert_same(&whole, &place);
+        assert!(!place.path("scene-results/checkpoints").exists());
+    }
+    resumed
+}
+
+#[test]
+fn killed_runs_come_to_the_same_end() {
+    assert!(kill(6, &[1, 2]) > 2);
+}
+
+#[test]
+#[ignore = "slow study: a hundred runs are killed"]
+fn a_hundred_killed_runs_come_to_the_same_end() {
+    assert!(kill(100, &[1, 2]) > 80);
+}
+
+/// Runs until a checkpoint is there, and stops by a signal.
+fn interrupted(scene: &str) -> Place {
+    let place = Place::with_scene(scene);
+    let mut run = begin(&place, "run scene.toml");
+    let states = || {
+        let folder = place.path("scene-results/checkpoints");
+        folder.is_dir() && names(&folder).len() > 2
+    };
+    while !states() {
+        assert!(run.try_wait().expect("a child").is_none(), "too short");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let signal = ["-s", "TERM", &run.id().to_string()];
+    let sent = std::process::Command::new("kill").args(signal).status();
+    assert!(sent.expect("kill runs").success());
+    assert_eq!(run.wait().expect("a child").code(), Some(130));
+    place
+}
+
+#[test]
+fn an_interrupted_run_goes_on() {
+    let whole = Place::with_scene(&heap("60"));
+    whole.cdem("run scene.toml").done();
+    let place = interrupted(&heap("1e-9"));
+    // Its tables tell of contacts in the order of their beginnings, as those of any run.
+    let told = place.cdem("resume scene-results --threads 1").done();
+    assert!(told.stderr().contains("going on at t ="), "{}", told.told());
+    assert_same(&whole, &place);
+    let again = place.cdem("resume scene-results").done();
+    assert!(
+        again.stdout().contains("is done: reached the end"),
+        "{}",
+        again.told()
+    );
+    assert_same(&whole, &place);
+}
+
+#[test]
+fn a_moved_folder_goes_on_without_its_mesh_and_scene() {
+    let whole = Place::with_scene(&heap("60"));
+    whole.cdem("run scene.toml").done();
+    let place = interrupted(&heap("1e-9"));
+    fs::rename(place.path("scene-results"), place.path("moved")).expect("a folder");
+    fs::remove_file(place.path("scene.toml")).expect("a file");
+    fs::remove_file(place.path("moved/scene.toml")).expect("a file");
+    place.cdem("resume moved").done();
+    fs::rename(place.path("moved"), place.path("scene-results")).expect("a folder");
+    assert_same(&whole, &place);
+}
+
+/// States of a run, the last one last.
+fn states(place: &Place) -> Vec<PathBuf> {
+    let folder = place.path("scene-results/checkpoints");
+    let mut names = names(&folder);
+    names.retain(|name| name.as_bytes()[0].is_ascii_digit());
+    names.into_iter().map(|name| folder.join(name)).collect()
+}
+
+#[test]
+fn a_damaged_checkpoint_leaves_the_one_before() {
+    let whole = Place::with_scene(&heap("60"));
+    whole.cdem("run scene.toml").done();
+    let place = interrupted(&heap("1e-9"));
+    let states = states(&place);
+    assert_eq!(states.len(), 2);
+    let mut bytes = fs::read(&states[1]).expect("a file");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&states[1], &bytes).expect("a file");
+    let told = place.cdem("resume scene-results").done().stderr();
+    assert!(told.contains("is damaged: its checksum is wrong"), "{told}");
+    assert_same(&whole, &place);
+}
+
+#[test]
+fn what_cannot_go_on_says_why_and_stays_as_it_is() {
+    let place = interrupted(&heap("1e-9"));
+    let before = results(&place.path("scene-results"));
+    let mut told = String::new();
+    let mut look = |what: &str| {
+        let ended = place.cdem("resume scene-results");
+        told += &format!("--- {what}\n{}\n", ended.told());
+    };
+    let states = states(&place);
+    let kept: Vec<Vec<u8>> = states
+        .iter()
+        .map(|path| fs::read(path).expect("a file"))
+        .collect();
+    let write = |bytes: &dyn Fn(usize) -> Vec<u8>| {
+        for (number, path) in states.iter().enumerate() {
+            fs::write(path, bytes(number)).expect("a file");
+        }
+    };
+    write(&|number| kept[number][..kept[number].len() / 2].to_vec());
+    look("both cut short");
+    write(&|_| b"something else".to_vec());
+    look("both something else");
+    write(&|number| {
+        let rest = kept[number].iter().skip_while(|&&byte| byte != b'\n');
+        [
+            b"cdem checkpoint 99".as_slice(),
+            &rest.copied().collect::<Vec<u8>>(),
+        ]
+        .concat()
+    });
+    look("both of another format");
+    write(&|number| kept[number].clone());
+    let history = place.read("scene-results/history.csv");
+    place.write("scene-results/history.csv", &history[..300]);
+    look("a table has been cut short");
+    place.write("scene-results/history.csv", &history);
+    fs::remove_dir_all(place.path("scene-results/checkpoints")).expect("a folder");
+    look("no checkpoints");
+    let names = |line: &str| {
+        states.iter().fold(line.to_owned(), |line, state| {
+            let name = state
+                .file_name()
+                .expect("a name")
+                .to_string_lossy()
+                .into_owned();
+            line.replace(&name, "STATE")
+        })
+    };
+    let without_numbers = told
+        .lines()
+        .map(|line| match line.split_once(" bytes of ") {
+            Some((start, end)) => {
+                let start = start.trim_end_matches(|c: char| c.is_ascii_digit());
+                format!("{}… bytes of {end}", names(start))
+            }
+            None => names(line),
+        });
+    insta::assert_snapshot!(without_numbers.collect::<Vec<_>>().join("\n"));
+    let after = results(&place.path("scene-results"));
+    for (name, bytes) in after {
+        assert!(bytes == before[&name], "{} differs", name.display());
+    }
+}
+
+#[test]
+fn a_run_in_progress_is_left_alone() {
+    let place = Place::with_scene(&heap("1e-9"));
+    let mut run = begin(&place, "run scene.toml");
+    while !place.path("scene-results/checkpoints/start.cdem").exists() {
+        assert!(run.try_wait().expect("a child").is_none(), "too short");
+    }
+    let resumed = place.cdem("resume scene-results");
+    let replaced = place.cdem("run scene.toml --force");
+    assert_eq!(run.wait().expect("a child").code(), Some(0));
+    for ended in [resumed, replaced] {
+        assert_eq!(ended.status(), 2, "{}", ended.told());
+        assert!(
+            ended.stderr().contains("another run is writing"),
+            "{}",
+            ended.told()
+        );
+    }
+}
+
+#[test]
+fn a_run_that_stopped_itself_says_so_again() {
+    // Pressed to nothing; the state then is kept, to be looked at.
+    let scene = FALL.replace("velocity = [0.0, -1.0]", "velocity = [0.0, -400.0]");
+    let place = Place::with_scene(&scene);
+    let stopped = place.cdem("run scene.toml");
+    assert_eq!(stopped.status(), 3, "{}", stopped.told());
+    assert_eq!(states(&place).len(), 1);
+    let resumed = place.cdem("resume scene-results");
+    assert_eq!(resumed.status(), 3, "{}", resumed.told());
+    assert!(
+        resumed.stderr().contains("stopped itself"),
+        "{}",
+        resumed.told()
+    );
+}
+
+#[test]
+fn no_checkpoint_is_written_where_none_is_wanted() {
+    let place = Place::with_scene(&heap("0"));
+    let mut run = begin(&place, "run scene.toml");
+    while !place.path("scene-results/frames/00002.vtu").exists() {
+        assert!(run.try_wait().expect("a child").is_none(), "too short");
+    }
+    let signal = ["-s", "INT", &run.id().to_string()];
+    let sent = std::process::Command::new("kill").args(signal).status();
+    assert!(sent.expect("kill runs").success());
+    assert_eq!(run.wait().expect("a child").code(), Some(130));
+    assert!(!place.path("scene-results/checkpoints").exists());
+    let told = place.cdem("resume scene-results");
+    assert_eq!(told.status(), 2, "{}", told.told());
+    assert!(
+        told.stderr().contains("has no checkpoint"),
+        "{}",
+        told.told()
+    );
+}

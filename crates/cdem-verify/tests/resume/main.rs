@@ -1,0 +1,177 @@
+//! Runs that go on from a checkpoint against runs that were never stopped: the same bits.
+
+#![allow(clippy::print_stdout)] // what was seen is the report
+
+use cdem::Simulation;
+use cdem_verify::{Case, Random, load};
+
+/// Steps a run, but not beyond its end.
+fn steps(simulation: &mut Simulation, count: u64) {
+    for _ in 0..count {
+        if !simulation.finished() {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
+}
+
+/// Goes on from a checkpoint after so many steps, and compares with the run that was never
+/// stopped all that either would save, step by step.
+fn compare(case: &Case, whole: &mut Simulation, then: u64) {
+    let checkpoint = whole.checkpoint();
+    let resumed = case.start().resumed(&checkpoint);
+    let mut resumed = resumed.unwrap_or_else(|error| panic!("{error}"));
+    for step in 0..=then {
+        assert_eq!(whole.step_index(), resumed.step_index());
+        let is_same = whole.checkpoint() == resumed.checkpoint();
+        assert!(is_same, "{step} steps after step {}", whole.step_index());
+        steps(whole, 1);
+        steps(&mut resumed, 1);
+    }
+    println!(
+        "step {} of {}: {} bytes, {} contacts begun",
+        whole.step_index(),
+        whole.step_count(),
+        checkpoint.len(),
+        whole.contacts_begun()
+    );
+}
+
+/// Compares some times, a number of steps apart, until the end of the run at most.
+fn compare_often(name: &str, times: u32, apart: u64) {
+    let case = load(name);
+    let mut whole = case.start();
+    for _ in 0..times {
+        steps(&mut whole, apart);
+        compare(&case, &mut whole, 40);
+    }
+}
+
+/// Waves, without contact.
+#[test]
+fn waves_go_on() {
+    compare_often("wave-in-strip", 2, 20);
+}
+
+/// Motion that is prescribed from some time on.
+#[test]
+fn a_late_platen_goes_on() {
+    compare_often("late-platen", 1, 5);
+}
+
+/// Elements that keep stresses from step to step.
+#[test]
+fn incremental_elements_go_on() {
+    let mut case = load("tumbling-block");
+    for block in &mut case.scene.block {
+        block.kinematics = cdem::scene::Kinematics::Incremental;
+    }
+    let mut whole = case.start();
+    steps(&mut whole, 50);
+    compare(&case, &mut whole, 40);
+}
+
+/// Blocks that rest on each other.
+#[test]
+fn a_stack_goes_on() {
+    compare_often("stack-3d", 2, 150);
+}
+
+/// Springs that remember their elongation.
+#[test]
+fn penalty_springs_go_on() {
+    let mut case = load("slope");
+    case.scene.contact.model = cdem::scene::ContactModel::Penalty;
+    let mut whole = case.start();
+    for _ in 0..3 {
+        steps(&mut whole, 200);
+        compare(&case, &mut whole, 40);
+    }
+}
+
+/// Contacts that slide from face to face.
+#[test]
+fn an_octagon_rolls_on() {
+    compare_often("rolling-octagon", 3, 400);
+}
+
+/// Joints that break, in space.
+#[test]
+fn joints_go_on() {
+    compare_often("joint-3d", 2, 120);
+}
+
+/// From every step before, during and after an impact on two scales.
+#[test]
+fn prisms_go_on_at_any_step_of_their_impact() {
+    let case = load("two-scale-prisms");
+    let mut whole = case.start();
+    steps(&mut whole, 655);
+    let mut kept = Vec::new();
+    for _ in 0..60 {
+        kept.push(whole.checkpoint());
+        steps(&mut whole, 1);
+    }
+    assert!(whole.contacts_begun() > 0);
+    for first in 0..40 {
+        let resumed = case.start().resumed(&kept[first]);
+        let mut resumed = resumed.unwrap_or_else(|error| panic!("{error}"));
+        for (step, kept) in kept.iter().enumerate().skip(first) {
+            assert!(*kept == resumed.checkpoint(), "from {first}, at {step}");
+            steps(&mut resumed, 1);
+        }
+    }
+}
+
+/// A brick that is refined and coarsened again and again.
+#[test]
+fn a_rattling_brick_goes_on() {
+    compare_often("rattling-brick", 8, 300);
+}
+
+/// Many contacts, some of them on refined blocks.
+#[test]
+fn a_rockfall_goes_on() {
+    compare_often("rockfall-of-200", 3, 250);
+}
+
+/// A checkpoint of another run is refused, and so is half of one.
+#[test]
+fn what_is_not_of_this_run_is_refused() {
+    let run = |name: &str| {
+        let mut run = load(name).start();
+        steps(&mut run, 30);
+        run.checkpoint()
+    };
+    let start = || load("stack-3d").start();
+    for name in ["rattling-brick", "rolling-3d", "free-flight-3d", "pavement"] {
+        assert!(start().resumed(&run(name)).is_err(), "{name}");
+    }
+    let own = run("stack-3d");
+    assert!(start().resumed(&own).is_ok());
+    for share in 0..20 {
+        assert!(start().resumed(&own[..share * own.len() / 20]).is_err());
+    }
+}
+
+/// Bytes that have changed may mean another state, or none; they never end the program.
+#[test]
+fn changed_bytes_end_no_program() {
+    let mut random = Random(11);
+    for name in ["two-scale-prisms", "stack"] {
+        let case = load(name);
+        let mut run = case.start();
+        steps(&mut run, if name == "stack" { 60 } else { 680 });
+        let kept = run.checkpoint();
+        let mut refused = 0;
+        for _ in 0..300 {
+            let mut bytes = kept.clone();
+            for _ in 0..random.whole(1, 3) {
+                let place = random.whole(0, bytes.len() - 1);
+                bytes[place] = random.whole(0, 255) as u8;
+            }
+            refused += u32::from(case.start().resumed(&bytes).is_err());
+        }
+        println!("{name}: {refused} of 300 refused, {} bytes", kept.len());
+        assert!(refused > 0);
+    }
+}

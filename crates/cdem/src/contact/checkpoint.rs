@@ -1,0 +1,112 @@
+//! Contacts in a checkpoint.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use crate::checkpoint::{ResumeError, require};
+use crate::contact::Contacts;
+use crate::contact::island::{Books, Island};
+use crate::contact::live::Record;
+use crate::contact::search::Search;
+use crate::contact::surface::Pair;
+
+/// What contact keeps from step to step: the fields of [`Contacts`]. Surfaces, laws and
+/// overlaps at t = 0 are made anew.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct SavedContacts<'a, const D: usize> {
+    search: Cow<'a, Search<D>>,
+    outrun: bool,
+    near: Cow<'a, [Pair]>,
+    joins: Cow<'a, [(Pair, u64)]>,
+    islands: Cow<'a, [Island<D>]>,
+    left: Option<u64>,
+    ended: Cow<'a, [Record]>,
+    ended_before: usize,
+    books: Books,
+    max_penetration: f64,
+}
+
+impl<const D: usize> Contacts<D> {
+    /// What a checkpoint holds of it.
+    pub(crate) fn saved(&self) -> SavedContacts<'_, D> {
+        SavedContacts {
+            search: Cow::Borrowed(&self.search),
+            outrun: self.outrun,
+            near: Cow::Borrowed(&self.near),
+            joins: Cow::Borrowed(&self.joins),
+            islands: Cow::Borrowed(&self.islands),
+            left: self.left,
+            ended: Cow::Borrowed(&self.ended),
+            ended_before: self.ended_before,
+            books: self.books,
+            max_penetration: self.max_penetration,
+        }
+    }
+
+    /// Goes on with what was saved, having the surface that there was then.
+    ///
+    /// # Errors
+    /// When that is not of these blocks.
+    pub(crate) fn restore(&mut self, saved: SavedContacts<D>) -> Result<(), ResumeError> {
+        let nodes = self.terms.block_of.len();
+        self.check(&saved)?;
+        let watch = self.books.watch;
+        self.search = saved.search.into_owned();
+        self.search.restore();
+        self.outrun = saved.outrun;
+        self.near = saved.near.into_owned();
+        self.joins = saved.joins.into_owned();
+        self.islands = saved.islands.into_owned();
+        self.in_island = vec![false; nodes];
+        for (number, island) in (0..).zip(&self.islands) {
+            for &node in &island.nodes {
+                self.in_island[node as usize] = true;
+                self.island_of[node as usize] = number;
+            }
+        }
+        (self.grouped, self.left) = (true, saved.left);
+        (self.ended, self.ended_before) = (saved.ended.into_owned(), saved.ended_before);
+        self.books = Books {
+            watch,
+            ..saved.books
+        };
+        self.max_penetration = saved.max_penetration;
+        self.give_near();
+        Ok(())
+    }
+
+    /// Whether all that is saved is of these nodes, features and blocks.
+    fn check(&self, saved: &SavedContacts<D>) -> Result<(), ResumeError> {
+        let (nodes, blocks) = (self.terms.block_of.len(), self.fixed.len());
+        let families = self.terms.surface.families();
+        let has = |pair: Pair| {
+            let mut families = families.iter();
+            families
+                .any(|[main, target]| main.contains(&pair.main) && target.contains(&pair.target))
+        };
+        let is_known = |record: &Record| {
+            let mut of = record.blocks.iter();
+            of.all(|&block| (block as usize) < blocks)
+        };
+        let live = || saved.islands.iter().flat_map(|island| &island.live);
+        let pairs = live().map(|live| live.pair);
+        let pairs = pairs.chain(saved.joins.iter().map(|&(pair, _)| pair));
+        let mut pairs = pairs.chain(saved.near.iter().copied());
+        require(
+            pairs.all(has) && saved.search.is_of(nodes, blocks, &has),
+            "its contacts",
+        )?;
+        let records = live().map(|live| &live.record);
+        require(records.chain(&*saved.ended).all(is_known), "its blocks")?;
+        let is_node = |&node: &u32| (node as usize) < nodes;
+        let are_sorted = |island: &Island<D>| {
+            island.nodes.is_sorted_by(|a, b| a < b) && island.nodes.iter().all(is_node)
+        };
+        require(saved.islands.iter().all(are_sorted), "its islands")?;
+        require(
+            saved.ended_before <= saved.ended.len(),
+            "its list of contacts",
+        )
+    }
+}

@@ -1,0 +1,157 @@
+//! A run in a checkpoint.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use super::ledger::Ledger;
+use super::plan::Plan;
+use super::{Corrections, Run};
+use crate::around::Around;
+use crate::checkpoint::{ResumeError, require};
+use crate::contact::checkpoint::SavedContacts;
+use crate::mesh::Element;
+use crate::model::{Model, State};
+use crate::raw;
+use crate::refinement::checkpoint::SavedScale;
+use crate::step::kick::Impulses;
+
+/// What a run keeps from step to step: the fields of [`Run`], and what elements keep.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct SavedRun<'a, const D: usize> {
+    state: Cow<'a, State<D>>,
+    /// What elements keep from kick to kick, one after the other.
+    #[serde(with = "raw")]
+    records: Vec<f64>,
+    contacts: Option<SavedContacts<'a, D>>,
+    second_scale: Option<SavedScale<'a, D>>,
+    ledger: Ledger,
+    block_impulse: Cow<'a, [[f64; 3]]>,
+    #[serde(with = "raw")]
+    node_impulse: Vec<[f64; D]>,
+    touched: Cow<'a, [u32]>,
+    element_updates: u64,
+    corrections: Corrections,
+    /// Of the last kick: velocities before it, m/s, and the interval of each node, s.
+    #[serde(with = "raw")]
+    before: Vec<[f64; D]>,
+    #[serde(with = "raw")]
+    interval: Vec<f64>,
+    acting: Cow<'a, [bool]>,
+}
+
+impl<const D: usize> Run<D> {
+    /// What a checkpoint between two steps holds of it.
+    pub(crate) fn saved(&self) -> SavedRun<'_, D> {
+        SavedRun {
+            state: Cow::Borrowed(&self.state),
+            records: self.model.records(),
+            contacts: self.contacts.as_ref().map(|contacts| contacts.saved()),
+            second_scale: self.second_scale.as_ref().map(|second| second.saved()),
+            ledger: self.ledger,
+            block_impulse: Cow::Borrowed(&self.block_impulse),
+            node_impulse: self.node_impulse.clone(),
+            touched: Cow::Borrowed(&self.touched),
+            element_updates: self.element_updates,
+            corrections: self.corrections,
+            before: self.impulses.before.clone(),
+            interval: self.impulses.interval.clone(),
+            acting: Cow::Borrowed(&self.acting),
+        }
+    }
+
+    /// Goes on with what was saved, from t = 0 of the same scene and mesh.
+    ///
+    /// # Errors
+    /// When that is of another.
+    pub(crate) fn restore(&mut self, saved: SavedRun<D>) -> Result<(), ResumeError> {
+        let is_contact = saved.contacts.is_some() == self.contacts.is_some();
+        let is_refined = saved.second_scale.is_some() == self.second_scale.is_some();
+        require(is_contact && is_refined, "its contact model")?;
+        require(
+            saved.state.number <= self.model.step_count,
+            "its number of steps",
+        )?;
+        let time = saved.state.number as f64 * self.model.step;
+        if let (Some(second), Some(saved)) = (&mut self.second_scale, saved.second_scale) {
+            second.restore(saved)?;
+            if second.covers().iter().any(Option::is_some) {
+                self.model.remesh(second, time);
+                let mesh = &self.model.mesh;
+                if let Some(contacts) = &mut self.contacts {
+                    let surface = second.foundation.surface(mesh, contacts.tolerance());
+                    contacts.exchange_surface(mesh, surface);
+                }
+                let elements = mesh.elements.iter().map(Element::nodes);
+                self.around = Around::new(elements, mesh.nodes.len());
+            }
+        }
+        self.model.hold(time);
+        let nodes = self.model.mesh.nodes.len();
+        let is_node = |&node: &u32| (node as usize) < nodes;
+        let fits = saved.state.is_of(nodes, self.model.mesh.elements.len())
+            && saved.block_impulse.len() == self.model.blocks.len()
+            && saved.node_impulse.len() == nodes
+            && saved.touched.iter().all(is_node)
+            && saved.before.len() == nodes
+            && saved.interval.len() == nodes
+            && saved.acting.len() == self.model.prescribed.len();
+        require(fits, "its nodes and elements")?;
+        self.model.set_records(&saved.records)?;
+        self.state = saved.state.into_owned();
+        if let (Some(contacts), Some(saved)) = (&mut self.contacts, saved.contacts) {
+            contacts.restore(saved)?;
+        }
+        let levels = self.levels();
+        self.plan = Plan::new(&mut self.model, &self.state, levels);
+        self.ledger = saved.ledger;
+        self.block_impulse = saved.block_impulse.into_owned();
+        self.node_impulse = saved.node_impulse;
+        self.touched = saved.touched.into_owned();
+        self.element_updates = saved.element_updates;
+        self.corrections = saved.corrections;
+        self.impulses = Impulses::new(nodes);
+        self.impulses.before = saved.before;
+        self.impulses.interval = saved.interval;
+        self.acting = saved.acting.into_owned();
+        Ok(())
+    }
+}
+
+impl<const D: usize> State<D> {
+    /// Whether it is of so many nodes and elements.
+    fn is_of(&self, nodes: usize, elements: usize) -> bool {
+        let lists = [
+            self.displacement.len(),
+            self.carry.len(),
+            self.velocity.len(),
+            self.contact_force.len(),
+            self.node_interval.len(),
+        ];
+        lists.iter().all(|&length| length == nodes) && self.element_interval.len() == elements
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// What elements keep from kick to kick, set by set.
+    fn records(&self) -> Vec<f64> {
+        let of_set = self.sets.iter();
+        let records = of_set.flat_map(|set| (0..set.len()).flat_map(|i| set.record(i)));
+        records.collect()
+    }
+
+    fn set_records(&mut self, records: &[f64]) -> Result<(), ResumeError> {
+        let mut rest = records;
+        for set in &mut self.sets {
+            let length = set.record_length();
+            for i in 0..set.len() {
+                let Some((own, others)) = rest.split_at_checked(length) else {
+                    return require(false, "its elements");
+                };
+                set.set_record(i, own);
+                rest = others;
+            }
+        }
+        require(rest.is_empty(), "its elements")
+    }
+}
