@@ -31,7 +31,7 @@ fn main() -> ExitCode {
         Command::Check { scene } => check::check(&scene),
         Command::Resume(args) => resume::resume(&args),
         Command::New { template, folder } => new::new(template.as_deref(), folder),
-        Command::Report { results } => Err(report::report(&results)),
+        Command::Report { results } => report::report(&results),
         Command::Schema => schema::schema(),
     };
     ended

@@ -1,15 +1,16 @@
-//! `cdem report`: not there yet.
+//! `cdem report`: one page on a run.
 
 use std::path::Path;
 
-use crate::failure::{Failure, Message};
+use crate::drive::wrong_folder;
+use crate::failure::{Failure, Outcome};
+use crate::terminal::{print, strong};
 
-pub(crate) fn report(results: &Path) -> Failure {
-    Failure::wrong(Message::new(
-        format!(
-            "`cdem report {}`: reports are not there yet",
-            results.display()
-        ),
-        "history.csv and blocks.csv open in any spreadsheet, frames.pvd in ParaView",
-    ))
+pub(crate) fn report(results: &Path) -> Result<Outcome, Failure> {
+    let page = cdem_io::report::write(results).map_err(wrong_folder)?;
+    print(format_args!(
+        "report    {}, to be opened in a browser",
+        strong(&page.display().to_string())
+    ));
+    Ok(Outcome::Done)
 }

@@ -36,9 +36,8 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
     for passed_over in &unfinished.passed_over {
         warn(&format!("{passed_over}; an earlier one serves"));
     }
-    let (scene, mesh) = (&unfinished.scene, unfinished.mesh.clone());
-    let mut simulation =
-        Simulation::new(scene, mesh).map_err(|error| Failure::wrong(Message::new(&error, "")))?;
+    let mut simulation = Simulation::new(&unfinished.scene, unfinished.mesh)
+        .map_err(|error| Failure::wrong(Message::new(&error, "")))?;
     let start = Observation::of(&mut simulation);
     let simulation = simulation.resumed(&unfinished.run).map_err(unusable)?;
     let interrupt = Interrupt::listen()?;
@@ -47,14 +46,13 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
         quantity(simulation.time(), "s"),
         simulation.step_index()
     ));
-    let so_far = unfinished.so_far.clone();
-    let recorder = Recorder::reopen(unfinished).map_err(|error| full_disk(&error))?;
+    let recorder = Recorder::reopen(unfinished.left_off).map_err(|error| full_disk(&error))?;
     Ok(Run {
         simulation,
         recorder,
         interrupt,
         start,
-        so_far,
+        so_far: unfinished.so_far,
         times: Times {
             setup: began.elapsed(),
             ..Times::default()

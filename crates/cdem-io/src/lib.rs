@@ -1,5 +1,6 @@
 //! Files of `cdem`: scenes, Gmsh meshes, result folders.
 
 pub mod gmsh;
+pub mod report;
 pub mod results;
 pub mod scene;

@@ -6,6 +6,7 @@ pub mod fit;
 mod overlap;
 mod pieces;
 mod random;
+pub mod readers;
 mod rocks;
 
 use std::path::{Path, PathBuf};

@@ -39,8 +39,3 @@ fn the_schema_is_json() {
     let schema: serde_json::Value = serde_json::from_str(&told).expect("JSON");
     assert!(schema["properties"]["block"].is_object(), "{told}");
 }
-
-#[test]
-fn what_is_not_there_yet_says_so() {
-    insta::assert_snapshot!(Place::new().cdem("report results").told());
-}

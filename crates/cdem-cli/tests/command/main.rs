@@ -3,6 +3,7 @@
 mod cautions;
 mod help;
 mod place;
+mod report;
 mod resume;
 mod run;
 mod templates;

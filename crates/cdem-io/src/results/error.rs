@@ -61,6 +61,20 @@ pub enum ResultsError {
         /// What is wrong with it.
         why: String,
     },
+    /// A frame could not be read.
+    #[error("the frame {} {why}", path.display())]
+    Frame {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The scene of the results could not be read.
+    #[error("{why}")]
+    Scene {
+        /// What is wrong with it, shown in its text.
+        why: String,
+    },
     /// A file or folder could not be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -89,7 +103,7 @@ pub struct Unprepared {
 }
 
 impl ResultsError {
-    pub(super) fn read(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();
         Self::Read { path, source }
     }
@@ -121,6 +135,8 @@ impl ResultsError {
                 "run the scene again, with --force to replace that run; if nothing has happened to \
                  the file, report it as a defect"
             }
+            Self::Frame { .. } => "run the scene again: the file is not as it was written",
+            Self::Scene { .. } => "the scene of the results is not as it was written",
             Self::Read { .. } => "check that the folder exists and may be read",
             Self::Write { source, .. } => match source.kind() {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {

@@ -7,6 +7,7 @@ use cdem::Simulation;
 use cdem::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
 use cdem::scene::{Geometry, Scene};
 
+use super::background::Background;
 use super::cadence::Clock;
 use super::checkpoint::{self, Checkpoint, Checkpoints, Position, SoFar, Start, State};
 use super::error::{ResultsError, Unprepared};
@@ -15,7 +16,7 @@ use super::folder::Folder;
 use super::rows;
 use super::summary::{Status, Summary};
 use super::table::{Row, Table};
-use super::unfinished::Unfinished;
+use super::unfinished::LeftOff;
 use super::vtk::{Series, write_contact_frame, write_frame};
 
 /// Names of files that are there once.
@@ -89,6 +90,8 @@ impl Observed for Simulation {
 pub struct Recorder {
     folder: PathBuf,
     checkpoints: Checkpoints,
+    /// Writes frames and checkpoints.
+    background: Background,
     /// Frames that the last checkpoint counts on.
     frames_kept: usize,
     history: Output<Table>,
@@ -154,6 +157,7 @@ impl Recorder {
                 ],
             },
             checkpoints: Checkpoints::new(path),
+            background: Background::default(),
             frames_kept: 0,
             folder: path.to_owned(),
         })
@@ -164,8 +168,8 @@ impl Recorder {
     ///
     /// # Errors
     /// If the disk refuses.
-    pub fn reopen(unfinished: Unfinished) -> Result<Self, ResultsError> {
-        let (path, state) = (unfinished.folder, unfinished.position);
+    pub fn reopen(left_off: LeftOff) -> Result<Self, ResultsError> {
+        let (path, state) = (left_off.folder, left_off.position);
         let log = path.join(checkpoint::FOLDER).join(checkpoint::LOG);
         let contacts = path.join(CONTACTS);
         if log.exists() {
@@ -195,6 +199,7 @@ impl Recorder {
                 to: [series("frames", "vtu")?, series("contacts", "vtp")?],
             },
             checkpoints: Checkpoints::new(&path),
+            background: Background::default(),
             frames_kept: kept,
             folder: path,
         };
@@ -248,20 +253,21 @@ impl Recorder {
             },
             so_far,
         };
-        self.checkpoints.begin(Checkpoint {
+        let write = self.checkpoints.begin(Checkpoint {
             start,
             state,
             run: simulation.checkpoint(),
             results,
-        })
+        });
+        self.background.begin(write)
     }
 
-    /// Waits until the last checkpoint has been written.
+    /// Waits until all frames and checkpoints so far have been written.
     ///
     /// # Errors
-    /// If it could not be.
+    /// If one could not be.
     pub fn wait(&mut self) -> Result<(), ResultsError> {
-        self.checkpoints.wait()
+        self.background.wait()
     }
 
     /// The folder.
@@ -278,11 +284,13 @@ impl Recorder {
             || self.frames.clock.is_due(time)
     }
 
-    /// Writes what is due; to be called at the start and after each coarse step.
+    /// Writes what is due, frames beside the steps that follow; to be called at the start and
+    /// after each coarse step.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If the disk refuses, or has refused an earlier frame.
     pub fn observe(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
+        self.background.look()?;
         let time = run.time();
         let due = [
             self.history.clock.due(time),
@@ -316,12 +324,12 @@ impl Recorder {
         };
         let live = run.live_contacts();
         let contacts = self.contacts.append(live.iter().map(Row::from));
-        let kept = self.checkpoints.wait();
+        let beside = self.background.wait();
         let log = self.checkpoints.log();
         let sorted = self
             .contacts
             .sort_by_number(rows::CONTACTS_TIME_ON, log.as_deref());
-        let written = rows.and(contacts).and(sorted).and(kept);
+        let written = rows.and(contacts).and(sorted).and(beside);
         let mut summary = summary.clone();
         if let (Err(error), Status::Done) = (&written, summary.status) {
             summary.status = Status::Stopped;
@@ -355,9 +363,13 @@ impl Recorder {
         if frames {
             let [frames, contacts] = &mut self.frames.to;
             let frame = run.frame();
-            frames.add(frame.time, |path| write_frame(path, &frame))?;
+            let added = frames.add(frame.time);
+            self.background
+                .begin(move || added.write(|path| write_frame(path, &frame)))?;
             let frame = run.contact_frame();
-            contacts.add(frame.time, |path| write_contact_frame(path, &frame))?;
+            let added = contacts.add(frame.time);
+            self.background
+                .begin(move || added.write(|path| write_contact_frame(path, &frame)))?;
         }
         Ok(())
     }

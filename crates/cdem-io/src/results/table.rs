@@ -135,9 +135,11 @@ impl Table {
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), ResultsError> {
-        self.file
-            .write_all(bytes)
-            .map_err(|error| ResultsError::write(&self.path, error))?;
+        if let Err(error) = self.file.write_all(bytes) {
+            // A row that is there in part is of no use; that it may stay is no second error.
+            let _ = self.file.set_len(self.length);
+            return Err(ResultsError::write(&self.path, error));
+        }
         self.length += bytes.len() as u64;
         Ok(())
     }

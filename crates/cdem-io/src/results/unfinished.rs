@@ -36,6 +36,12 @@ pub struct Unfinished {
     pub so_far: SoFar,
     /// Later checkpoints that cannot be used, and why.
     pub passed_over: Vec<String>,
+    /// For [`Recorder::reopen`](super::Recorder::reopen).
+    pub left_off: LeftOff,
+}
+
+/// Where the results of a run have been left off.
+pub struct LeftOff {
     pub(super) folder: PathBuf,
     pub(super) position: Position,
 }
@@ -48,7 +54,8 @@ struct Ended {
 }
 
 impl Unfinished {
-    /// Finds what there is in a folder; changes nothing.
+    /// Finds what there is in a folder; changes nothing but to remove what a run that is done
+    /// needs no more.
     ///
     /// # Errors
     /// If it is no folder of results, if a run is writing to it, or if there is no checkpoint
@@ -76,8 +83,10 @@ impl Unfinished {
             run: last.run,
             so_far: last.state.so_far,
             passed_over: last.passed_over,
-            folder: path(),
-            position: last.state.results,
+            left_off: LeftOff {
+                folder: path(),
+                position: last.state.results,
+            },
         })))
     }
 }

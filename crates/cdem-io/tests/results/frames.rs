@@ -209,6 +209,7 @@ fn a_disk_that_refuses_the_last_frame_still_gets_its_summary() {
     let mut recorder = place.recorder(&scene(Cadence::Count(10), Cadence::Count(5)), false);
     let mut run = Fake::default();
     recorder.observe(&mut run).expect("written");
+    recorder.wait().expect("written beside");
     std::fs::remove_dir_all(place.results().join("frames")).expect("removed");
     run.step = 1;
     let summary = Summary {

@@ -134,6 +134,8 @@ fn a_killed_run_leaves_whole_rows_and_frames() {
         run.step = step;
         recorder.observe(&mut run).expect("written");
     }
+    // Frames are written beside the steps.
+    recorder.wait().expect("written");
     // As a kill would: no destructor runs.
     std::mem::forget(recorder);
     assert_eq!(place.read("history.csv").lines().count(), 1 + 4);

@@ -1,7 +1,8 @@
 //! Rocks of all shapes settle in a box.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use cdem::{Simulation, Stage};
 use cdem_verify::{Balance, SEED, box_around, deepest_overlap, load, rocks, run};
 
 /// What rocks do at the end of a run.
@@ -46,6 +47,7 @@ fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
     let mut overlap = 0.0_f64;
     let every = (0.1 * end / overview.step) as u64;
     let (began, mut last) = (Instant::now(), (0, 0.0));
+    simulation.time_stages();
     run(&mut simulation, |simulation| {
         let step = simulation.step_index();
         if step % 20 == 0 {
@@ -61,6 +63,7 @@ fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
                 simulation.live_contacts().len(),
             );
             last = (step, spent);
+            println!("{}", shares(simulation));
         }
     });
     let end = balance.look(&mut simulation);
@@ -107,6 +110,16 @@ fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
     // One solve in a million may end early; the next step goes on from there.
     println!("{:?}", simulation.warnings());
     settled
+}
+
+/// Where the time of all steps so far went, in per cent.
+fn shares(simulation: &Simulation) -> String {
+    let times = simulation.stage_times();
+    let all: f64 = times.iter().map(|(_, time)| time.as_secs_f64()).sum();
+    let share = |(stage, time): &(Stage, Duration)| {
+        format!("{} {:.0} %", stage.name(), 100.0 * time.as_secs_f64() / all)
+    };
+    times.iter().map(share).collect::<Vec<_>>().join(", ")
 }
 
 #[test]

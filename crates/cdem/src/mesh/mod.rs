@@ -14,6 +14,7 @@ mod quality;
 mod raw;
 mod shape;
 mod simplex;
+mod sound;
 pub(crate) use simplex::distance_to;
 mod source;
 mod split;

@@ -25,6 +25,9 @@ impl<const D: usize> Model<D> {
         mesh: Mesh<D>,
         space: Space<D>,
     ) -> Result<Built<D>, ModelError> {
+        if let Some(fault) = mesh.fault(scene.block.len()) {
+            return Err(ModelError::Unsound(fault));
+        }
         names::refuse_unknown(scene, &mesh)?;
         let thickness = thickness::<D>(scene);
         let Bodies {

@@ -19,6 +19,9 @@ pub enum ModelError {
         /// What is wrong.
         source: MeshError,
     },
+    /// What was given for a mesh is none.
+    #[error("the mesh is not whole: {0}")]
+    Unsound(&'static str),
     /// Names of blocks that mean no part of the mesh.
     #[error("{}", list(.0))]
     UnknownBlocks(Vec<Problem>),
@@ -204,7 +207,7 @@ impl ModelError {
             | Self::Mass { key, .. } => Some(key),
             Self::TooFine { .. } | Self::TooManySteps { .. } => Some("time.step"),
             Self::Tolerance { .. } => Some("contact.tolerance"),
-            Self::UnknownBlocks(_) => None,
+            Self::UnknownBlocks(_) | Self::Unsound(_) => None,
             Self::NothingMoves => Some("block[0].fixed"),
         }
     }

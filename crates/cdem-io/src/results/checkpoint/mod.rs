@@ -8,7 +8,8 @@ mod container;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use cdem::AnyMesh;
 use cdem::scene::Scene;
@@ -96,12 +97,12 @@ pub(super) struct Checkpoint {
     pub(super) results: Vec<PathBuf>,
 }
 
-/// The checkpoints of a run, written beside its steps.
+/// The checkpoints of a run.
 #[derive(Debug)]
 pub(super) struct Checkpoints {
     folder: PathBuf,
     has_start: bool,
-    writing: Option<JoinHandle<Result<(), ResultsError>>>,
+    is_writing: Arc<AtomicBool>,
 }
 
 impl Checkpoints {
@@ -111,7 +112,7 @@ impl Checkpoints {
         Self {
             has_start: folder.join(START).is_file(),
             folder,
-            writing: None,
+            is_writing: Arc::default(),
         }
     }
 
@@ -122,36 +123,27 @@ impl Checkpoints {
 
     /// Whether the last one has been written.
     pub(super) fn is_ready(&self) -> bool {
-        self.writing.as_ref().is_none_or(JoinHandle::is_finished)
+        !self.is_writing.load(Ordering::Acquire)
     }
 
     /// Where the list of contacts is to be kept, if there is any checkpoint to go on from.
     pub(super) fn log(&self) -> Option<PathBuf> {
-        self.has_start.then(|| self.folder.join(LOG))
+        self.folder.is_dir().then(|| self.folder.join(LOG))
     }
 
-    /// Begins to write one, after the last.
-    ///
-    /// # Errors
-    /// If the last could not be written.
-    pub(super) fn begin(&mut self, checkpoint: Checkpoint) -> Result<(), ResultsError> {
-        self.wait()?;
+    /// What is to be done to write the next.
+    pub(super) fn begin(
+        &mut self,
+        checkpoint: Checkpoint,
+    ) -> impl FnOnce() -> Result<(), ResultsError> + Send + use<> {
         self.has_start = true;
-        let folder = self.folder.clone();
-        self.writing = Some(std::thread::spawn(move || checkpoint.write(&folder)));
-        Ok(())
-    }
-
-    /// Waits for the last one.
-    ///
-    /// # Errors
-    /// If it could not be written.
-    pub(super) fn wait(&mut self) -> Result<(), ResultsError> {
-        let Some(writing) = self.writing.take() else {
-            return Ok(());
-        };
-        let written = writing.join();
-        written.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        let (folder, is_writing) = (self.folder.clone(), Arc::clone(&self.is_writing));
+        is_writing.store(true, Ordering::Release);
+        move || {
+            let written = checkpoint.write(&folder);
+            is_writing.store(false, Ordering::Release);
+            written
+        }
     }
 }
 

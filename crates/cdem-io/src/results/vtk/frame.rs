@@ -115,6 +115,18 @@ fn write_fields(file: &mut XmlFile, fields: &[FrameField]) {
     }
 }
 
+/// The kind of cells with a number of VTK's.
+pub(super) fn kind_of_cell(number: u8) -> Option<ElementKind> {
+    let kinds = [
+        ElementKind::Tri3,
+        ElementKind::Quad4,
+        ElementKind::Tet4,
+        ElementKind::Hex8,
+        ElementKind::Wedge6,
+    ];
+    kinds.into_iter().find(|&kind| cell_type(kind) == number)
+}
+
 /// VTK's number of a cell type.
 const fn cell_type(kind: ElementKind) -> u8 {
     match kind {

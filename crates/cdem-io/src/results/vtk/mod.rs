@@ -1,9 +1,11 @@
 //! Files for ParaView.
 
 mod frame;
+mod read;
 mod series;
 mod xml;
 
 pub(super) use frame::write_contact_frame;
 pub use frame::write_frame;
-pub(super) use series::Series;
+pub(crate) use read::{SavedFrame, read_frame};
+pub(super) use series::{Series, listed};

@@ -1,6 +1,8 @@
 //! A time series of frames: numbered files and the `.pvd` that lists them.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
+
+use roxmltree::{Document, Node};
 
 use super::super::error::ResultsError;
 use super::super::file::write_whole;
@@ -9,12 +11,36 @@ use super::super::file::write_whole;
 ///
 /// The list is replaced after each frame, so a killed run leaves a list of
 /// whole frames.
+#[derive(Clone)]
 pub(in super::super) struct Series {
     folder: PathBuf,
     name: &'static str,
     ending: &'static str,
     /// Of each frame, s.
     times: Vec<f64>,
+}
+
+/// Times, s, and files of the frames of a list.
+pub(in super::super) fn listed(list: &Path) -> Result<Vec<(f64, PathBuf)>, ResultsError> {
+    let text = std::fs::read_to_string(list).map_err(|error| ResultsError::read(list, error))?;
+    let refuse = |why: &str| ResultsError::Frame {
+        path: list.to_owned(),
+        why: why.to_owned(),
+    };
+    let document = Document::parse(&text).map_err(|_| refuse("is no list of frames"))?;
+    let folder = list.parent().unwrap_or(Path::new(""));
+    let entries = document.descendants();
+    let entries = entries.filter(|node| node.has_tag_name("DataSet"));
+    let entry = |node: Node| {
+        let time = node.attribute("timestep")?.parse().ok()?;
+        // What is listed lies in the folder of the list.
+        let file = Path::new(node.attribute("file")?);
+        let mut parts = file.components();
+        let is_within = parts.all(|part| matches!(part, Component::Normal(_)));
+        is_within.then(|| (time, folder.join(file)))
+    };
+    let entries: Option<Vec<_>> = entries.map(entry).collect();
+    entries.ok_or_else(|| refuse("lists something that is no frame of its own"))
 }
 
 impl Series {
@@ -70,15 +96,10 @@ impl Series {
         format!("{}/{number:05}.{}", self.name, self.ending)
     }
 
-    /// Adds the frame that `write` puts at the path it is given.
-    pub(in super::super) fn add(
-        &mut self,
-        time: f64,
-        write: impl FnOnce(&Path) -> Result<(), ResultsError>,
-    ) -> Result<(), ResultsError> {
-        write(&self.folder.join(self.frame(self.times.len())))?;
+    /// Adds a frame, to be written then.
+    pub(in super::super) fn add(&mut self, time: f64) -> Added {
         self.times.push(time);
-        self.write_list()
+        Added(self.clone())
     }
 
     fn write_list(&self) -> Result<(), ResultsError> {
@@ -94,5 +115,21 @@ impl Series {
             }
             writeln!(out, "</Collection>\n</VTKFile>")
         })
+    }
+}
+
+/// A series, the last frame of which is to be written.
+pub(in super::super) struct Added(Series);
+
+impl Added {
+    /// Has `write` put the frame at the path it is given, and lists it.
+    pub(in super::super) fn write(
+        self,
+        write: impl FnOnce(&Path) -> Result<(), ResultsError>,
+    ) -> Result<(), ResultsError> {
+        let Self(series) = self;
+        let number = series.times.len() - 1;
+        write(&series.folder.join(series.frame(number)))?;
+        series.write_list()
     }
 }

@@ -16,7 +16,10 @@ use super::super::file::write_whole;
 
 /// Uncompressed bytes of a compression block: large enough to compress well,
 /// small enough to keep all threads busy.
-const BLOCK: usize = 1 << 17;
+pub(super) const BLOCK: usize = 1 << 17;
+
+/// What comes before the arrays.
+pub(super) const APPENDED: &str = "<AppendedData encoding=\"raw\">\n_";
 
 /// Values of an array, borrowed.
 pub(super) enum Values<'a> {
@@ -192,8 +195,7 @@ impl XmlFile {
                 out,
                 "<?xml version=\"1.0\"?>\n<VTKFile type=\"{dataset}\" version=\"1.0\" \
                  byte_order=\"LittleEndian\" header_type=\"UInt64\" \
-                 compressor=\"vtkZLibDataCompressor\">\n{header}\
-                 <AppendedData encoding=\"raw\">\n_"
+                 compressor=\"vtkZLibDataCompressor\">\n{header}{APPENDED}"
             )?;
             out.write_all(&appended)?;
             out.write_all(b"\n</AppendedData>\n</VTKFile>\n")

@@ -1,0 +1,141 @@
+//! What is written beside the steps: one piece after the other, in the order in which they come.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{Builder, JoinHandle};
+
+use super::error::ResultsError;
+
+/// Pieces that may wait while another is written: each holds a frame, or a checkpoint.
+const WAITING: usize = 1;
+
+type Piece = Box<dyn FnOnce() -> Result<(), ResultsError> + Send>;
+
+/// A thread that writes, and what has stopped it.
+#[derive(Default)]
+pub(super) struct Background {
+    worker: Option<(SyncSender<Piece>, JoinHandle<()>)>,
+    failure: Failure,
+}
+
+/// What has gone wrong, and has not been told yet.
+#[derive(Clone, Default)]
+struct Failure(Arc<Mutex<Option<ResultsError>>>);
+
+impl Background {
+    /// Has a piece written; waits where too many are waiting.
+    ///
+    /// # Errors
+    /// If an earlier one could not be written.
+    pub(super) fn begin(
+        &mut self,
+        piece: impl FnOnce() -> Result<(), ResultsError> + Send + 'static,
+    ) -> Result<(), ResultsError> {
+        self.failure.tell()?;
+        if self.worker.is_none() {
+            let (pieces, waiting) = sync_channel(WAITING);
+            let failure = self.failure.clone();
+            let worker = Builder::new().spawn(move || write(&waiting, &failure));
+            self.worker = worker.ok().map(|worker| (pieces, worker));
+        }
+        let Some((pieces, _)) = &self.worker else {
+            // There are no more threads to be had.
+            return piece();
+        };
+        // A worker that has ended has panicked, which is told by whoever waits for it.
+        let _ = pieces.send(Box::new(piece));
+        Ok(())
+    }
+
+    /// Tells what has gone wrong since it was last asked.
+    ///
+    /// # Errors
+    /// If a piece could not be written.
+    pub(super) fn look(&self) -> Result<(), ResultsError> {
+        self.failure.tell()
+    }
+
+    /// Waits until all is written.
+    ///
+    /// # Errors
+    /// If some of it could not be.
+    pub(super) fn wait(&mut self) -> Result<(), ResultsError> {
+        if let Some((pieces, worker)) = self.worker.take() {
+            drop(pieces);
+            let ended = worker.join();
+            ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        }
+        self.failure.tell()
+    }
+}
+
+/// Writes pieces as they come; none after one that could not be.
+fn write(pieces: &Receiver<Piece>, failure: &Failure) {
+    let failed = pieces.iter().find_map(|piece| piece().err());
+    if let Some(error) = failed {
+        failure.keep(error);
+        // Those that count on it are not to be written: a checkpoint on its frames.
+        pieces.iter().for_each(drop);
+    }
+}
+
+impl Failure {
+    fn keep(&self, error: ResultsError) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+    }
+
+    fn tell(&self) -> Result<(), ResultsError> {
+        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        first.take().map_or(Ok(()), Err)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_are_written_in_their_order() {
+        let order = Arc::new(Mutex::new(Vec::new()));
+        let mut background = Background::default();
+        for number in 0..20 {
+            let order = Arc::clone(&order);
+            let piece = move || {
+                order.lock().expect("no panic").push(number);
+                Ok(())
+            };
+            background.begin(piece).expect("none fails");
+        }
+        background.wait().expect("none fails");
+        assert_eq!(
+            *order.lock().expect("no panic"),
+            (0..20).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn what_comes_after_a_failure_is_not_written_until_it_is_told() {
+        let written = Arc::new(Mutex::new(0));
+        let count = || {
+            let written = Arc::clone(&written);
+            move || {
+                *written.lock().expect("no panic") += 1;
+                Ok(())
+            }
+        };
+        let mut background = Background::default();
+        let refused = || {
+            Err(ResultsError::write(
+                "there".as_ref(),
+                std::io::Error::other("full"),
+            ))
+        };
+        background.begin(refused).expect("nothing has failed yet");
+        let _ = background.begin(count());
+        let _ = background.wait();
+        assert_eq!(*written.lock().expect("no panic"), 0);
+        background.begin(count()).expect("told already");
+        background.wait().expect("none fails");
+        assert_eq!(*written.lock().expect("no panic"), 1);
+    }
+}

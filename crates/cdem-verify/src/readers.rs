@@ -1,0 +1,73 @@
+//! What readers make of any bytes: fuzz targets, and the replay of what they have found.
+//!
+//! Whatever the bytes are, the answer is a value or an error. Each function panics only where a
+//! value is wrong.
+
+use std::path::Path;
+
+use cdem::mesh::assemble;
+use cdem::{AnyMesh, Simulation};
+
+use crate::load;
+
+/// Bytes as a scene: what is read is written as it was read.
+///
+/// # Panics
+/// If it is not.
+pub fn scene(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return;
+    };
+    let path = Path::new("scene.toml");
+    match cdem_io::scene::parse(text, path) {
+        Ok(file) => {
+            let written = cdem_io::scene::write(&file.scene);
+            let again = cdem_io::scene::parse(&written, path);
+            let again = again.unwrap_or_else(|error| panic!("{}", error.render(false)));
+            assert_eq!(again.scene, file.scene);
+        }
+        Err(error) => assert!(!error.render(false).is_empty()),
+    }
+}
+
+/// Bytes as a mesh, and blocks cut out of it, in the plane and in space.
+///
+/// # Panics
+/// If a message is empty.
+pub fn mesh(bytes: &[u8]) {
+    let mesh = match cdem_io::gmsh::parse("any.msh", bytes) {
+        Ok(mesh) => mesh,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    let mut read = |_: &Path| Ok(mesh.clone());
+    for name in ["shot", "shot-3d"] {
+        let mut case = load(name);
+        for block in &mut case.scene.block {
+            block.geometry = cdem::scene::Geometry::Mesh {
+                path: "any.msh".into(),
+                group: None,
+            };
+            block.split = cdem::scene::Split::Components;
+        }
+        let made = if case.scene.dimension == 2 {
+            assemble(&case.scene, &mut read).map(AnyMesh::Plane)
+        } else {
+            assemble(&case.scene, &mut read).map(AnyMesh::Solid)
+        };
+        match made {
+            Ok(mesh) => drop(mesh),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+}
+
+/// A run that [`checkpoint`] goes on with.
+#[must_use]
+pub fn run() -> Simulation {
+    load("two-scale-prisms").start()
+}
+
+/// Bytes as the state of a run, in the middle of an impact.
+pub fn checkpoint(bytes: &[u8]) {
+    drop(run().resumed(bytes));
+}
