@@ -87,7 +87,7 @@ Exit status:
   0    done
   2    the call or the scene is wrong; nothing was written
   3    the run stopped itself; the results up to there are whole
-  130  interrupted (Ctrl-C); a checkpoint was written: `cdem resume DIR` goes on";
+  130  interrupted (Ctrl-C); `cdem resume DIR` goes on, unless `output.checkpoint` is 0";
 
 #[cfg(test)]
 mod tests {

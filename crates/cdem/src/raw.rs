@@ -1,5 +1,5 @@
-//! Lists of plain numbers in a checkpoint: their bytes as they lie in memory, which is ten
-//! times as fast as one by one. For `#[serde(with = "raw")]`.
+//! Lists of plain numbers in a checkpoint: their bytes as they lie in memory, copied as a
+//! whole. For `#[serde(with = "raw")]`.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
 
 use tempfile::TempDir;
 
@@ -92,11 +92,31 @@ impl Place {
         command
     }
 
+    /// Runs the command line where no file may have more than so many blocks of 512 bytes;
+    /// the signal that tells of it is ignored.
+    #[cfg(unix)]
+    pub(crate) fn cdem_within(&self, blocks: u32, line: &str) -> Ended {
+        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" {line}");
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &limited]);
+        shell.arg(assert_cmd::cargo::cargo_bin!("cdem"));
+        let output = shell.current_dir(self.0.path()).output();
+        Ended(output.expect("sh runs"))
+    }
+
     /// Runs the command line, e.g. `run scene.toml`.
     pub(crate) fn cdem(&self, line: &str) -> Ended {
         let output = self.command(line.split_whitespace()).output();
         Ended(output.expect("the command runs"))
     }
+}
+
+/// Sends a signal, e.g. `TERM`.
+pub(crate) fn signal(name: &str, to: &Child) {
+    let sent = Command::new("kill")
+        .args(["-s", name, &to.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
 }
 
 pub(crate) fn names(folder: &Path) -> Vec<String> {

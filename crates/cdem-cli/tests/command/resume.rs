@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use crate::place::{FALL, Place, names};
+use crate::place::{FALL, Place, names, signal};
 
 /// Bricks fall on each other, are refined and coarsened where they hit, and lie: by both
 /// kinematics, with damping, friction and joints.
@@ -174,9 +174,7 @@ fn interrupted(scene: &str) -> Place {
         assert!(run.try_wait().expect("a child").is_none(), "too short");
         std::thread::sleep(Duration::from_millis(2));
     }
-    let signal = ["-s", "TERM", &run.id().to_string()];
-    let sent = std::process::Command::new("kill").args(signal).status();
-    assert!(sent.expect("kill runs").success());
+    signal("TERM", &run);
     assert_eq!(run.wait().expect("a child").code(), Some(130));
     place
 }
@@ -345,9 +343,7 @@ fn no_checkpoint_is_written_where_none_is_wanted() {
     while !place.path("scene-results/frames/00002.vtu").exists() {
         assert!(run.try_wait().expect("a child").is_none(), "too short");
     }
-    let signal = ["-s", "INT", &run.id().to_string()];
-    let sent = std::process::Command::new("kill").args(signal).status();
-    assert!(sent.expect("kill runs").success());
+    signal("INT", &run);
     assert_eq!(run.wait().expect("a child").code(), Some(130));
     assert!(!place.path("scene-results/checkpoints").exists());
     let told = place.cdem("resume scene-results");
@@ -384,15 +380,13 @@ fn a_disk_that_fills_up_costs_nothing_but_time() {
     // Blocks of 512 bytes; the longest table has some 200 of these.
     for blocks in [7, 12, 20, 30, 61, 105, 150] {
         let place = Place::with_scene(&heap("1e-9"));
-        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" run scene.toml");
-        let command = place.command([""; 0]);
-        let mut shell = std::process::Command::new("sh");
-        shell.args(["-c", &limited]).arg(command.get_program());
-        let ended = shell.current_dir(place.path(".")).output();
-        let ended = ended.expect("sh runs");
-        let told = String::from_utf8_lossy(&ended.stderr);
-        assert_eq!(ended.status.code(), Some(3), "{blocks}: {told}");
-        assert!(told.contains("cannot write"), "{blocks}: {told}");
+        let ended = place.cdem_within(blocks, "run scene.toml");
+        assert_eq!(ended.status(), 3, "{blocks}: {}", ended.told());
+        assert!(
+            ended.stderr().contains("cannot write"),
+            "{blocks}: {}",
+            ended.told()
+        );
         assert_whole_rows(&place);
         let again = place.cdem("resume scene-results");
         match again.status() {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::place::{FALL, Place};
+use crate::place::{FALL, Place, signal};
 
 fn summary(place: &Place) -> Value {
     serde_json::from_str(&place.read("scene-results/summary.json")).expect("JSON")
@@ -209,18 +209,9 @@ fn a_run_that_stops_itself_leaves_whole_results_and_says_why() {
 #[test]
 fn a_disk_that_refuses_after_the_first_write_is_no_wrong_scene() {
     let place = Place::with_scene(FALL);
-    // No file may grow; the signal that tells of it is ignored.
-    let limited = "trap '' XFSZ; ulimit -f 0; exec \"$0\" run scene.toml";
-    let command = place.command([""; 0]);
-    let mut shell = std::process::Command::new("sh");
-    shell.args(["-c", limited]).arg(command.get_program());
-    let ended = shell
-        .current_dir(place.path("."))
-        .output()
-        .expect("sh runs");
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(3), "{told}");
-    assert!(told.contains("history.csv"), "{told}");
+    let ended = place.cdem_within(0, "run scene.toml");
+    assert_eq!(ended.status(), 3, "{}", ended.told());
+    assert!(ended.stderr().contains("history.csv"), "{}", ended.told());
 }
 
 /// A block alone under a pressure on its left side.
@@ -459,7 +450,7 @@ fn frames_always_tell_block_material_and_levels() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_leaves_whole_results() {
-    for signal in ["INT", "TERM"] {
+    for name in ["INT", "TERM"] {
         let place = Place::with_scene(&FALL.replace("20 ms", "1e4 s"));
         let mut run = place
             .command(["run", "scene.toml"])
@@ -476,10 +467,7 @@ fn an_interrupted_run_leaves_whole_results() {
             );
             std::thread::sleep(Duration::from_millis(10));
         }
-        let kill = std::process::Command::new("kill")
-            .args(["-s", signal, &run.id().to_string()])
-            .status();
-        assert!(kill.expect("kill runs").success());
+        signal(name, &run);
         assert_eq!(run.wait().expect("it ends").code(), Some(130));
         let summary = summary(&place);
         assert_eq!(summary["status"], "interrupted");

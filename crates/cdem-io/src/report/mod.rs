@@ -14,7 +14,9 @@ use cdem::scene::Scene;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::results::{ResultsError, frame_files, write_page};
+use crate::results::{
+    BLOCKS, CONTACTS, HISTORY, REPORT, ResultsError, SCENE, SUMMARY, frame_files, write_page,
+};
 use motion::Motion;
 use tables::{Blocks, Columns, Contacts};
 
@@ -59,7 +61,7 @@ struct Block {
 /// If the folder holds no run, if something in it cannot be read, or if the disk refuses.
 pub fn write(folder: &Path) -> Result<PathBuf, ResultsError> {
     let report = Report::read(folder)?;
-    let path = folder.join("report.html");
+    let path = folder.join(REPORT);
     write_page(&path, &report.page())?;
     Ok(path)
 }
@@ -67,7 +69,7 @@ pub fn write(folder: &Path) -> Result<PathBuf, ResultsError> {
 impl Report {
     fn read(folder: &Path) -> Result<Self, ResultsError> {
         let frames = frame_files(folder)?;
-        let path = folder.join("scene.toml");
+        let path = folder.join(SCENE);
         let text =
             std::fs::read_to_string(&path).map_err(|error| ResultsError::read(&path, error))?;
         let scene = crate::scene::parse(&text, &path);
@@ -75,12 +77,12 @@ impl Report {
             why: error.render(false),
         })?;
         let scene = scene.scene;
-        let history = tables::history(&folder.join("history.csv"))?;
+        let history = tables::history(&folder.join(HISTORY))?;
         let end = history.get("time").and_then(|time| time.last());
         let end = end.map_or(0.0, |&end| f64::from(end));
-        let contacts = tables::contacts(&folder.join("contacts.csv"), end)?;
-        let block_rows = tables::blocks(&folder.join("blocks.csv"))?;
-        let summary = std::fs::read(folder.join("summary.json")).ok();
+        let contacts = tables::contacts(&folder.join(CONTACTS), end)?;
+        let block_rows = tables::blocks(&folder.join(BLOCKS))?;
+        let summary = std::fs::read(folder.join(SUMMARY)).ok();
         Ok(Self {
             title: scene.title.clone(),
             version: env!("CARGO_PKG_VERSION"),

@@ -23,7 +23,8 @@ pub(super) struct Background {
 struct Failure(Arc<Mutex<Option<ResultsError>>>);
 
 impl Background {
-    /// Has a piece written; waits where too many are waiting.
+    /// Has a piece written; waits where too many are waiting. After one that could not be,
+    /// none is until [`Self::wait`]: lists name only what is there.
     ///
     /// # Errors
     /// If an earlier one could not be written.
@@ -114,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_a_failure_is_not_written_until_it_is_told() {
+    fn what_comes_after_a_failure_is_not_written_until_all_is_waited_for() {
         let written = Arc::new(Mutex::new(0));
         let count = || {
             let written = Arc::clone(&written);
@@ -134,7 +135,7 @@ mod tests {
         let _ = background.begin(count());
         let _ = background.wait();
         assert_eq!(*written.lock().expect("no panic"), 0);
-        background.begin(count()).expect("told already");
+        background.begin(count()).expect("a new beginning");
         background.wait().expect("none fails");
         assert_eq!(*written.lock().expect("no panic"), 1);
     }

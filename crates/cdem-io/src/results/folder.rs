@@ -9,14 +9,23 @@ use super::error::ResultsError;
 use super::file::UNFINISHED;
 use super::table::is_free;
 
+/// Names of files that are there once.
+pub(crate) const SCENE: &str = "scene.toml";
+pub(crate) const HISTORY: &str = "history.csv";
+pub(crate) const BLOCKS: &str = "blocks.csv";
+pub(crate) const PROBES: &str = "probes.csv";
+pub(crate) const CONTACTS: &str = "contacts.csv";
+pub(crate) const SUMMARY: &str = "summary.json";
+pub(crate) const REPORT: &str = "report.html";
+
 /// Files of a run.
 const FILES: [&str; 9] = [
-    "summary.json",
-    "report.html",
-    "scene.toml",
-    "blocks.csv",
-    "contacts.csv",
-    "probes.csv",
+    SUMMARY,
+    REPORT,
+    SCENE,
+    BLOCKS,
+    CONTACTS,
+    PROBES,
     "frames.pvd",
     "contacts.pvd",
     MARK,
@@ -31,7 +40,7 @@ const SERIES: [(&str, &str); 3] = [
 
 /// The file that marks a folder as a run's: written first and removed last, so
 /// that a folder half written or half removed is still recognised …
-const MARK: &str = "history.csv";
+const MARK: &str = HISTORY;
 
 /// … by how it begins, whatever columns a later version adds.
 const MARK_START: &[u8] = b"step,time,kinetic_energy,";

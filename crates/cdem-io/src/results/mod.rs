@@ -16,16 +16,17 @@ mod table;
 mod unfinished;
 mod vtk;
 
+use std::path::{Path, PathBuf};
+
 pub use checkpoint::SoFar;
 pub use error::{ResultsError, Unprepared};
 pub use folder::Folder;
+pub(crate) use folder::{BLOCKS, CONTACTS, HISTORY, REPORT, SCENE, SUMMARY};
 pub use recorder::{Observed, Recorder};
 pub use summary::{Ending, Status, Summary};
 pub use unfinished::{Found, LeftOff, Unfinished};
 pub use vtk::write_frame;
 pub(crate) use vtk::{SavedFrame, read_frame};
-
-use std::path::{Path, PathBuf};
 
 /// Times, s, and files of the frames of a run in a folder of results.
 ///

@@ -12,19 +12,12 @@ use super::cadence::Clock;
 use super::checkpoint::{self, Checkpoint, Checkpoints, Position, SoFar, Start, State};
 use super::error::{ResultsError, Unprepared};
 use super::file::write_whole;
-use super::folder::Folder;
+use super::folder::{BLOCKS, CONTACTS, Folder, HISTORY, PROBES, SCENE, SUMMARY};
 use super::rows;
 use super::summary::{Status, Summary};
 use super::table::{Row, Table};
 use super::unfinished::LeftOff;
 use super::vtk::{Series, write_contact_frame, write_frame};
-
-/// Names of files that are there once.
-const HISTORY: &str = "history.csv";
-const BLOCKS: &str = "blocks.csv";
-const PROBES: &str = "probes.csv";
-const CONTACTS: &str = "contacts.csv";
-const SUMMARY: &str = "summary.json";
 
 /// What a recorder asks of a run; all of one instant.
 ///
@@ -135,9 +128,7 @@ impl Recorder {
         *touched = true;
         history.lock();
         let text = crate::scene::write(&moved(scene, scene_folder, path));
-        write_whole(&path.join("scene.toml"), |out| {
-            out.write_all(text.as_bytes())
-        })?;
+        write_whole(&path.join(SCENE), |out| out.write_all(text.as_bytes()))?;
         Ok(Self {
             history: Output {
                 clock: clock(scene.output.history),
@@ -305,7 +296,7 @@ impl Recorder {
     /// has ended in no numbers keeps the last rows and frame that hold numbers.
     ///
     /// # Errors
-    /// If the disk refuses; what can still be written is, and a summary tells of
+    /// If the disk refuses; tables and frames before that are whole, and a summary tells of
     /// a run that was stopped.
     pub fn finish(
         mut self,

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::checkpoint::{self, Last, Position, SoFar};
 use super::error::ResultsError;
-use super::folder::has_mark;
+use super::folder::{BLOCKS, CONTACTS, HISTORY, PROBES, SUMMARY, has_mark};
 use super::summary::Status;
 use super::table::is_free;
 
@@ -65,10 +65,10 @@ impl Unfinished {
         if !has_mark(folder) {
             return Err(ResultsError::NoRun { path: path() });
         }
-        if File::open(folder.join("history.csv")).is_ok_and(|file| !is_free(&file)) {
+        if File::open(folder.join(HISTORY)).is_ok_and(|file| !is_free(&file)) {
             return Err(ResultsError::Busy { path: path() });
         }
-        let summary = fs::read(folder.join("summary.json")).ok();
+        let summary = fs::read(folder.join(SUMMARY)).ok();
         let ended = summary.and_then(|text| serde_json::from_slice::<Ended>(&text).ok());
         if let Some(Ended { status, reason }) = ended
             && status == Status::Done
@@ -98,12 +98,12 @@ impl Position {
         let contacts = if folder.join(&log).exists() {
             log
         } else {
-            "contacts.csv".into()
+            CONTACTS.into()
         };
         let tables = [
-            ("history.csv".into(), self.history),
-            ("blocks.csv".into(), self.blocks),
-            ("probes.csv".into(), self.probes),
+            (HISTORY.into(), self.history),
+            (BLOCKS.into(), self.blocks),
+            (PROBES.into(), self.probes),
             (contacts, self.contacts),
         ];
         for (name, length) in tables {

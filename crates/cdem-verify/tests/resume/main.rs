@@ -37,25 +37,24 @@ fn compare(case: &Case, whole: &mut Simulation, then: u64) {
 }
 
 /// Compares some times, a number of steps apart, until the end of the run at most.
-fn compare_often(name: &str, times: u32, apart: u64) {
-    let case = load(name);
+fn compare_often(case: &Case, times: u32, apart: u64) {
     let mut whole = case.start();
     for _ in 0..times {
         steps(&mut whole, apart);
-        compare(&case, &mut whole, 40);
+        compare(case, &mut whole, 40);
     }
 }
 
 /// Waves, without contact.
 #[test]
 fn waves_go_on() {
-    compare_often("wave-in-strip", 2, 20);
+    compare_often(&load("wave-in-strip"), 2, 20);
 }
 
 /// Motion that is prescribed from some time on.
 #[test]
 fn a_late_platen_goes_on() {
-    compare_often("late-platen", 1, 5);
+    compare_often(&load("late-platen"), 1, 5);
 }
 
 /// Elements that keep stresses from step to step.
@@ -65,15 +64,13 @@ fn incremental_elements_go_on() {
     for block in &mut case.scene.block {
         block.kinematics = cdem::scene::Kinematics::Incremental;
     }
-    let mut whole = case.start();
-    steps(&mut whole, 50);
-    compare(&case, &mut whole, 40);
+    compare_often(&case, 1, 50);
 }
 
 /// Blocks that rest on each other.
 #[test]
 fn a_stack_goes_on() {
-    compare_often("stack-3d", 2, 150);
+    compare_often(&load("stack-3d"), 2, 150);
 }
 
 /// Springs that remember their elongation.
@@ -81,23 +78,19 @@ fn a_stack_goes_on() {
 fn penalty_springs_go_on() {
     let mut case = load("slope");
     case.scene.contact.model = cdem::scene::ContactModel::Penalty;
-    let mut whole = case.start();
-    for _ in 0..3 {
-        steps(&mut whole, 200);
-        compare(&case, &mut whole, 40);
-    }
+    compare_often(&case, 3, 200);
 }
 
 /// Contacts that slide from face to face.
 #[test]
 fn an_octagon_rolls_on() {
-    compare_often("rolling-octagon", 3, 400);
+    compare_often(&load("rolling-octagon"), 3, 400);
 }
 
 /// Joints that break, in space.
 #[test]
 fn joints_go_on() {
-    compare_often("joint-3d", 2, 120);
+    compare_often(&load("joint-3d"), 2, 120);
 }
 
 /// From every step before, during and after an impact on two scales.
@@ -125,13 +118,13 @@ fn prisms_go_on_at_any_step_of_their_impact() {
 /// A brick that is refined and coarsened again and again.
 #[test]
 fn a_rattling_brick_goes_on() {
-    compare_often("rattling-brick", 8, 300);
+    compare_often(&load("rattling-brick"), 8, 300);
 }
 
 /// Many contacts, some of them on refined blocks.
 #[test]
 fn a_rockfall_goes_on() {
-    compare_often("rockfall-of-200", 3, 250);
+    compare_often(&load("rockfall-of-200"), 3, 250);
 }
 
 /// A checkpoint of another run is refused, and so is half of one.
