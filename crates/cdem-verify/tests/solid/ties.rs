@@ -105,8 +105,8 @@ impl Meeting {
         case
     }
 
-    /// Runs it; returns the deepest overlap over the tolerance.
-    fn judge(&self) -> f64 {
+    /// Runs it; returns the deepest overlap over the tolerance, or what is wrong with it.
+    fn judge(&self) -> Result<f64, String> {
         let mut simulation = self.case().start();
         let tolerance = simulation.scene().contact.tolerance.expect("filled in");
         let mut balance = Balance::new(&mut simulation);
@@ -117,37 +117,48 @@ impl Meeting {
                 deepest = deepest.max(deepest_overlap(&simulation.frame()));
             }
         });
-        assert!(
-            deepest < tolerance,
-            "{self:?}: {deepest:e} of {tolerance:e}"
-        );
-        assert!(simulation.max_penetration() < tolerance, "{self:?}");
-        assert_eq!(simulation.corrections().count, 0, "{self:?}");
-        assert!(balance.momentum < 1e-12, "{self:?}: {balance:?}");
+        let mut faults = Vec::new();
+        if deepest >= tolerance || simulation.max_penetration() >= tolerance {
+            let penetration = simulation.max_penetration();
+            faults.push(format!(
+                "{deepest:e} and {penetration:e} m deep of {tolerance:e}"
+            ));
+        }
+        if simulation.corrections().count > 0 {
+            faults.push(format!("{:?}", simulation.corrections()));
+        }
         // Blocks of one element (design, section 7).
-        assert!(
-            balance.growth < 2e-2 && balance.residual < 2e-2,
-            "{self:?}: {balance:?}"
-        );
-        deepest / tolerance
+        if balance.momentum >= 1e-12 || balance.growth >= 2e-2 || balance.residual >= 2e-2 {
+            faults.push(format!("{balance:?}"));
+        }
+        if faults.is_empty() {
+            Ok(deepest / tolerance)
+        } else {
+            Err(format!("{self:?}: {}", faults.join(", ")))
+        }
     }
 }
 
-fn judge<'a>(meetings: impl Iterator<Item = &'a Meeting>) {
-    let overlaps: Vec<f64> = meetings.map(Meeting::judge).collect();
-    let deepest = overlaps.iter().copied().fold(0.0, f64::max);
-    println!(
-        "ties: {} meetings, at most {deepest:.2} of the tolerance",
-        overlaps.len()
-    );
+fn judge(meetings: &[Meeting]) {
+    let (mut deepest, mut faults) = (0.0_f64, Vec::new());
+    for judged in meetings.iter().map(Meeting::judge) {
+        match judged {
+            Ok(overlap) => deepest = deepest.max(overlap),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    let count = meetings.len();
+    println!("ties: {count} meetings, at most {deepest:.2} of the tolerance");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Two that went wrong before: an edge that slides lengthwise off the end of another goes on
-/// bearing with that end on the face beside; and where a corner goes past another, edges
-/// that begin there and are all but parallel cross far from it.
+/// Some that went wrong before: an edge that slides lengthwise off the end of another goes on
+/// bearing with that end on the face beside; where a corner goes past another, edges that
+/// begin there and are all but parallel cross far from it; and a contact that stands for
+/// such a crossing ends in the kick before it.
 #[test]
 fn edges_all_but_parallel_do_not_sink_in() {
-    let on_edge = Posture::OnEdge(0);
+    let [on_edge, across] = [Posture::OnEdge(0), Posture::OnEdge(1)];
     let end = Meeting {
         postures: [on_edge, on_edge],
         aside: [0.0, 1e-5],
@@ -163,12 +174,19 @@ fn edges_all_but_parallel_do_not_sink_in() {
         friction: 30.0,
         ..end
     };
-    judge([end, corner].iter());
-    judge(Meeting::all().iter().step_by(37));
+    let kinked = Meeting {
+        postures: [across, across],
+        whole: false,
+        ..end
+    };
+    let crossing = Meeting {
+        aside: [0.0, 0.0],
+        ..kinked
+    };
+    judge(&[end, corner, kinked, crossing]);
 }
 
 #[test]
-#[ignore = "slow study: sixteen hundred meetings"]
 fn ties_of_all_kinds_do_not_sink_in() {
-    judge(Meeting::all().iter());
+    judge(&Meeting::all());
 }

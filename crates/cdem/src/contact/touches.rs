@@ -81,8 +81,9 @@ impl Touches {
         self.look(island, setting, motion, interval, |_, _, _| true);
     }
 
-    /// The kick is over, in which contacts `parted` and pairs that touched were left open:
-    /// what of them cannot wait for the next touches in the drift.
+    /// The kick is over, in which contacts `parted`, or stood for pairs until they did, and
+    /// pairs that touched were left open: what of them cannot wait for the next touches in
+    /// the drift.
     pub(super) fn go_on<const D: usize>(
         &mut self,
         island: &mut Island<D>,
@@ -90,7 +91,11 @@ impl Touches {
         motion: &Motion<D>,
         (duration, parted): (f64, bool),
     ) {
-        let is_open = |touch: Touch| touch == Touch::Due || parted && touch == Touch::Closed;
+        let is_open = |touch: Touch| match touch {
+            Touch::Due => true,
+            Touch::Closed | Touch::Refused => parted,
+            Touch::Never | Touch::At(..) => false,
+        };
         if parted || self.touch.iter().any(|(_, touch)| is_open(*touch)) {
             let again = |_: &[u32], old: Touch, _: Pair| is_open(old);
             let interval = (Wanted::InDrift, (0.0, duration));
