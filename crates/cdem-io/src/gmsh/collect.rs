@@ -1,6 +1,6 @@
 //! Nodes, cells and groups as they come, put together to a raw mesh.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use cdem::mesh::{CellKind, MeshError, RawGroup, RawMesh};
 
@@ -11,6 +11,8 @@ pub(super) struct Collector {
     mesh: RawMesh,
     nodes: NodeNumbers,
     groups: BTreeMap<(usize, i32), u32>,
+    /// Groups that have been named.
+    named: BTreeSet<usize>,
     sets: BTreeMap<Vec<u32>, u32>,
     /// Sets of one group, for files that give each element one.
     single: BTreeMap<(usize, i32), u32>,
@@ -22,6 +24,7 @@ impl Collector {
             mesh: RawMesh::new(origin),
             nodes: NodeNumbers::Unknown,
             groups: BTreeMap::new(),
+            named: BTreeSet::new(),
             sets: BTreeMap::from([(Vec::new(), 0)]),
             single: BTreeMap::new(),
         }
@@ -44,18 +47,42 @@ impl Collector {
             return Err(scanner.fault(problem, "use a coarser mesh"));
         }
         self.nodes = NodeNumbers::new(&tags).map_err(|tag| {
-            let help = "number the nodes anew: Gmsh, RenumberMeshNodes";
-            scanner.fault(format!("two nodes have the number {tag}"), help)
+            let of_tag = tags.iter().zip(1_u32..).filter(|(other, _)| **other == tag);
+            let places: Vec<_> = of_tag.take(2).map(|(_, place)| place.to_string()).collect();
+            let problem = format!(
+                "two nodes have the number {tag}, in places {} of the section",
+                places.join(" and ")
+            );
+            scanner.section_fault(problem, "number the nodes anew: Gmsh, RenumberMeshNodes")
         })?;
         self.mesh.point_tags = tags;
         self.mesh.points = points;
         Ok(())
     }
 
-    /// Names a physical group.
-    pub(super) fn name_group(&mut self, dimension: usize, tag: i32, name: String) {
-        let group = self.group(dimension, tag);
-        self.mesh.groups[group as usize].name = name;
+    /// Names a physical group; no name leaves it its number.
+    ///
+    /// # Errors
+    /// If it has another name already.
+    pub(super) fn name_group(
+        &mut self,
+        scanner: &Scanner,
+        dimension: usize,
+        tag: i32,
+        name: &str,
+    ) -> Result<(), MeshError> {
+        let group = self.group(dimension, tag) as usize;
+        if !self.named.insert(group) && self.mesh.groups[group].name != name {
+            let problem = format!(
+                "group {tag} of dimension {dimension} has two names, \"{}\" and \"{name}\"",
+                self.mesh.groups[group].name
+            );
+            return Err(scanner.fault(problem, "leave one of them out"));
+        }
+        if !name.is_empty() {
+            name.clone_into(&mut self.mesh.groups[group].name);
+        }
+        Ok(())
     }
 
     fn group(&mut self, dimension: usize, tag: i32) -> u32 {
@@ -123,7 +150,11 @@ impl Collector {
             let node = next(scanner)?;
             let Some(index) = self.nodes.index(node) else {
                 let problem = format!("element {tag} has the node {node}, which there is not");
-                return Err(scanner.fault(problem, DAMAGED));
+                let help = match node {
+                    0 => "nodes are numbered from 1: does what wrote the elements count from 0?",
+                    _ => DAMAGED,
+                };
+                return Err(scanner.fault(problem, help));
             };
             cells.nodes.push(index);
         }
@@ -205,9 +236,10 @@ impl Collector {
             let mut tags: Vec<u64> = alike.flat_map(|cells| cells.tags.clone()).collect();
             tags.sort_unstable();
             if let Some(pair) = tags.windows(2).find(|pair| pair[0] == pair[1]) {
-                let help = "number the elements anew: Gmsh, RenumberMeshElements";
+                let help = "look for what is there twice, or number the elements anew: Gmsh, \
+                            RenumberMeshElements";
                 let problem = format!("two elements have the number {}", pair[0]);
-                return Err(scanner.fault(problem, help));
+                return Err(scanner.section_fault(problem, help));
             }
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 mod cell_type;
 mod collect;
+mod foreign;
 mod msh2;
 mod msh4;
 mod scan;
@@ -10,7 +11,7 @@ use std::path::Path;
 
 use cdem::mesh::{MeshError, RawMesh};
 use collect::Collector;
-use scan::{DAMAGED, Encoding, Scanner};
+use scan::{COUNTS, DAMAGED, Encoding, Scanner};
 
 /// Reads a mesh file.
 ///
@@ -25,8 +26,11 @@ use scan::{DAMAGED, Encoding, Scanner};
 pub fn read(path: &Path) -> Result<RawMesh, MeshError> {
     let bytes = std::fs::read(path).map_err(|error| MeshError::Unreadable {
         path: path.to_owned(),
-        reason: if error.kind() == std::io::ErrorKind::NotFound {
-            format!("there is no such file; {}", meshes_beside(path))
+        reason: if path.is_dir() {
+            format!("it is a folder; {}", meshes_in(path))
+        } else if error.kind() == std::io::ErrorKind::NotFound {
+            let beside = path.parent().unwrap_or(Path::new(""));
+            format!("there is no such file; {}", meshes_in(beside))
         } else {
             error.to_string()
         },
@@ -37,9 +41,8 @@ pub fn read(path: &Path) -> Result<RawMesh, MeshError> {
 /// Names of meshes that a message can show.
 const SHOWN: usize = 5;
 
-/// What there is in the folder of a mesh that is not there.
-fn meshes_beside(path: &Path) -> String {
-    let folder = path.parent().unwrap_or(Path::new(""));
+/// What meshes there are in a folder.
+fn meshes_in(folder: &Path) -> String {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")
     } else {
@@ -75,17 +78,28 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let mut collector = Collector::new(origin);
     let mut sets = msh4::EntitySets::new();
     let mut has_elements = false;
+    let mut opened = vec!["$MeshFormat".to_owned()];
     while let Some(section) = scanner.open()? {
         match (version, section) {
             (_, "PhysicalNames") => physical_names(&mut scanner, &mut collector)?,
+            (_, "MeshFormat") => {
+                let help = "this looks like two files in one: a block has one mesh, so give each \
+                            file a block";
+                return Err(scanner.fault("the section occurs twice", help));
+            }
             (_, "Nodes") if collector.has_nodes() => {
-                return Err(scanner.fault("the section occurs twice", DAMAGED));
+                let help = "put all nodes into one, or write the file again with Gmsh";
+                return Err(scanner.fault("the section occurs twice", help));
             }
             (_, "Entities" | "PartitionedEntities") if has_elements => {
                 return Err(scanner.fault("the section must come before $Elements", DAMAGED));
             }
             (_, "Elements") if !collector.has_nodes() => {
-                return Err(scanner.fault("$Nodes must come before $Elements", DAMAGED));
+                let problem = format!(
+                    "$Nodes must come before $Elements; before it are {}",
+                    opened.join(", ")
+                );
+                return Err(scanner.fault(problem, DAMAGED));
             }
             (Version::Four, "Entities") => {
                 msh4::entities(&mut scanner, &mut collector, &mut sets)?;
@@ -102,10 +116,12 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
                 return Err(scanner.fault("parametric nodes are not supported", help));
             }
             _ => {
+                opened.push(format!("${section}"));
                 scanner.skip()?;
                 continue;
             }
         }
+        opened.push(format!("${section}"));
         if section == "Elements" {
             collector.check_numbers(&scanner)?;
             has_elements = true;
@@ -118,7 +134,8 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         } else {
             "$Nodes"
         };
-        return Err(scanner.fault(format!("there is no section {missing}"), DAMAGED));
+        let problem = format!("there is no section {missing} among {}", opened.join(", "));
+        return Err(scanner.fault(problem, DAMAGED));
     }
     Ok(collector.finish())
 }
@@ -129,15 +146,42 @@ enum Version {
     Four,
 }
 
+const KIND_LINE: &str = "the line holds the version, 0 for text or 1 for binary, and 8, the bytes \
+     of a number, as in 4.1 0 8";
+
 /// `$MeshFormat`: version, text or binary, byte order.
 fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
-    let not_a_mesh = "expected the section $MeshFormat";
-    let make_one = "this is no Gmsh mesh; of a geometry, make one with \
-                    gmsh shape.geo -2 (or -3) -format msh41 -o shape.msh";
     match scanner.open() {
         Ok(Some("MeshFormat")) => {}
-        _ => return Err(scanner.fault(not_a_mesh, make_one)),
+        _ => {
+            let (found, help) = foreign::recognise(scanner.file());
+            let problem = format!("expected the section $MeshFormat, found {found}");
+            return Err(scanner.fault(problem, help));
+        }
     }
+    let (version, binary) = scanner.line(KIND_LINE, kind)?;
+    if binary {
+        scanner.end_line();
+        scanner.encoding = Encoding::LittleEndian;
+        scanner.encoding = match &scanner.int("the number one")?.to_le_bytes() {
+            [1, 0, 0, 0] => Encoding::LittleEndian,
+            [0, 0, 0, 1] => Encoding::BigEndian,
+            b"$End" => {
+                let help = "for a file of text, write 0 before the size of numbers, as in 4.1 0 8";
+                return Err(scanner.fault("the file is marked as binary, but is text", help));
+            }
+            _ => return Err(scanner.fault("the mark of the byte order is not 1", DAMAGED)),
+        };
+    } else if scanner.has_mark_of_byte_order() {
+        let help = "for a binary file, write 1 before the size of numbers, as in 4.1 1 8";
+        return Err(scanner.fault("the file is marked as text, but is binary", help));
+    }
+    scanner.close()?;
+    Ok(version)
+}
+
+/// The line of `$MeshFormat`: version, and whether it is a binary file.
+fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
     let rewrite = "write version 4.1: gmsh old.msh -save -format msh41 -o new.msh";
     let version = match scanner.word("the version of the format")?.as_str() {
         "4.1" => Version::Four,
@@ -160,42 +204,47 @@ fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
         let problem = format!("numbers of {size} bytes are not supported, only 8 are");
         return Err(scanner.fault(problem, rewrite));
     }
-    if binary {
-        scanner.end_line();
-        scanner.encoding = Encoding::LittleEndian;
-        scanner.encoding = match scanner.int("the number one")?.to_le_bytes() {
-            [1, 0, 0, 0] => Encoding::LittleEndian,
-            [0, 0, 0, 1] => Encoding::BigEndian,
-            _ => return Err(scanner.fault("the mark of the byte order is not 1", DAMAGED)),
-        };
-    }
-    scanner.close()?;
-    Ok(version)
+    Ok((version, binary))
 }
+
+/// Most that a message shows of a line, in letters.
+const LONGEST: usize = 60;
+
+const NAME_LINE: &str = "as in 2 1 \"stone\": dimensions are 0 to 3, numbers below 2^31, and a \
+     name stands between quotes in one line";
 
 /// `$PhysicalNames`, text in binary files, too.
 fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
     let count = scanner.text_size("the number of names")?;
     scanner.end_line();
     for _ in 0..count {
-        let dimension = scanner.text_size("the dimension of a physical group")?;
-        let tag = scanner.text_size("the number of a physical group")?;
-        let quoted = scanner.rest_of_line();
-        let name = quoted
-            .strip_prefix('"')
-            .and_then(|rest| rest.strip_suffix('"'));
-        let fitting = (
-            usize::try_from(dimension).ok().filter(|&d| d <= 3),
-            i32::try_from(tag).ok(),
-        );
-        let ((Some(dimension), Some(tag)), Some(name)) = (fitting, name) else {
+        let line = scanner.next_line();
+        let Some((dimension, tag, name)) = physical_name(&line) else {
+            let found = match line.as_str() {
+                "" => "the end of the file".to_owned(),
+                line => line.chars().take(LONGEST).collect(),
+            };
+            let help = if found.starts_with('$') {
+                COUNTS
+            } else {
+                NAME_LINE
+            };
             let problem = format!(
-                "expected the dimension, number and \"name\" of a physical group, \
-                 found {dimension} {tag} {quoted}"
+                "expected the dimension, number and \"name\" of a physical group, found {found}"
             );
-            return Err(scanner.fault(problem, DAMAGED));
+            return Err(scanner.fault(problem, help));
         };
-        collector.name_group(dimension, tag, name.to_owned());
+        collector.name_group(scanner, dimension, tag, name)?;
     }
     Ok(())
+}
+
+/// Dimension, number and name of a physical group.
+fn physical_name(line: &str) -> Option<(usize, i32, &str)> {
+    let (dimension, rest) = line.split_once(char::is_whitespace)?;
+    let (tag, quoted) = rest.trim_start().split_once(char::is_whitespace)?;
+    let name = quoted.trim_start().strip_prefix('"')?.strip_suffix('"')?;
+    let dimension = dimension.parse().ok().filter(|&dimension| dimension <= 3)?;
+    let tag = tag.parse().ok().filter(|&tag| tag >= 0)?;
+    Some((dimension, tag, name))
 }

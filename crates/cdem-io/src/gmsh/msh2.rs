@@ -5,32 +5,40 @@ use cdem::mesh::MeshError;
 
 use super::cell_type::cell_kind;
 use super::collect::Collector;
-use super::scan::{DAMAGED, Encoding, Scanner};
+use super::scan::{COUNTS_LINE, DAMAGED, Encoding, SWAPPED, Scanner};
+
+const NODE_LINE: &str = "a line holds the number of a node and its three coordinates, in the \
+     plane too";
+const ELEMENT_LINE: &str = "a line holds the number of an element, its type, the number of its \
+     tags, these, and as many nodes as the type has";
 
 /// `$Nodes`.
 pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
-    let announced = scanner.text_size("the number of nodes")?;
-    scanner.end_line();
+    let announced = count(scanner, "the number of nodes")?;
     let count = scanner.afford(announced, 4, 28, "nodes")?;
     let mut numbers = Vec::with_capacity(count);
     let mut points = Vec::with_capacity(count);
     for _ in 0..count {
-        let number = node_number(scanner)?;
-        numbers.push(number);
-        points.push(scanner.place(number)?);
+        scanner.line(NODE_LINE, |scanner| {
+            let number = node_number(scanner)?;
+            numbers.push(number);
+            points.push(scanner.place(number)?);
+            Ok(())
+        })?;
     }
     collector.set_nodes(scanner, numbers, points)
 }
 
 /// `$Elements`. An element in several physical groups is listed once for each.
 pub(super) fn elements(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
-    let announced = scanner.text_size("the number of elements")?;
-    scanner.end_line();
+    let announced = count(scanner, "the number of elements")?;
     let total = scanner.afford(announced, 4, 8, "elements")?;
     let mut found = 0;
     while found < total {
         found += match scanner.encoding {
-            Encoding::Text => text_element(scanner, collector)?,
+            Encoding::Text => {
+                scanner.line(ELEMENT_LINE, |scanner| text_element(scanner, collector))?
+            }
             Encoding::LittleEndian | Encoding::BigEndian => {
                 binary_elements(scanner, collector, total - found)?
             }
@@ -38,6 +46,13 @@ pub(super) fn elements(scanner: &mut Scanner, collector: &mut Collector) -> Resu
     }
     collector.merge_repeated_cells();
     Ok(())
+}
+
+/// The count that a section begins with, text in binary files, too.
+fn count(scanner: &mut Scanner, what: &str) -> Result<u64, MeshError> {
+    let count = scanner.line(COUNTS_LINE, |scanner| scanner.text_size(what))?;
+    scanner.end_line();
+    Ok(count)
 }
 
 /// One line: number, type, tags, nodes.
@@ -60,7 +75,13 @@ fn binary_elements(
     let tag_count = positive(scanner, "the number of tags")?;
     if count == 0 || count > most {
         let problem = format!("{count} elements in a row, where 1 to {most} are left");
-        return Err(scanner.fault(problem, DAMAGED));
+        let swapped = (count as u32).swap_bytes() as usize;
+        let help = if (1..=most).contains(&swapped) {
+            SWAPPED
+        } else {
+            DAMAGED
+        };
+        return Err(scanner.fault(problem, help));
     }
     for _ in 0..count {
         let tag = positive(scanner, "an element number")?;

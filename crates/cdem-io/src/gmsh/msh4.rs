@@ -6,10 +6,17 @@ use cdem::mesh::MeshError;
 
 use super::cell_type::cell_kind;
 use super::collect::Collector;
-use super::scan::{DAMAGED, Scanner};
+use super::scan::{COUNTS, COUNTS_LINE, DAMAGED, Scanner};
 
 /// Group set of each geometric entity, by dimension and number.
 pub(super) type EntitySets = BTreeMap<(i32, i32), u32>;
+
+const PLACE_LINE: &str = "a line holds the three coordinates of a node, in the plane too; numbers \
+     of nodes come before";
+const ELEMENT_LINE: &str =
+    "a line holds the number of an element and as many nodes as its type has";
+const UNKNOWN_ENTITY: &str = "entities tell which physical groups elements lie in: list this one \
+     in $Entities, or write the file again with Gmsh";
 
 /// `$Entities`: which entities lie in which physical groups.
 pub(super) fn entities(
@@ -21,7 +28,14 @@ pub(super) fn entities(
     for (dimension, count) in (0_i32..).zip(counts) {
         for _ in 0..count {
             let tag = scanner.int("the number of an entity")?;
+            let before = sets.get(&(dimension, tag)).copied();
             rest_of_entity(scanner, collector, sets, (dimension, tag))?;
+            if before.is_some_and(|before| before != sets[&(dimension, tag)]) {
+                let problem = format!(
+                    "entity {tag} of dimension {dimension} is there twice, in other physical groups"
+                );
+                return Err(scanner.fault(problem, "leave one of them out"));
+            }
         }
     }
     Ok(())
@@ -93,29 +107,38 @@ fn tags(scanner: &mut Scanner, things: &str) -> Result<Vec<i32>, MeshError> {
 
 /// `$Nodes`.
 pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
-    let blocks = scanner.size("the number of blocks of nodes")?;
-    let announced = scanner.size("the number of nodes")?;
-    let total = scanner.afford(announced, 4, 32, "nodes")?;
-    scanner.size("the smallest node number")?;
-    scanner.size("the largest node number")?;
+    let (blocks, total) = scanner.line(COUNTS_LINE, |scanner| {
+        let blocks = scanner.size("the number of blocks of nodes")?;
+        let blocks = scanner.afford(blocks, 4, 20, "blocks of nodes")?;
+        let total = scanner.size("the number of nodes")?;
+        let total = scanner.afford(total, 4, 32, "nodes")?;
+        scanner.size("the smallest node number")?;
+        scanner.size("the largest node number")?;
+        Ok((blocks, total))
+    })?;
     let mut numbers = Vec::with_capacity(total);
     let mut points = Vec::with_capacity(total);
-    for _ in 0..scanner.afford(blocks, 4, 20, "blocks of nodes")? {
-        let dimension = scanner.int("the dimension of an entity")?;
+    for _ in 0..blocks {
+        let dimension = entity_dimension(scanner)?;
         scanner.int("the number of an entity")?;
         let parametric = scanner.int("0 or 1 for parametric nodes")? != 0;
         let announced = scanner.size("the number of nodes of an entity")?;
         let count = scanner.afford(announced, 4, 32, "nodes")?;
         let first = numbers.len();
+        refuse_more(scanner, count, total - first, "nodes")?;
         for _ in 0..count {
             numbers.push(scanner.size("a node number")?);
         }
         let parameters = if parametric { dimension } else { 0 };
         for &number in &numbers[first..] {
-            points.push(scanner.place(number)?);
-            for _ in 0..parameters {
-                scanner.real("a parameter of a node")?;
-            }
+            let place = scanner.line(PLACE_LINE, |scanner| {
+                let place = scanner.place(number)?;
+                for _ in 0..parameters {
+                    scanner.real("a parameter of a node")?;
+                }
+                Ok(place)
+            })?;
+            points.push(place);
         }
     }
     check_total(scanner, numbers.len(), total, "nodes")?;
@@ -128,15 +151,31 @@ pub(super) fn elements(
     collector: &mut Collector,
     sets: &EntitySets,
 ) -> Result<(), MeshError> {
-    let blocks = scanner.size("the number of blocks of elements")?;
-    let announced = scanner.size("the number of elements")?;
-    let total = scanner.afford(announced, 2, 16, "elements")?;
-    scanner.size("the smallest element number")?;
-    scanner.size("the largest element number")?;
+    let (blocks, total) = scanner.line(COUNTS_LINE, |scanner| {
+        let blocks = scanner.size("the number of blocks of elements")?;
+        let blocks = scanner.afford(blocks, 4, 20, "blocks of elements")?;
+        let total = scanner.size("the number of elements")?;
+        let total = scanner.afford(total, 2, 16, "elements")?;
+        scanner.size("the smallest element number")?;
+        scanner.size("the largest element number")?;
+        Ok((blocks, total))
+    })?;
     let mut found = 0;
-    for _ in 0..scanner.afford(blocks, 4, 20, "blocks of elements")? {
-        let dimension = scanner.int("the dimension of an entity")?;
+    for _ in 0..blocks {
+        let dimension = entity_dimension(scanner)?;
         let entity = scanner.int("the number of an entity")?;
+        let set = match sets.get(&(dimension, entity)) {
+            Some(&set) => set,
+            // Files without $Entities have no groups.
+            None if sets.is_empty() => 0,
+            None => {
+                let problem = format!(
+                    "elements of entity {entity} of dimension {dimension}, which $Entities does \
+                     not have"
+                );
+                return Err(scanner.fault(problem, UNKNOWN_ENTITY));
+            }
+        };
         let number = scanner.int("an element type")?;
         let whose = || format!("the elements of entity {entity} of dimension {dimension}");
         let kind = cell_kind(number, scanner, || format!("each of {}", whose()))?;
@@ -147,15 +186,40 @@ pub(super) fn elements(
         let announced = scanner.size("the number of elements of an entity")?;
         let numbers = 1 + kind.node_count();
         let count = scanner.afford(announced, numbers, 8 * numbers, "elements")?;
-        let set = sets.get(&(dimension, entity)).copied().unwrap_or(0);
+        refuse_more(scanner, count, total - found, "elements")?;
         collector.reserve(kind, count);
         for _ in 0..count {
-            let tag = scanner.size("an element number")?;
-            collector.read_cell(kind, tag, set, scanner, |s| s.size("a node number"))?;
+            scanner.line(ELEMENT_LINE, |scanner| {
+                let tag = scanner.size("an element number")?;
+                collector.read_cell(kind, tag, set, scanner, |s| s.size("a node number"))
+            })?;
         }
         found += count;
     }
     check_total(scanner, found, total, "elements")
+}
+
+fn entity_dimension(scanner: &mut Scanner) -> Result<i32, MeshError> {
+    let dimension = scanner.int("the dimension of an entity")?;
+    if (0..=3).contains(&dimension) {
+        return Ok(dimension);
+    }
+    let problem = format!("expected a dimension of 0 to 3, found {dimension}");
+    Err(scanner.fault(problem, DAMAGED))
+}
+
+/// Refuses a block that holds more than is left of the section's sum.
+fn refuse_more(
+    scanner: &Scanner,
+    count: usize,
+    left: usize,
+    things: &str,
+) -> Result<(), MeshError> {
+    if count <= left {
+        return Ok(());
+    }
+    let problem = format!("{count} {things} of an entity, where the section has {left} more");
+    Err(scanner.fault(problem, COUNTS))
 }
 
 fn check_total(
@@ -168,5 +232,5 @@ fn check_total(
         return Ok(());
     }
     let problem = format!("{announced} {things} are announced, but {found} are there");
-    Err(scanner.fault(problem, DAMAGED))
+    Err(scanner.section_fault(problem, COUNTS))
 }

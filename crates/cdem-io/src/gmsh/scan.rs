@@ -5,6 +5,17 @@ use cdem::mesh::MeshError;
 /// Help for files whose content does not fit its own counts.
 pub(super) const DAMAGED: &str = "the file is cut off or damaged: write it again with Gmsh";
 
+/// Help for numbers that only make sense with their bytes turned round.
+pub(super) const SWAPPED: &str = "in the other byte order it would fit: the mark of the byte order \
+     in $MeshFormat is wrong; write the file again with Gmsh";
+
+/// Help for counts that do not fit each other, or what they count.
+pub(super) const COUNTS: &str = "mend the counts of the section, or write the file again with Gmsh";
+
+/// Help for counts that do not stand as the version asks for.
+pub(super) const COUNTS_LINE: &str = "in version 2.2 one count stands here, in 4.1 four numbers: \
+     is the version in $MeshFormat right?";
+
 /// How the numbers of a file are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
@@ -19,25 +30,54 @@ pub(super) struct Scanner<'a> {
     origin: &'a str,
     bytes: &'a [u8],
     at: usize,
+    /// Where what was read last begins: messages are about that.
+    last: usize,
     /// Name of the section being read, without `$`.
     section: &'a str,
+    /// Where the section that was opened last begins.
+    head: Option<usize>,
+    /// Help for the line that must hold all that is read now, if one must.
+    line: Option<&'static str>,
     pub(super) encoding: Encoding,
 }
 
 impl<'a> Scanner<'a> {
     pub(super) fn new(origin: &'a str, bytes: &'a [u8]) -> Self {
+        // Editors put this mark before text that is UTF-8.
+        let start = if bytes.starts_with(b"\xEF\xBB\xBF") {
+            3
+        } else {
+            0
+        };
         Self {
             origin,
             bytes,
-            at: 0,
+            at: start,
+            last: start,
             section: "",
+            head: None,
+            line: None,
             encoding: Encoding::Text,
         }
     }
 
-    /// An error at the place that has been read up to.
+    /// The whole file.
+    pub(super) fn file(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// An error at what was read last.
     pub(super) fn fault(&self, problem: impl Into<String>, help: impl Into<String>) -> MeshError {
-        let before = &self.bytes[..self.at.min(self.bytes.len())];
+        self.fault_at(self.last, problem.into(), help.into())
+    }
+
+    /// An error of the whole section, at its beginning.
+    pub(super) fn section_fault(&self, problem: String, help: &str) -> MeshError {
+        self.fault_at(self.head.unwrap_or(self.last), problem, help.to_owned())
+    }
+
+    fn fault_at(&self, at: usize, problem: String, help: String) -> MeshError {
+        let before = &self.bytes[..at];
         let place = match self.encoding {
             Encoding::Text => format!("line {}", 1 + memchr::memchr_iter(b'\n', before).count()),
             Encoding::LittleEndian | Encoding::BigEndian => format!("byte {}", before.len()),
@@ -45,19 +85,20 @@ impl<'a> Scanner<'a> {
         MeshError::Format {
             mesh: self.origin.to_owned(),
             section: match self.section {
-                "" if self.at == 0 => "start of the file".to_owned(),
+                "" if self.head.is_none() => "start of the file".to_owned(),
                 "" => "between sections".to_owned(),
                 name => format!("section ${name}"),
             },
             place,
-            problem: problem.into(),
-            help: help.into(),
+            problem,
+            help,
         }
     }
 
     /// Opens the next section and returns its name; `None` at the end.
     pub(super) fn open(&mut self) -> Result<Option<&'a str>, MeshError> {
         self.skip_blanks();
+        self.last = self.at;
         if self.at == self.bytes.len() {
             return Ok(None);
         }
@@ -65,11 +106,13 @@ impl<'a> Scanner<'a> {
         let name = std::str::from_utf8(line)
             .ok()
             .and_then(|line| line.trim_end().strip_prefix('$'));
-        let Some(name) = name.filter(|name| !name.is_empty()) else {
+        let is_name = |name: &&str| !name.is_empty() && !name.contains(char::is_control);
+        let Some(name) = name.filter(is_name) else {
             let problem = format!("expected a section such as $Nodes, found {}", excerpt(line));
             return Err(self.fault(problem, DAMAGED));
         };
         self.section = name;
+        self.head = Some(self.at);
         self.end_line();
         Ok(Some(name))
     }
@@ -77,14 +120,17 @@ impl<'a> Scanner<'a> {
     /// Closes the section that is open.
     pub(super) fn close(&mut self) -> Result<(), MeshError> {
         self.skip_blanks();
+        self.last = self.at;
         let line = self.peek_line();
         if line.trim_ascii_end().strip_prefix(b"$End") != Some(self.section.as_bytes()) {
-            let section = self.section;
-            let problem = format!(
-                "expected $End{section}, found {}: the counts of the section do not fit its content",
-                excerpt(line)
-            );
-            return Err(self.fault(problem, DAMAGED));
+            let mut problem = format!("expected $End{}, found {}", self.section, excerpt(line));
+            let help = if line.is_empty() || line.starts_with(b"$") {
+                DAMAGED
+            } else {
+                problem += ": the counts of the section do not fit its content";
+                COUNTS
+            };
+            return Err(self.fault(problem, help));
         }
         self.end_line();
         self.section = "";
@@ -96,9 +142,16 @@ impl<'a> Scanner<'a> {
         let end = format!("$End{}", self.section);
         match memchr::memmem::find(&self.bytes[self.at..], end.as_bytes()) {
             Some(offset) => self.at += offset,
-            None => return Err(self.fault(format!("{end} is missing"), DAMAGED)),
+            None => return Err(self.section_fault(format!("{end} is missing"), DAMAGED)),
         }
         self.close()
+    }
+
+    /// Whether the bytes of the number one come next, as in the head of binary files.
+    pub(super) fn has_mark_of_byte_order(&self) -> bool {
+        let rest = &self.bytes[self.at..];
+        let rest = rest.trim_ascii_start();
+        rest.starts_with(&[1, 0, 0, 0]) || rest.starts_with(&[0, 0, 0, 1])
     }
 
     /// Refuses a count of things that cannot fit into the rest of the file,
@@ -124,7 +177,14 @@ impl<'a> Scanner<'a> {
             Some(count) => Ok(count),
             None => {
                 let problem = format!("{count} {things} are announced, but {left} bytes are left");
-                Err(self.fault(problem, DAMAGED))
+                let swapped = count.swap_bytes() <= (left / each.max(1)) as u64;
+                let is_binary = self.encoding != Encoding::Text;
+                let help = if is_binary && swapped {
+                    SWAPPED
+                } else {
+                    DAMAGED
+                };
+                Err(self.fault(problem, help))
             }
         }
     }
@@ -180,12 +240,15 @@ impl<'a> Scanner<'a> {
     /// A word of text, as the format's version.
     pub(super) fn word(&mut self, what: &str) -> Result<String, MeshError> {
         self.text(what, |token| {
-            std::str::from_utf8(token).ok().map(str::to_owned)
+            let word = std::str::from_utf8(token).ok()?;
+            (!word.is_empty()).then(|| word.to_owned())
         })
     }
 
-    /// The rest of the line, without blanks around it.
-    pub(super) fn rest_of_line(&mut self) -> String {
+    /// The next line that is not empty, without blanks around it.
+    pub(super) fn next_line(&mut self) -> String {
+        self.skip_blanks();
+        self.last = self.at;
         let line = String::from_utf8_lossy(self.peek_line()).trim().to_owned();
         self.end_line();
         line
@@ -209,27 +272,62 @@ impl<'a> Scanner<'a> {
             .count();
     }
 
-    fn text<T>(&mut self, what: &str, parse: impl Fn(&[u8]) -> Option<T>) -> Result<T, MeshError> {
+    /// Reads what stands in one line of a text file, and nothing else with it; `help` is for
+    /// lines that are too short or too long. A binary file has no lines.
+    pub(super) fn line<T>(
+        &mut self,
+        help: &'static str,
+        read: impl FnOnce(&mut Self) -> Result<T, MeshError>,
+    ) -> Result<T, MeshError> {
+        if self.encoding != Encoding::Text {
+            return read(self);
+        }
         self.skip_blanks();
+        self.line = Some(help);
+        let value = read(self)?;
+        self.line = None;
+        let rest = self.peek_line();
+        if rest.trim_ascii().is_empty() {
+            return Ok(value);
+        }
+        let problem = format!("expected the end of the line, found {}", excerpt(rest));
+        Err(self.fault(problem, help))
+    }
+
+    fn text<T>(&mut self, what: &str, parse: impl Fn(&[u8]) -> Option<T>) -> Result<T, MeshError> {
+        if self.line.is_some() {
+            let rest = &self.bytes[self.at..];
+            let is_blank = |byte: &&u8| byte.is_ascii_whitespace() && **byte != b'\n';
+            self.at += rest.iter().take_while(is_blank).count();
+        } else {
+            self.skip_blanks();
+        }
+        self.last = self.at;
         let rest = &self.bytes[self.at..];
         let length = rest
             .iter()
             .take_while(|byte| !byte.is_ascii_whitespace())
             .count();
         let token = &rest[..length];
-        match parse(token) {
-            Some(value) => {
+        let ended = self.line.filter(|_| token.is_empty() && !rest.is_empty());
+        match (parse(token), ended) {
+            (Some(value), _) => {
                 self.at += length;
                 Ok(value)
             }
-            None => Err(self.fault(
-                format!("expected {what}, found {}", excerpt(token)),
-                DAMAGED,
-            )),
+            (None, Some(help)) => {
+                let problem = format!("expected {what}, found the end of the line");
+                Err(self.fault(problem, help))
+            }
+            (None, None) => {
+                let problem = format!("expected {what}, found {}", excerpt(token));
+                Err(self.fault(problem, advice(token)))
+            }
         }
     }
 
     fn take<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MeshError> {
+        self.last = self.at;
         match self.bytes[self.at..].first_chunk() {
             Some(chunk) => {
                 self.at += N;
@@ -259,11 +357,31 @@ fn parse_integer<T: TryFrom<i128>>(token: &[u8]) -> Option<T> {
     T::try_from(if negative { -value } else { value }).ok()
 }
 
+/// What to try where a number was expected and `token` was found.
+fn advice(token: &[u8]) -> &'static str {
+    let word = String::from_utf8_lossy(token).to_lowercase();
+    let is_number_with = |mark: char, instead: &str| {
+        word.contains(mark) && word.replace(mark, instead).parse::<f64>().is_ok()
+    };
+    if word.starts_with('$') {
+        COUNTS
+    } else if is_number_with(',', ".") {
+        "numbers have a decimal point, not a comma"
+    } else if is_number_with('d', "e") {
+        "an exponent is written with e, as in 1.5e-3"
+    } else if word.starts_with("**") {
+        "a number that did not fit into its columns: write it with more of them"
+    } else {
+        DAMAGED
+    }
+}
+
 /// The beginning of what was found, for messages.
-fn excerpt(found: &[u8]) -> String {
+pub(super) fn excerpt(found: &[u8]) -> String {
     const SHOWN: usize = 24;
-    if found.trim_ascii().is_empty() {
-        return "nothing".to_owned();
+    let found = found.trim_ascii();
+    if found.is_empty() {
+        return "the end of the file".to_owned();
     }
     let more = if found.len() > SHOWN { "…" } else { "" };
     let shown = String::from_utf8_lossy(&found[..found.len().min(SHOWN)]);

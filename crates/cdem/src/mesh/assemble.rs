@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::coincident::coincident_nodes;
+use super::error::FARTHEST;
 use super::facet::{FacetFault, checked_boundary};
 use super::member::Members;
 use super::order::hilbert_order;
@@ -12,7 +13,8 @@ use super::quality::{Orientation, orientation, reversed};
 use super::shape::mesh_shape;
 use super::source::Source;
 use super::split::parts;
-use super::vector::centre;
+use super::unjoined::unjoined;
+use super::vector::{bounds, centre, distance};
 use super::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
 use crate::scene::{self, Geometry, Scene, Split};
 
@@ -28,6 +30,10 @@ pub(super) struct Cell {
 
 /// Blocks of so few elements keep the order of the file: nothing to gain.
 const TINY: usize = 64;
+
+/// Most that numbers may be apart, in extents of an element: a tenth of the tolerance within
+/// which blocks touch by default.
+const BLURRED: f64 = 1e-5;
 
 /// Most nodes, and most elements: `u32::MAX` stands for none.
 const LIMIT: u32 = u32::MAX - 1;
@@ -117,6 +123,19 @@ fn push<const D: usize>(
             coordinates(at)
         ));
     }
+    let gaps = part.unjoined.len();
+    if let Some(at) = part.unjoined.first() {
+        let (facets, what) = match D {
+            2 => ("edges", "nodes"),
+            _ => ("faces", "nodes or faces"),
+        };
+        mesh.notes.push(format!(
+            "block \"{name}\": {what} that lie on {facets} of elements without being joined to \
+             them: {gaps}, the first at {}; the block gapes there as it deforms, unless \
+             neighbours share whole {facets}",
+            coordinates(at)
+        ));
+    }
     for element in part.elements {
         let nodes: Vec<_> = element
             .nodes()
@@ -162,10 +181,11 @@ impl Sources {
         };
         let source = Source::new(raw, D)?;
         let unused = source.unused_points();
-        if unused > 0 {
-            let mesh = &source.raw.origin;
+        if let Some(first) = unused.first() {
+            let (mesh, count) = (&source.raw.origin, unused.len());
             notes.push(format!(
-                "{mesh}: nodes that belong to no element are left out: {unused}"
+                "{mesh}: nodes that belong to no {D}-D element are left out: {count}, the first \
+                 has the number {first}"
             ));
         }
         self.list.push(source);
@@ -203,7 +223,7 @@ impl<const D: usize> Body<D> {
         let place = |point: &u32| placement.apply::<D>(place_of(point));
         let nodes: Vec<_> = points.iter().map(place).collect();
         for (node, at) in nodes.iter().enumerate() {
-            if !at.iter().all(|x| x.is_finite()) {
+            if !at.iter().all(|x| x.abs() <= FARTHEST) {
                 return Err(BlockFault::NotFinite {
                     node: tag(node),
                     at: at.to_vec(),
@@ -213,6 +233,7 @@ impl<const D: usize> Body<D> {
         let mut turned = 0;
         for cell in &mut cells {
             refuse_repeated(cell, &nodes, &tag)?;
+            refuse_blurred(cell, &nodes)?;
             turned += usize::from(orient(cell, &nodes)?);
         }
         Ok(Self {
@@ -245,6 +266,7 @@ impl<const D: usize> Body<D> {
         let boundary = checked_boundary(&elements).map_err(|f| misfit(f, cells, &nodes))?;
         Ok(Part {
             coincident: coincident_nodes(&nodes, &elements, &boundary),
+            unjoined: unjoined(&nodes, &elements, &boundary),
             points: used.iter().map(|&n| self.points[n as usize]).collect(),
             sets: cells.iter().map(|cell| cell.set).collect(),
             nodes,
@@ -265,6 +287,8 @@ pub(super) struct Part<const D: usize> {
     pub(super) boundary: Vec<super::Facet>,
     /// Places where two nodes of the boundary coincide.
     coincident: Vec<[f64; D]>,
+    /// Places where elements lie on each other without being joined.
+    unjoined: Vec<[f64; D]>,
 }
 
 fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D]> {
@@ -286,6 +310,28 @@ fn refuse_repeated<const D: usize>(
             node: tag(own[i] as usize),
             at: centre(corners(&cell.element, nodes).into_iter()).to_vec(),
         })
+    })
+}
+
+/// An element's nodes are told apart by the numbers there are for their places.
+fn refuse_blurred<const D: usize>(cell: &Cell, nodes: &[[f64; D]]) -> Result<(), BlockFault> {
+    let places = corners(&cell.element, nodes);
+    let (low, high) = bounds(places.iter().copied());
+    let farthest = places
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |far, x| far.max(x.abs()));
+    let (size, spacing) = (distance(low, high), f64::EPSILON * farthest);
+    // Nodes all at one place are told as that.
+    if spacing <= BLURRED * size || size == 0.0 {
+        return Ok(());
+    }
+    Err(BlockFault::Blurred {
+        kind: cell.element.kind.name(),
+        element: cell.tag,
+        at: centre(places.into_iter()).to_vec(),
+        size,
+        spacing,
     })
 }
 

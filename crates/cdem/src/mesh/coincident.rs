@@ -6,7 +6,7 @@ use crate::vector::dot;
 
 /// Closer than this share of a block's extent is the same place: what meshers
 /// take for equal.
-const SAME: f64 = 1e-8;
+pub(super) const SAME: f64 = 1e-8;
 
 /// Places where two nodes of the boundary coincide, in a fixed order.
 ///
@@ -20,15 +20,9 @@ pub(super) fn coincident_nodes<const D: usize>(
     if elements.len() < 2 {
         return Vec::new();
     }
-    let mut on_boundary = vec![false; nodes.len()];
-    for facet in boundary {
-        let element = &elements[facet.element as usize];
-        let corners = element.kind.facets()[facet.local as usize].iter();
-        corners.for_each(|&c| on_boundary[element.nodes[c as usize] as usize] = true);
-    }
     let places = nodes
         .iter()
-        .zip(on_boundary)
+        .zip(on_boundary(nodes.len(), elements, boundary))
         .filter(|&(_, on)| on)
         .map(|(&place, _)| place);
     let (low, high) = bounds(nodes.iter().copied());
@@ -48,4 +42,15 @@ pub(super) fn coincident_nodes<const D: usize>(
         found.extend(same.map(|_| place));
     }
     found
+}
+
+/// Which nodes lie on the boundary.
+pub(super) fn on_boundary(count: usize, elements: &[Element], boundary: &[Facet]) -> Vec<bool> {
+    let mut on_boundary = vec![false; count];
+    for facet in boundary {
+        let element = &elements[facet.element as usize];
+        let corners = element.kind.facets()[facet.local as usize].iter();
+        corners.for_each(|&c| on_boundary[element.nodes[c as usize] as usize] = true);
+    }
+    on_boundary
 }

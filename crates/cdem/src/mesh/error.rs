@@ -125,13 +125,16 @@ pub enum BlockFault {
     /// There is nothing to make a block of.
     #[error(
         "{what} has no {dimension}-D elements; mesh to that dimension (gmsh -{dimension}), \
-         and save physical groups of that dimension or Mesh.SaveAll = 1"
+         and save physical groups of that dimension or Mesh.SaveAll = 1{}",
+        instead(*found)
     )]
     Empty {
         /// The mesh or the group.
         what: String,
         /// Dimension of the scene.
         dimension: usize,
+        /// The highest dimension of what there is instead.
+        found: Option<usize>,
     },
     /// A 2-D mesh does not lie in a plane z = constant.
     #[error(
@@ -147,16 +150,35 @@ pub enum BlockFault {
         /// z of the first node.
         plane: f64,
     },
-    /// A coordinate is not a finite number.
+    /// A coordinate is not a finite number, or one whose square soon is not.
     #[error(
-        "node {node} at {} is not at a finite place; check the mesh, scale and translate",
-        coordinates(at)
+        "node {node} at {} is not within {} m of the origin; check the mesh, scale and translate",
+        coordinates(at),
+        short(FARTHEST)
     )]
     NotFinite {
         /// The file's number of the node.
         node: u64,
         /// Where it is.
         at: Vec<f64>,
+    },
+    /// An element so far away that its nodes are hardly told apart.
+    #[error(
+        "{kind} element {element} near {} is {} m large, but numbers there are {} m apart; bring \
+         the block nearer to the origin (translate), or check its units (scale)",
+        coordinates(at), short(*size), short(*spacing)
+    )]
+    Blurred {
+        /// Shape of the element.
+        kind: &'static str,
+        /// The file's number of the element.
+        element: u64,
+        /// Its centre.
+        at: Vec<f64>,
+        /// Its extent, m.
+        size: f64,
+        /// Distance between neighbouring numbers, m.
+        spacing: f64,
     },
     /// An element without area or volume.
     #[error(
@@ -291,6 +313,22 @@ impl BlockFault {
             mesh: mesh.to_owned(),
             fault: Box::new(self),
         }
+    }
+}
+
+/// Farthest place of a node, m: areas beyond are soon no numbers.
+pub(super) const FARTHEST: f64 = 1e100;
+
+/// What a mesh has instead of elements of the scene's dimension.
+fn instead(found: Option<usize>) -> String {
+    match found {
+        None => String::new(),
+        Some(dimension @ 2..) => {
+            format!(
+                "; or, for the {dimension}-D elements it has, dimension = {dimension} in the scene"
+            )
+        }
+        Some(_) => "; it has points or lines alone".to_owned(),
     }
 }
 

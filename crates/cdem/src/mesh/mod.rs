@@ -20,6 +20,7 @@ mod source;
 mod split;
 #[cfg(test)]
 pub(crate) mod tests;
+mod unjoined;
 mod vector;
 
 use std::ops::Range;

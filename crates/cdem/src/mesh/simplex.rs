@@ -16,13 +16,23 @@ impl<const D: usize> Mesh<D> {
         let mut places = [[0.0; D]; 4];
         let slots = places.iter_mut().zip(nodes);
         slots.for_each(|(place, node)| *place = self.nodes[node as usize]);
-        let mean = centre(places.into_iter());
-        let pieces = if count == 4 { 4 } else { 1 };
-        (0..pieces).map(move |k| match count {
-            4 => [places[k], places[(k + 1) % 4], mean],
-            _ => [places[0], places[1], places[2]],
-        })
+        pieces_of(&places[..count])
     }
+}
+
+/// The pieces of a facet with these corners.
+pub(super) fn pieces_of<const D: usize>(
+    corners: &[[f64; D]],
+) -> impl Iterator<Item = Piece<D>> + use<D> {
+    let count = corners.len();
+    let mut places = [[0.0; D]; 4];
+    places[..count].copy_from_slice(corners);
+    let mean = centre(places.into_iter());
+    let pieces = if count == 4 { 4 } else { 1 };
+    (0..pieces).map(move |k| match count {
+        4 => [places[k], places[(k + 1) % 4], mean],
+        _ => [places[0], places[1], places[2]],
+    })
 }
 
 /// A vector normal to a piece, outward for the element whose facet it is; its

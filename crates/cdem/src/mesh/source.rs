@@ -106,7 +106,13 @@ impl Source {
             None => "the mesh".to_owned(),
             Some(name) => format!("physical group \"{name}\""),
         };
-        Err(BlockFault::Empty { what, dimension })
+        let others = self.raw.cells.iter().filter(|_| group.is_none());
+        let found = others.map(|cells| cells.kind.dimension()).max();
+        Err(BlockFault::Empty {
+            what,
+            dimension,
+            found,
+        })
     }
 
     /// Indices of the groups of cells called `name`.
@@ -177,8 +183,8 @@ impl Source {
         same.map(|&([_, b], group)| (b, group))
     }
 
-    /// Number of points that no element uses.
-    pub(super) fn unused_points(&self) -> usize {
+    /// The file's numbers of points that no element uses.
+    pub(super) fn unused_points(&self) -> Vec<u64> {
         let mut unused = vec![true; self.raw.points.len()];
         for cell in self.cells.iter().flatten() {
             cell.element
@@ -186,7 +192,10 @@ impl Source {
                 .iter()
                 .for_each(|&n| unused[n as usize] = false);
         }
-        unused.into_iter().filter(|&u| u).count()
+        let tags = self.raw.point_tags.iter().zip(unused);
+        tags.filter(|&(_, unused)| unused)
+            .map(|(&tag, _)| tag)
+            .collect()
     }
 
     /// Raw groups by name and dimension: those that share both are one.

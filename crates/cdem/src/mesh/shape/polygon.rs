@@ -9,6 +9,7 @@ use spade::{
 };
 
 use super::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
+use crate::mesh::error::FARTHEST;
 use crate::mesh::vector::{between, centre, distance};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh, coordinates};
 use crate::number::{short, significant};
@@ -75,9 +76,6 @@ impl Triangles {
         all.iter().copied().filter(single).collect()
     }
 }
-
-/// Farthest place of a corner, m: areas beyond are soon no numbers.
-const FARTHEST: f64 = 1e100;
 
 fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
     let wrong = |problem: String| Err(fault("shape.polygon", problem));

@@ -198,6 +198,29 @@ fn a_crack_is_noted_but_allowed() {
 }
 
 #[test]
+fn a_mesh_that_conforms_has_nothing_to_be_told() {
+    for (kind, dimension) in [
+        (ElementKind::Tri3, 2),
+        (ElementKind::Quad4, 2),
+        (ElementKind::Tet4, 3),
+        (ElementKind::Wedge6, 3),
+        (ElementKind::Hex8, 3),
+    ] {
+        let shape = Geometry::Box {
+            min: vec![0.0; dimension],
+            max: vec![1.0; dimension],
+            divisions: vec![3; dimension],
+            element: kind,
+        };
+        let notes = match dimension {
+            2 => blocks_of::<2>(&RawMesh::default(), vec![block("b", shape)]).map(|m| m.notes),
+            _ => blocks_of::<3>(&RawMesh::default(), vec![block("b", shape)]).map(|m| m.notes),
+        };
+        assert_eq!(notes, Ok(Vec::new()), "{kind:?}");
+    }
+}
+
+#[test]
 fn unused_nodes_are_left_out_and_counted() {
     let points = [[0., 0.], [1., 0.], [0., 1.], [7., 7.]];
     let raw = Plan::new(&points).triangle([0, 1, 2], "a").raw;
@@ -205,7 +228,10 @@ fn unused_nodes_are_left_out_and_counted() {
     assert_eq!(mesh.nodes.len(), 3);
     assert_eq!(
         mesh.notes,
-        ["plan.msh: nodes that belong to no element are left out: 1"]
+        [
+            "plan.msh: nodes that belong to no 2-D element are left out: 1, the first has the \
+             number 4"
+        ]
     );
 }
 
