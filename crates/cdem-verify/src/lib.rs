@@ -1,12 +1,19 @@
 //! Verification: scenes with exact answers under `verification/` at the top of
-//! the repository, and what tests need to judge a run of them.
+//! the repository, problems of them with a page in the book each, and what tests need to
+//! judge a run of them.
 
 mod balance;
 pub mod fit;
+mod halving;
 mod overlap;
+pub mod page;
 mod pieces;
+pub mod plot;
+pub mod problem;
+pub mod problems;
 mod random;
 pub mod readers;
+pub mod reference;
 mod rocks;
 
 use std::path::{Path, PathBuf};

@@ -103,6 +103,23 @@ fn assert_same(one: &Place, other: &Place) {
     }
 }
 
+/// Refined zones and contacts that rest: every file but the summary, to the last bit.
+#[test]
+fn files_are_the_same_on_any_number_of_threads() {
+    let places = [1, 2, 3, 7].map(|threads| {
+        let place = Place::with_scene(&heap("0"));
+        place
+            .cdem(&format!("run scene.toml --threads {threads}"))
+            .done();
+        place
+    });
+    for place in &places[1..] {
+        assert_same(&places[0], place);
+        let scene = "scene-results/scene.toml";
+        assert_eq!(places[0].read(scene), place.read(scene));
+    }
+}
+
 fn begin(place: &Place, line: &str) -> Child {
     let mut command = place.command(line.split_whitespace());
     command.stdout(Stdio::null()).stderr(Stdio::null());

@@ -9,4 +9,3 @@ mod loads;
 mod motion;
 mod order;
 mod shared;
-mod waves;

@@ -11,12 +11,6 @@ pub(crate) fn shear_wave_speed(case: &Case) -> f64 {
     (rock.young_modulus / (2.0 * (1.0 + rock.poisson_ratio) * rock.density)).sqrt()
 }
 
-/// Speed of P waves in plane strain, m/s.
-pub(crate) fn p_wave_speed(case: &Case) -> f64 {
-    let nu = case.scene.material[0].poisson_ratio;
-    shear_wave_speed(case) * ((2.0 - 2.0 * nu) / (1.0 - 2.0 * nu)).sqrt()
-}
-
 /// Takes the block's mesh from a file beside the scene instead.
 pub(crate) fn from_file(case: &mut Case, path: &str) {
     case.scene.block[0].geometry = Geometry::Mesh {

@@ -3,15 +3,12 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
-mod ball;
 mod bars;
 mod bars_in_space;
 mod corners;
 mod crowd;
 mod fine_ground;
-mod halving;
 mod hertz;
-mod impacts;
 mod joints;
 mod many;
 mod paper;

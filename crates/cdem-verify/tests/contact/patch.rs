@@ -22,110 +22,15 @@
 
 use std::time::Instant;
 
-use cdem::mesh::ElementKind::{self, Hex8, Quad4, Tet4, Tri3, Wedge6};
-use cdem::sample::{FieldValues, Frame};
+use cdem::mesh::ElementKind::{Hex8, Quad4, Tet4, Tri3, Wedge6};
+use cdem_verify::problems::patch::{self, Blocks, Errors};
 use cdem_verify::{load, run};
-
-const PRESSURE: f64 = 1e6;
-const POISSON_RATIO: f64 = 0.25;
-
-/// Elements along each side of the lower and of the upper block.
-type Blocks = [(ElementKind, usize); 2];
-
-/// Errors of the elements' mean stress, over the pressure: of each element, that
-/// of its worst component.
-#[derive(Debug)]
-struct Errors {
-    largest: f64,
-    rms: f64,
-    /// Largest of elements without a node in the interface.
-    inside: f64,
-    /// Of the force between the blocks.
-    force: f64,
-    penetration: f64,
-}
 
 fn press(of: Blocks) -> Errors {
     let began = Instant::now();
-    let dimension = of[0].0.dimension();
-    let (scene, across) = if dimension == 2 {
-        ("pressed-blocks", 0.0)
-    } else {
-        let across = POISSON_RATIO / (1.0 - POISSON_RATIO);
-        ("pressed-blocks-3d", across)
-    };
-    let mut case = load(scene);
-    for (name, (element, divisions)) in ["lower", "upper"].into_iter().zip(of) {
-        case.divide(name, &vec![divisions; dimension], element);
-    }
-    let mut simulation = case.start();
-    run(&mut simulation, |_| {});
-    let end = simulation.history();
-    assert!(
-        end.kinetic_energy.abs() < 1e-9 * end.strain_energy,
-        "it rests: {end:?}"
-    );
-
-    let along = dimension - 1;
-    let mut exact = [0.0; 6];
-    exact[..along].fill(-across);
-    exact[along] = -1.0;
-    let contacts = simulation.contact_frame();
-    let force: f64 = contacts.forces.iter().map(|force| force[along].abs()).sum();
-    let errors = errors(&simulation.frame(), &exact, along);
-    let errors = Errors {
-        force: force / PRESSURE - 1.0,
-        penetration: simulation.max_penetration(),
-        ..errors
-    };
-    println!(
-        "{of:?}, {} contacts: largest {:.1e}, rms {:.1e}, inside {:.1e}; force {:.1e}, \
-         penetration {:.1e} m; in {:.1?}",
-        contacts.forces.len(),
-        errors.largest,
-        errors.rms,
-        errors.inside,
-        errors.force,
-        errors.penetration,
-        began.elapsed()
-    );
+    let errors = patch::press(of);
+    println!("{of:?}: {errors:?}; in {:.1?}", began.elapsed());
     errors
-}
-
-/// Errors of a frame whose stress, over the pressure, is `exact` everywhere.
-fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
-    let field = frame
-        .cell_fields
-        .iter()
-        .find(|field| field.name == "stress");
-    let Some(FieldValues::Real(stress)) = field.map(|field| &field.values) else {
-        panic!("a frame has stress");
-    };
-    let mut rest = frame.connectivity.as_slice();
-    let [mut largest, mut squares, mut inside] = [0.0_f64; 3];
-    for (kind, stress) in frame.kinds.iter().zip(stress.chunks_exact(6)) {
-        let (nodes, after) = rest.split_at(kind.node_count());
-        rest = after;
-        let wrong = stress
-            .iter()
-            .zip(exact)
-            .map(|(s, e)| (s / PRESSURE - e).abs());
-        let worst = wrong.fold(0.0, f64::max);
-        largest = largest.max(worst);
-        squares += worst * worst;
-        // The interface is at a height of 1 m, less what the load takes.
-        let height = |node: &u32| frame.points[*node as usize][along];
-        if !nodes.iter().any(|node| (height(node) - 1.0).abs() < 1e-3) {
-            inside = inside.max(worst);
-        }
-    }
-    Errors {
-        largest,
-        rms: (squares / frame.kinds.len() as f64).sqrt(),
-        inside,
-        force: 0.0,
-        penetration: 0.0,
-    }
 }
 
 /// Strains are 2.5e-5. Points that sank in while the blocks settled stay so: by a

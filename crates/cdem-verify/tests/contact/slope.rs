@@ -1,74 +1,8 @@
 //! A block on a slope: sliding and sticking.
 
-use cdem::Simulation;
-use cdem::scene::{Block, ContactPair, Geometry, Schedule};
-use cdem_verify::{Case, fit, load, run};
-
-const GRAVITY: f64 = 9.81;
-
-fn slope(angle: f64, friction: f64) -> Case {
-    let mut case = load("slope");
-    case.scene.contact.strength.friction_angle = friction.to_radians();
-    case.scene.gravity = Schedule::Constant(pull(angle));
-    case
-}
-
-fn pull(angle: f64) -> Vec<f64> {
-    let (sin, cos) = angle.to_radians().sin_cos();
-    vec![GRAVITY * sin, -GRAVITY * cos]
-}
-
-/// Slopes of velocity and displacement of the last block along the slope over
-/// the second half of the run, m/s² and m/s.
-fn measure(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> [f64; 2] {
-    let mut simulation = case.start();
-    let (mut velocity, mut displacement) = (Vec::new(), Vec::new());
-    run(&mut simulation, |simulation| {
-        if simulation.step_index() % 20 == 0 && simulation.time() > 0.5 * case.scene.time.end {
-            let rows = simulation.block_rows();
-            let block = rows.last().expect("there is a block");
-            velocity.push((block.time, block.velocity[0]));
-            displacement.push((block.time, block.position[0]));
-            look(simulation);
-        }
-    });
-    println!("  penetration {:.1e}", simulation.max_penetration());
-    [fit::slope(&velocity), fit::slope(&displacement)]
-}
-
-fn sliding(angle: f64, friction: f64) -> f64 {
-    let (sin, cos) = angle.to_radians().sin_cos();
-    GRAVITY * (sin - cos * friction.to_radians().tan())
-}
-
-#[test]
-fn a_block_slides_as_coulomb_says() {
-    // Published cases; 20/0 needs no friction at all.
-    for (angle, friction) in [
-        (20.0, 0.0),
-        (30.0, 20.0),
-        (40.0, 20.0),
-        (40.0, 30.0),
-        (45.0, 10.0),
-    ] {
-        let [found, _] = measure(&slope(angle, friction), |_| {});
-        let exact = sliding(angle, friction);
-        println!("slope {angle}, friction {friction}: {found:.7}, exact {exact:.7}");
-        // What remains of the block's vibration within the fit: 4e-5 at most.
-        assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");
-    }
-}
-
-#[test]
-fn a_block_that_may_stay_does_not_creep() {
-    let mut case = slope(30.0, 40.0);
-    case.scene.gravity = Schedule::Table(vec![(0.0, vec![0.0, 0.0]), (0.1, pull(30.0))]);
-    case.scene.time.end = 0.6;
-    let [_, creep] = measure(&case, |_| {});
-    println!("creep {creep:.2e} m/s");
-    // Over 0.3 s; vibration of 1e-8 m at the ends of the fit is 1e-8 m/s.
-    assert!(creep.abs() < 1e-7, "{creep}");
-}
+use cdem::scene::{Block, ContactPair, Geometry};
+use cdem_verify::Case;
+use cdem_verify::problems::slope::{measure, sliding, slope};
 
 /// The base in twenty separate blocks that lie flush.
 fn in_pieces(mut case: Case) -> Case {

@@ -127,6 +127,32 @@ fn a_rockfall_goes_on() {
     compare_often(&load("rockfall-of-200"), 3, 250);
 }
 
+/// What a run saves is the same on any number of threads: contacts that rest, in piles too,
+/// and blocks that are refined and coarsened.
+#[test]
+fn checkpoints_are_the_same_on_any_number_of_threads() {
+    for (name, count) in [
+        ("stack-3d", 300),
+        ("rattling-brick", 1200),
+        ("dry-stone-wall", 8),
+    ] {
+        let saved = [1, 2, 3, 7].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("threads").install(|| {
+                let mut run = load(name).start();
+                let halfway = {
+                    steps(&mut run, count / 2);
+                    run.checkpoint()
+                };
+                steps(&mut run, count / 2);
+                assert!(run.contacts_begun() > 0, "{name} has contacts");
+                [halfway, run.checkpoint()]
+            })
+        });
+        assert!(saved.iter().all(|of| *of == saved[0]), "{name}");
+    }
+}
+
 /// A checkpoint of another run is refused, and so is half of one.
 #[test]
 fn what_is_not_of_this_run_is_refused() {

@@ -3,15 +3,18 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// An elastic ball before a rigid wall, and Hertz's impact of it.
-pub(crate) struct Ball {
+#[derive(Clone, Copy, Debug)]
+pub struct Ball {
     /// Radius, m.
-    pub(crate) radius: f64,
-    /// Young's modulus, Pa, Poisson's ratio, and density, kg/m³.
-    pub(crate) young_modulus: f64,
-    pub(crate) poisson_ratio: f64,
-    pub(crate) density: f64,
+    pub radius: f64,
+    /// Young's modulus, Pa.
+    pub young_modulus: f64,
+    /// Poisson's ratio.
+    pub poisson_ratio: f64,
+    /// Density, kg/m³.
+    pub density: f64,
     /// Speed before the wall, m/s.
-    pub(crate) speed: f64,
+    pub speed: f64,
 }
 
 /// Points of each quadrature.
@@ -22,7 +25,9 @@ const POINTS: usize = 2000;
 const DEGREES: usize = 2000;
 
 impl Ball {
-    pub(crate) fn mass(&self) -> f64 {
+    /// Its mass, kg.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
         4.0 / 3.0 * PI * self.radius.powi(3) * self.density
     }
 
@@ -38,14 +43,16 @@ impl Ball {
     }
 
     /// Contact time, s, and peak force, N, by Hertz.
-    pub(crate) fn hertz(&self) -> [f64; 2] {
+    #[must_use]
+    pub fn hertz(&self) -> [f64; 2] {
         let approach = self.approach();
         let force = 4.0 / 3.0 * self.plane_modulus() * self.radius.sqrt() * approach.powf(1.5);
         [2.94327 * approach / self.speed, force]
     }
 
     /// The same for a ball whose centre comes nearer by k F/(E R) less, over Hertz's.
-    pub(crate) fn beyond_hertz(&self) -> [f64; 2] {
+    #[must_use]
+    pub fn beyond_hertz(&self) -> [f64; 2] {
         let [hertz_time, hertz_force] = self.hertz();
         let less = self.shortfall() / (self.young_modulus * self.radius);
         let hertz = (9.0 / (16.0 * self.plane_modulus().powi(2) * self.radius)).cbrt();
@@ -140,20 +147,25 @@ fn midpoints(end: f64) -> impl Iterator<Item = (f64, f64)> {
     (0..POINTS).map(move |k| ((k as f64 + 0.5) * width, width))
 }
 
-#[test]
-fn what_a_ball_lacks_of_a_half_space_grows_with_its_contact_circle() {
-    let ball = |speed| Ball {
-        radius: 0.1,
-        young_modulus: 70e9,
-        poisson_ratio: 0.3,
-        density: 2699.0,
-        speed,
-    };
-    let [slow, fast] = [0.3, 1.0].map(|speed| ball(speed).beyond_hertz());
-    for k in 0..2 {
-        // F/(E R) over the approach, F^(2/3), with F as v^(6/5); and the logarithm of
-        // the circle, by which the sum misses a constant: found 2 %.
-        let grown = (slow[k] - 1.0) / (fast[k] - 1.0);
-        assert!((grown / 0.3_f64.powf(0.4) - 1.0).abs() < 0.05, "{grown}");
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_ball_lacks_of_a_half_space_grows_with_its_contact_circle() {
+        let ball = |speed| Ball {
+            radius: 0.1,
+            young_modulus: 70e9,
+            poisson_ratio: 0.3,
+            density: 2699.0,
+            speed,
+        };
+        let [slow, fast] = [0.3, 1.0].map(|speed| ball(speed).beyond_hertz());
+        for k in 0..2 {
+            // F/(E R) over the approach, F^(2/3), with F as v^(6/5); and the logarithm of
+            // the circle, by which the sum misses a constant: found 2 %.
+            let grown = (slow[k] - 1.0) / (fast[k] - 1.0);
+            assert!((grown / 0.3_f64.powf(0.4) - 1.0).abs() < 0.05, "{grown}");
+        }
     }
 }

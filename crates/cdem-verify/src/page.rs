@@ -1,0 +1,61 @@
+//! Pages of the book: the part of each that a run of its problem makes.
+
+use std::path::{Path, PathBuf};
+
+use crate::problem::{Findings, Problem, number};
+
+const BEGIN: &str = "<!-- begin of figures: cargo run --release -p cdem-verify -- --write -->";
+const END: &str = "<!-- end of figures -->";
+
+/// The part of a page that is made, with its marks.
+fn made(problem: &Problem, findings: &Findings) -> String {
+    let mut text = format!(
+        "{BEGIN}\n\n| Figure | Known | Found | May miss it by | Because |\n\
+         | --- | ---: | ---: | ---: | --- |\n"
+    );
+    for figure in &findings.figures {
+        text.push_str(&format!(
+            "| {} | {} | {} | {} | {} |\n",
+            figure.what,
+            figure.known.value(),
+            number(figure.found),
+            figure.known.tolerance(),
+            figure.why
+        ));
+    }
+    for (k, plot) in findings.plots.iter().enumerate() {
+        let [across, up] = &plot.axes;
+        text.push_str(&format!(
+            "\n![{up} over {across}]({})\n",
+            picture(problem, k)
+        ));
+    }
+    text + "\n" + END
+}
+
+/// Name of a picture of a page.
+fn picture(problem: &Problem, number: usize) -> String {
+    format!("{}-{}.svg", problem.page, number + 1)
+}
+
+/// The folder of the pages.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../book/src/verification")
+}
+
+/// The files of a page, with what is made in them made anew.
+///
+/// # Errors
+/// If there is no page to put it in, or it has not the marks.
+pub fn files(problem: &Problem, findings: &Findings) -> Result<Vec<(PathBuf, String)>, String> {
+    let page = folder().join(problem.page).with_extension("md");
+    let text = std::fs::read_to_string(&page)
+        .map_err(|error| format!("cannot read {}: {error}", page.display()))?;
+    let marks = || format!("{}: has no lines {BEGIN} and {END}", page.display());
+    let (before, rest) = text.split_once(BEGIN).ok_or_else(marks)?;
+    let (_, after) = rest.split_once(END).ok_or_else(marks)?;
+    let text = format!("{before}{}{after}", made(problem, findings));
+    let plots = findings.plots.iter().enumerate();
+    let pictures = plots.map(|(k, plot)| (folder().join(picture(problem, k)), plot.draw()));
+    Ok(std::iter::once((page, text)).chain(pictures).collect())
+}

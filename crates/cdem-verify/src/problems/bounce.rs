@@ -1,0 +1,56 @@
+//! An elastic block that bounces on a floor.
+
+use crate::plot::{Plot, Style};
+use crate::problem::Findings;
+use crate::{Balance, load, run};
+
+/// Height of the centre before the drop, and as the block stands, m.
+const DROP: f64 = 0.8;
+const FLAT: f64 = 0.5;
+
+/// V17: what bounces of an elastic block give back.
+pub(super) fn bouncing_block() -> Findings {
+    let mut findings = Findings::default();
+    let mut simulation = load("bouncing-block").start();
+    let mut balance = Balance::new(&mut simulation);
+    let (mut peaks, mut path) = (Vec::new(), Vec::new());
+    let mut last = [DROP, DROP];
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+        let height = simulation.block_rows()[0].position[1];
+        if last[1] > last[0] && last[1] > height && last[1] > FLAT + 0.02 {
+            peaks.push(last[1]);
+        }
+        last = [last[1], height];
+        path.push([simulation.time(), height - FLAT]);
+    });
+    findings.between(
+        "bounces within 3 s",
+        ([3.0, 20.0], peaks.len() as f64),
+        "free falls of 0.3 m and less",
+    );
+    for (k, peak) in peaks.iter().enumerate().take(4) {
+        findings.between(
+            format!("height of bounce {}, over that of the drop", k + 1),
+            ([0.0, 1.0], (peak - FLAT) / (DROP - FLAT)),
+            "no bounce comes back to the height of the drop",
+        );
+    }
+    findings.at_most(
+        "growth of the energy, over that exchanged",
+        (1e-12, balance.growth.max(0.0)),
+        "none; round-off",
+    );
+    findings.at_most(
+        "energy that the ledger lacks, over that exchanged",
+        (1e-3, balance.residual),
+        "limit of the ledger for blocks of many elements",
+    );
+    let end = path.last().map_or(0.0, |row| row[0]);
+    let drop = vec![[0.0, DROP - FLAT], [end, DROP - FLAT]];
+    let plot = Plot::new("time, s", "height of the centre over rest, m")
+        .with("cdem", Style::Line, path)
+        .with("the drop", Style::Known, drop);
+    findings.plots.push(plot);
+    findings
+}

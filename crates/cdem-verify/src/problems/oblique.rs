@@ -1,0 +1,121 @@
+//! A ball that comes down askew and slides throughout its impact.
+
+use crate::plot::{Plot, Style};
+use crate::problem::Findings;
+use crate::{Balance, Case, load, run};
+
+/// Height of the ball's centre, m.
+const RADIUS: f64 = 0.1;
+
+/// An impact at some speed along the wall, and at 1 m/s across it.
+struct Impact {
+    restitution: f64,
+    /// What the wall has taken of the speed along it, m/s.
+    slowed: f64,
+    /// Spin the way it rolls, rad/s.
+    spin: f64,
+    /// What friction has taken, over the energy at the start.
+    friction_loss: f64,
+    residual: f64,
+}
+
+fn meet(mut case: Case, along: f64) -> Impact {
+    case.block("ball").velocity = vec![along, 0.0, -1.0];
+    let mut simulation = case.start();
+    let energy = simulation.history().kinetic_energy;
+    let mut balance = Balance::new(&mut simulation);
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+    });
+    let ball = &simulation.block_rows()[0];
+    let way = along.signum();
+    Impact {
+        restitution: ball.velocity[2],
+        slowed: way * (along - ball.velocity[0]),
+        spin: way * ball.angular_velocity[1],
+        friction_loss: simulation.history().friction_loss / energy,
+        residual: balance.residual,
+    }
+}
+
+/// Mass of the mesh, kg, and its moment of inertia about y, kg·m².
+fn inertia(mut case: Case) -> [f64; 2] {
+    case.block("ball").velocity = vec![0.0; 3];
+    case.block("ball").angular_velocity = vec![0.0, 1.0, 0.0];
+    let mut simulation = case.start();
+    let ball = &simulation.block_rows()[0];
+    let [mass, spin] = [ball.mass, ball.angular_velocity[1]];
+    [mass, simulation.history().angular_momentum[1] / spin]
+}
+
+/// V10: an elastic ball meets a rigid wall askew, at several angles.
+pub(super) fn oblique_ball() -> Findings {
+    let mut findings = Findings::default();
+    let case = load("oblique-ball");
+    let friction = case.scene.contact.strength.friction_angle.tan();
+    let [mass, moment] = inertia(case.clone());
+    findings.exact(
+        "moment of inertia of the mesh over (2/5) m R²",
+        (1.0, moment / (0.4 * mass * RADIUS * RADIUS)),
+        0.02,
+        "flat faces of up to 18 mm on a round ball",
+    );
+    let (mut slides, mut spins) = (Vec::new(), Vec::new());
+    for angle in [45.0, 60.0, 70.0] {
+        let along = f64::to_radians(angle).tan();
+        // The mesh's centre of mass is not quite over its pole: what that does changes sign
+        // with the way the ball comes.
+        let both = [along, -along].map(|along| meet(case.clone(), along));
+        let mean = |of: fn(&Impact) -> f64| 0.5 * (of(&both[0]) + of(&both[1]));
+        let restitution = mean(|impact| impact.restitution);
+        let (slowed, spin) = (mean(|impact| impact.slowed), mean(|impact| impact.spin));
+        let of = |what: &str| format!("{angle}°: {what}");
+        findings.exact(
+            of("restitution"),
+            (1.0, restitution),
+            0.01,
+            "elastic; friction passes some energy from one motion to the other",
+        );
+        findings.exact(
+            of("change of speed along the wall over that across it"),
+            (friction, slowed / (1.0 + restitution)),
+            1e-3,
+            "Coulomb's rule at every instant; points of the rim may stick as they part",
+        );
+        findings.exact(
+            of("spin, rad/s"),
+            (slowed * mass * RADIUS / moment, spin),
+            0.01,
+            "the centre comes nearer by 0.2 % of R, and drags the contact along",
+        );
+        let sliding = along - 0.5 * slowed - 0.5 * spin * RADIUS;
+        findings.exact(
+            of("work of friction over the energy"),
+            (
+                slowed * sliding / (0.5 * (1.0 + along * along)),
+                mean(|impact| impact.friction_loss),
+            ),
+            0.01,
+            "impulse times the mean of the sliding speeds before and after",
+        );
+        let residual = f64::max(both[0].residual, both[1].residual);
+        findings.at_most(
+            of("energy that the ledger lacks, over that at the start"),
+            (1e-3, residual),
+            "limit of the ledger for blocks of many elements",
+        );
+        slides.push([angle, slowed]);
+        spins.push([angle, spin * RADIUS]);
+    }
+    let known = |speed: f64| vec![[45.0, speed], [70.0, speed]];
+    let plot = Plot::new(
+        "angle of incidence, degrees",
+        "over the speed across the wall",
+    )
+    .with("change of speed along the wall", Style::Dots, slides)
+    .with("spin times radius", Style::Dots, spins)
+    .with("2 μ, of e = 1", Style::Known, known(2.0 * friction))
+    .with("5 μ", Style::Known, known(5.0 * friction));
+    findings.plots.push(plot);
+    findings
+}

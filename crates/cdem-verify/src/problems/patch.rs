@@ -1,0 +1,141 @@
+//! Pressed blocks: the patch test of contact, through meshes that match and that do not.
+
+use cdem::mesh::ElementKind::{self, Hex8, Quad4, Tet4, Tri3};
+use cdem::sample::{FieldValues, Frame};
+
+use crate::problem::Findings;
+use crate::{load, run};
+
+/// Pressure on the upper block, Pa.
+const PRESSURE: f64 = 1e6;
+const POISSON_RATIO: f64 = 0.25;
+
+/// Elements along each side of the lower and of the upper block.
+pub type Blocks = [(ElementKind, usize); 2];
+
+/// Errors of the elements' mean stress, over the pressure: of each element, that
+/// of its worst component.
+#[derive(Clone, Copy, Debug)]
+pub struct Errors {
+    /// Largest of all.
+    pub largest: f64,
+    /// Root-mean-square of all.
+    pub rms: f64,
+    /// Largest of elements without a node in the interface.
+    pub inside: f64,
+    /// Of the force between the blocks.
+    pub force: f64,
+    /// Deepest penetration, m.
+    pub penetration: f64,
+}
+
+/// Presses two blocks on each other until they rest.
+///
+/// # Panics
+/// If they do not come to rest.
+#[must_use]
+pub fn press(of: Blocks) -> Errors {
+    let dimension = of[0].0.dimension();
+    let (scene, across) = if dimension == 2 {
+        ("pressed-blocks", 0.0)
+    } else {
+        let across = POISSON_RATIO / (1.0 - POISSON_RATIO);
+        ("pressed-blocks-3d", across)
+    };
+    let mut case = load(scene);
+    for (name, (element, divisions)) in ["lower", "upper"].into_iter().zip(of) {
+        case.divide(name, &vec![divisions; dimension], element);
+    }
+    let mut simulation = case.start();
+    run(&mut simulation, |_| {});
+    let end = simulation.history();
+    assert!(
+        end.kinetic_energy.abs() < 1e-9 * end.strain_energy,
+        "it rests: {end:?}"
+    );
+
+    let along = dimension - 1;
+    let mut exact = [0.0; 6];
+    exact[..along].fill(-across);
+    exact[along] = -1.0;
+    let contacts = simulation.contact_frame();
+    let force: f64 = contacts.forces.iter().map(|force| force[along].abs()).sum();
+    Errors {
+        force: force / PRESSURE - 1.0,
+        penetration: simulation.max_penetration(),
+        ..errors(&simulation.frame(), &exact, along)
+    }
+}
+
+/// Errors of a frame whose stress, over the pressure, is `exact` everywhere.
+fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
+    let mut fields = frame.cell_fields.iter();
+    let field = fields.find(|field| field.name == "stress");
+    let Some(FieldValues::Real(stress)) = field.map(|field| &field.values) else {
+        panic!("a frame has stress");
+    };
+    let mut rest = frame.connectivity.as_slice();
+    let [mut largest, mut squares, mut inside] = [0.0_f64; 3];
+    for (kind, stress) in frame.kinds.iter().zip(stress.chunks_exact(6)) {
+        let (nodes, after) = rest.split_at(kind.node_count());
+        rest = after;
+        let wrong = stress
+            .iter()
+            .zip(exact)
+            .map(|(s, e)| (s / PRESSURE - e).abs());
+        let worst = wrong.fold(0.0, f64::max);
+        largest = largest.max(worst);
+        squares += worst * worst;
+        // The interface is at a height of 1 m, less what the load takes.
+        let height = |node: &u32| frame.points[*node as usize][along];
+        if !nodes.iter().any(|node| (height(node) - 1.0).abs() < 1e-3) {
+            inside = inside.max(worst);
+        }
+    }
+    Errors {
+        largest,
+        rms: (squares / frame.kinds.len() as f64).sqrt(),
+        inside,
+        force: 0.0,
+        penetration: 0.0,
+    }
+}
+
+/// V11: an even pressure through two faces.
+pub(super) fn pressed_blocks() -> Findings {
+    const SUNK: &str =
+        "points that sank in by a nanometre while the blocks settled stay so: strains are 2.5e-5";
+    let mut findings = Findings::default();
+    let cases: [(Blocks, f64, &'static str); 6] = [
+        ([(Quad4, 4), (Quad4, 4)], 5e-4, SUNK),
+        ([(Quad4, 3), (Quad4, 7)], 5e-4, SUNK),
+        ([(Tri3, 4), (Tri3, 7)], 5e-4, SUNK),
+        ([(Hex8, 2), (Hex8, 3)], 5e-4, SUNK),
+        (
+            [(Tet4, 2), (Hex8, 3)],
+            1e-4,
+            "pushes at the vertices of tetrahedra alone miss by 6.4e-5",
+        ),
+        (
+            [(Tet4, 2), (Hex8, 2)],
+            0.17,
+            "triangles on quadrilaterals of the same nodes: contact at nodes cannot be even; it does not fall with the mesh",
+        ),
+    ];
+    for (of, bound, why) in cases {
+        let errors = press(of);
+        let [(lower, m), (upper, n)] = of;
+        let name = format!("{} {m} on {} {n}", lower.name(), upper.name());
+        findings.at_most(
+            format!("{name}: largest error of a stress, over the pressure"),
+            (bound, errors.largest),
+            why,
+        );
+        findings.at_most(
+            format!("{name}: error of the force between them"),
+            (5e-5, errors.force),
+            "true areas: strains are 2.5e-5",
+        );
+    }
+    findings
+}

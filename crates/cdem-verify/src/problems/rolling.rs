@@ -1,0 +1,152 @@
+//! Discs and cylinders of many sides that roll down a slope.
+
+use std::f64::consts::{PI, TAU};
+
+use cdem::mesh::ElementKind;
+use cdem::scene::Geometry;
+
+use crate::plot::{Plot, Style};
+use crate::problem::Findings;
+use crate::{Balance, Case, fit, load, run};
+
+const RADIUS: f64 = 0.5;
+
+/// Acceleration of a round cylinder that does not slip, (2/3) g sin 30, m/s².
+const EXACT: f64 = 2.0 / 3.0 * 4.905;
+
+/// How a body of many sides rolls down.
+#[derive(Clone, Debug)]
+pub struct Rolling {
+    /// Acceleration over that of a round one: v² = 2 a x over the last three quarters of
+    /// the time, the first sides being slow.
+    pub acceleration: f64,
+    /// Share of the work of gravity that is kinetic energy at the end.
+    pub kept: f64,
+    /// The same of a rigid body whose corners do not rebound.
+    pub least: f64,
+    /// What friction took, over the work of gravity.
+    pub friction: f64,
+    /// Largest speed across the slope, m/s.
+    pub aside: f64,
+    /// Sums of the run.
+    pub balance: Balance,
+    /// Times, s, and speeds, m/s.
+    pub speeds: Vec<[f64; 2]>,
+}
+
+/// Corners of a regular polygon that lies on y = 0.
+fn regular(sides: usize) -> Vec<[f64; 2]> {
+    let half = PI / sides as f64;
+    let corner = |k: usize| {
+        let (sin, cos) = (half * (2 * k + 1) as f64).sin_cos();
+        [RADIUS * sin, RADIUS * (half.cos() - cos)]
+    };
+    (0..sides).map(corner).collect()
+}
+
+/// Share of the work of gravity over a `way` that a rigid polygon keeps whose
+/// corners do not rebound. About a corner it turns without loss, and on a side a
+/// it gains m g a sin 30. When the next corner hits, the angular momentum about
+/// that one stays: (I + m R²) ω' = (I + m R² cos(2π/n)) ω, where
+/// I = m R² (2 + cos(2π/n))/6.
+fn kept_without_rebound(sides: usize, way: f64) -> f64 {
+    let angle = TAU / sides as f64;
+    let side = 2.0 * RADIUS * (0.5 * angle).sin();
+    let moment = (2.0 + angle.cos()) / 6.0;
+    let keeps = ((moment + angle.cos()) / (moment + 1.0)).powi(2);
+    let count = (way / side).floor();
+    let energy = (0..count as usize).fold(0.0, |energy, _| keeps * (energy + side));
+    energy / (count * side)
+}
+
+/// The scene `rolling` with a disc of so many sides.
+#[must_use]
+pub fn disc(sides: usize) -> Case {
+    let mut case = load("rolling");
+    case.block("disc").geometry = Geometry::Polygon {
+        corners: regular(sides),
+        size: 0.25,
+        element: ElementKind::Tri3,
+    };
+    case
+}
+
+/// Rolls the second block, of so many sides, down a slope of 30°.
+#[must_use]
+pub fn roll(case: &Case, sides: usize) -> Rolling {
+    let mut simulation = case.start();
+    let mut balance = Balance::new(&mut simulation);
+    let start = simulation.block_rows()[1].position;
+    let (mut points, mut speeds, mut aside) = (Vec::new(), Vec::new(), 0.0_f64);
+    run(&mut simulation, |simulation| {
+        balance.look(simulation);
+        let body = &simulation.block_rows()[1];
+        let across = body.velocity[2].hypot(RADIUS * body.angular_velocity[0]);
+        aside = aside.max(across);
+        points.push((body.position[0] - start[0], body.velocity[0].powi(2)));
+        speeds.push([body.time, body.velocity[0]]);
+    });
+    let (row, body) = (simulation.history(), &simulation.block_rows()[1]);
+    Rolling {
+        acceleration: 0.5 * fit::slope(&points[points.len() / 4..]) / EXACT,
+        kept: row.kinetic_energy / row.gravity_work,
+        least: kept_without_rebound(sides, body.position[0] - start[0]),
+        friction: row.friction_loss / row.gravity_work,
+        aside,
+        balance,
+        speeds,
+    }
+}
+
+/// V15: discs of 24 and 48 sides, and a cylinder of 24.
+pub(super) fn rolling_down() -> Findings {
+    let mut findings = Findings::default();
+    let round = vec![[0.0, 0.0], [0.5, 0.5 * EXACT]];
+    let mut plot = Plot::new("time, s", "speed of the centre, m/s").with(
+        "a round one, (2/3) g sin 30°",
+        Style::Known,
+        round,
+    );
+    for (name, case, sides) in [
+        ("disc of 24 sides", disc(24), 24),
+        ("disc of 48 sides", disc(48), 48),
+        ("cylinder of 24 sides", load("rolling-3d"), 24),
+    ] {
+        let rolling = roll(&case, sides);
+        add(&mut findings, name, &rolling);
+        plot = plot.with(name, Style::Line, rolling.speeds);
+    }
+    findings.plots.push(plot);
+    findings
+}
+
+/// Adds what is known of a body that rolls.
+pub fn add(findings: &mut Findings, name: &str, rolling: &Rolling) {
+    let of = |what: &str| format!("{name}: {what}");
+    findings.between(
+        of("share of gravity's work that it keeps"),
+        ([rolling.least, 1.0], rolling.kept),
+        "between a rigid one whose corners do not rebound, and a round one",
+    );
+    findings.exact(
+        of("acceleration over (2/3) g sin 30°"),
+        (1.0, rolling.acceleration),
+        2.0 * (1.0 - rolling.least),
+        "the share lost grows with the way: that of its last part is up to twice the whole's",
+    );
+    findings.at_most(
+        of("work of friction over gravity's"),
+        (5e-3, rolling.friction),
+        "it rolls, and does not slip",
+    );
+    findings.at_most(
+        of("speed across the slope, m/s"),
+        (1e-6, rolling.aside),
+        "it goes straight",
+    );
+    findings.at_most(
+        of("energy that the ledger lacks, over that exchanged"),
+        (1e-3, rolling.balance.residual),
+        "limit of the ledger for blocks of many elements",
+    );
+}
