@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::contact::live::Record;
 use crate::mesh::{ElementKind, Mesh};
 use crate::sample::{
@@ -10,6 +12,9 @@ use crate::sample::{
 use crate::scene::Field;
 use crate::step::{Run, Synchronised};
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
+
+/// Elements that a thread takes at once.
+const SHARE: usize = 1024;
 
 /// A synchronised instant, and the number of its step.
 pub(crate) struct Instant<const D: usize> {
@@ -179,7 +184,7 @@ impl<const D: usize> Run<D> {
         let vector = |name, values: &[[f64; D]]| FrameField {
             name,
             components: &["x", "y", "z"],
-            values: FieldValues::Real(values.iter().flat_map(pad).collect()),
+            values: FieldValues::Real(values.iter().map(pad).collect::<Vec<_>>().into_flattened()),
         };
         let mut point_fields = Vec::new();
         if fields.contains(&Field::Displacement) {
@@ -197,6 +202,10 @@ impl<const D: usize> Run<D> {
                 .collect();
             point_fields.push(vector("contact_force", &force));
         }
+        let mut connectivity = Vec::with_capacity(mesh.elements.len() * (D + 1));
+        for element in &mesh.elements {
+            connectivity.extend_from_slice(element.nodes());
+        }
         Frame {
             time: self.told_time(),
             points: (0..mesh.nodes.len() as u32)
@@ -207,11 +216,7 @@ impl<const D: usize> Run<D> {
                 .iter()
                 .map(|element| element.kind)
                 .collect::<Vec<ElementKind>>(),
-            connectivity: mesh
-                .elements
-                .iter()
-                .flat_map(|e| e.nodes().to_vec())
-                .collect(),
+            connectivity,
             point_fields,
             cell_fields: self.cell_fields(fields),
         }
@@ -251,37 +256,27 @@ impl<const D: usize> Run<D> {
         let stress_of = |&(set, i): &(u32, u32)| {
             self.model.sets[set as usize].stress(i as usize, &self.state.displacement)
         };
-        let stress: Vec<[f64; 6]> = self.model.place.iter().map(stress_of).collect();
+        let place = self.model.place.par_iter().with_min_len(SHARE);
+        let stress: Vec<[f64; 6]> = place.map(stress_of).collect();
         let field = |name, components: &'static [&'static str], values: Vec<f64>| FrameField {
             name,
             components,
             values: FieldValues::Real(values),
         };
-        let mut out = Vec::new();
-        if fields.contains(&Field::Stress) {
-            const NAMES: &[&str] = &["xx", "yy", "zz", "xy", "yz", "zx"];
-            out.push(field(
-                "stress",
-                NAMES,
-                stress.iter().flatten().copied().collect(),
-            ));
-        }
+        let mut derived = Vec::new();
         if fields.contains(&Field::VonMises) {
-            out.push(field(
-                "von_mises",
-                &[],
-                stress.iter().map(von_mises).collect(),
-            ));
+            let of_stress = stress.iter().map(von_mises);
+            derived.push(field("von_mises", &[], of_stress.collect()));
         }
         if fields.contains(&Field::PrincipalStress) {
             const NAMES: &[&str] = &["1", "2", "3"];
-            out.push(field(
-                "principal_stress",
-                NAMES,
-                stress.iter().flat_map(principal).collect(),
-            ));
+            let of_stress: Vec<_> = stress.iter().map(principal).collect();
+            derived.push(field("principal_stress", NAMES, of_stress.into_flattened()));
         }
-        out
+        const NAMES: &[&str] = &["xx", "yy", "zz", "xy", "yz", "zx"];
+        let whole = fields.contains(&Field::Stress);
+        let whole = whole.then(|| field("stress", NAMES, stress.into_flattened()));
+        whole.into_iter().chain(derived).collect()
     }
 
     /// Live contact points.

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::coincident::coincident_nodes;
 use super::error::FARTHEST;
 use super::facet::{FacetFault, checked_boundary};
@@ -27,6 +29,9 @@ pub(super) struct Cell {
     /// The group set it lies in.
     pub(super) set: u32,
 }
+
+/// Elements that a thread takes at once.
+const SHARE: usize = 1024;
 
 /// Blocks of so few elements keep the order of the file: nothing to gain.
 const TINY: usize = 64;
@@ -230,12 +235,16 @@ impl<const D: usize> Body<D> {
                 });
             }
         }
-        let mut turned = 0;
-        for cell in &mut cells {
-            refuse_repeated(cell, &nodes, &tag)?;
-            refuse_blurred(cell, &nodes)?;
-            turned += usize::from(orient(cell, &nodes)?);
-        }
+        let check = |cells: &mut [Cell]| -> Result<usize, BlockFault> {
+            cells.iter_mut().try_fold(0, |turned, cell| {
+                refuse_repeated(cell, &nodes, &tag)?;
+                refuse_blurred(cell, &nodes)?;
+                Ok(turned + usize::from(orient(cell, &nodes)?))
+            })
+        };
+        // What is told is the first fault, whichever thread is first to find one.
+        let checked: Vec<_> = cells.par_chunks_mut(SHARE).map(check).collect();
+        let turned = checked.into_iter().sum::<Result<usize, BlockFault>>()?;
         Ok(Self {
             nodes,
             points,
@@ -253,7 +262,7 @@ impl<const D: usize> Body<D> {
         let cells = &mut self.cells[cells];
         let at = |cell: &Cell| centre(corners(&cell.element, &self.nodes).into_iter());
         let used = if cells.len() > TINY {
-            let centres: Vec<_> = cells.iter().map(at).collect();
+            let centres: Vec<_> = cells.par_iter().with_min_len(SHARE).map(at).collect();
             let order = hilbert_order(&centres);
             let sorted: Vec<_> = order.into_iter().map(|i| cells[i as usize]).collect();
             cells.copy_from_slice(&sorted);
@@ -299,7 +308,7 @@ fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D
 fn refuse_repeated<const D: usize>(
     cell: &Cell,
     nodes: &[[f64; D]],
-    tag: &dyn Fn(usize) -> u64,
+    tag: &impl Fn(usize) -> u64,
 ) -> Result<(), BlockFault> {
     let own = cell.element.nodes();
     let repeated = (1..own.len()).find(|&i| own[..i].contains(&own[i]));

@@ -1,5 +1,7 @@
 //! Which facets lie on the boundary, and whether elements fit together there.
 
+use rayon::prelude::*;
+
 use super::vector::distance;
 use super::{Element, Facet, Mesh};
 
@@ -14,6 +16,7 @@ pub(super) enum FacetFault {
 }
 
 /// A facet with what identifies it from both sides.
+#[derive(Clone, Copy)]
 struct Side {
     /// Its nodes, sorted; unused room is `u32::MAX`.
     nodes: [u32; 4],
@@ -22,39 +25,79 @@ struct Side {
     facet: Facet,
 }
 
+impl Side {
+    /// Room for one.
+    const NONE: Self = Self {
+        nodes: [u32::MAX; 4],
+        forward: false,
+        facet: Facet {
+            element: 0,
+            local: 0,
+        },
+    };
+}
+
 /// Sorted nodes of a facet, as a key; unused room is `u32::MAX`.
 pub(super) fn sorted(nodes: impl Iterator<Item = u32>) -> [u32; 4] {
     let mut key = [u32::MAX; 4];
     key.iter_mut()
         .zip(nodes)
         .for_each(|(slot, node)| *slot = node);
-    key.sort_unstable();
+    // A network: millions of these are sorted.
+    for (a, b) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
+        (key[a], key[b]) = (key[a].min(key[b]), key[a].max(key[b]));
+    }
     key
 }
 
+/// Facets of all elements, in order of their nodes. Those of one lowest node are put together
+/// first: each such heap is small, and sorted while it is at hand.
 fn sides(elements: &[Element]) -> Vec<Side> {
-    let mut sides = Vec::with_capacity(elements.len() * 4);
-    for (index, element) in elements.iter().enumerate() {
-        for (local, corners) in element.kind.facets().iter().enumerate() {
+    let mut ends: Vec<usize> = Vec::new();
+    visit_sides(elements, |side| {
+        let lowest = side.nodes[0] as usize;
+        if ends.len() <= lowest {
+            ends.resize(lowest + 1, 0);
+        }
+        ends[lowest] += 1;
+    });
+    let mut count = 0;
+    for end in &mut ends {
+        (*end, count) = (count, count + *end);
+    }
+    let mut sides = vec![Side::NONE; count];
+    visit_sides(elements, |side| {
+        let place = &mut ends[side.nodes[0] as usize];
+        sides[*place] = side;
+        *place += 1;
+    });
+    let of_lowest = sides.par_chunk_by_mut(|a, b| a.nodes[0] == b.nodes[0]);
+    of_lowest.for_each(|heap| heap.sort_unstable_by_key(|side| (side.nodes, side.facet)));
+    sides
+}
+
+/// Goes through the facets of all elements.
+fn visit_sides(elements: &[Element], mut visit: impl FnMut(Side)) {
+    for (element, number) in elements.iter().zip(0..) {
+        for (corners, local) in element.kind.facets().iter().zip(0..) {
             let at = |i: usize| element.nodes[corners[i] as usize];
             let count = corners.len();
-            let lowest = (0..count).min_by_key(|&i| at(i)).unwrap_or(0);
+            let nodes = sorted((0..count).map(at));
+            let lowest = (0..count).find(|&i| at(i) == nodes[0]).unwrap_or(0);
             let forward = match count {
                 2 => lowest == 0,
                 _ => at((lowest + 1) % count) < at((lowest + count - 1) % count),
             };
-            sides.push(Side {
-                nodes: sorted((0..count).map(at)),
+            visit(Side {
+                nodes,
                 forward,
                 facet: Facet {
-                    element: index as u32,
-                    local: local as u8,
+                    element: number,
+                    local,
                 },
             });
         }
     }
-    sides.sort_unstable_by_key(|side| (side.nodes, side.facet));
-    sides
 }
 
 /// Facets of `elements` that only one of them has, sorted.

@@ -3,6 +3,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::{BlockData, ModelError};
 use crate::element::{ElementSet, stable_step};
 use crate::mass::{MassKind, Masses};
@@ -19,6 +21,9 @@ const MAX_STEPS: f64 = 9e15;
 /// without bound at 0.8). And a block of few nodes has all its vibrations near
 /// the limit, 16 to 24 % too fast at safety 0.8 to 0.9, 5 % at 0.5.
 pub(crate) const CAREFUL: f64 = 0.5;
+
+/// Elements that a thread takes at once.
+const SHARE: usize = 256;
 
 /// How fast elements may go.
 pub(super) struct Pace {
@@ -59,10 +64,17 @@ impl Pace {
             (!dense && !blocks[block].fixed).then_some(&blocks[block])
         };
         for set in sets {
-            for (i, &e) in set.mesh_elements().iter().enumerate() {
-                if let Some(block) = lumped(e as usize) {
-                    let omega = set.frequency(i, &masses.factor);
-                    pace.limit[e as usize] = stable_step(omega, block.damping.stiffness);
+            let elements = set.mesh_elements();
+            let limit = |(i, &e): (usize, &u32)| {
+                let block = lumped(e as usize)?;
+                let omega = set.frequency(i, &masses.factor);
+                Some(stable_step(omega, block.damping.stiffness))
+            };
+            let each = elements.par_iter().enumerate().with_min_len(SHARE);
+            let limits: Vec<Option<f64>> = each.map(limit).collect();
+            for (&e, limit) in elements.iter().zip(limits) {
+                if let Some(limit) = limit {
+                    pace.limit[e as usize] = limit;
                 }
             }
         }
