@@ -111,6 +111,15 @@ fn the_scene_as_run_finds_its_meshes() {
     place.cdem("check results/deep/down/scene.toml").done();
 }
 
+/// Frames are compressed in pieces beside the steps, on one thread too.
+#[test]
+fn large_frames_are_written_on_one_thread() {
+    let scene = FALL.replace("divisions = [4, 2]", "divisions = [120, 60]");
+    let place = Place::with_scene(&scene.replace("end = \"20 ms\"", "end = \"0.1 ms\""));
+    place.cdem("run scene.toml --threads 1").done();
+    assert_eq!(place.names("scene-results/frames").len(), 5);
+}
+
 #[test]
 fn the_number_of_threads_is_told() {
     let place = Place::with_scene(FALL);

@@ -34,10 +34,7 @@ impl Background {
     ) -> Result<(), ResultsError> {
         self.failure.tell()?;
         if self.worker.is_none() {
-            let (pieces, waiting) = sync_channel(WAITING);
-            let failure = self.failure.clone();
-            let worker = Builder::new().spawn(move || write(&waiting, &failure));
-            self.worker = worker.ok().map(|worker| (pieces, worker));
+            self.worker = start(self.failure.clone());
         }
         let Some((pieces, _)) = &self.worker else {
             // There are no more threads to be had.
@@ -68,6 +65,18 @@ impl Background {
         }
         self.failure.tell()
     }
+}
+
+/// A thread that writes, if there is one to be had. It compresses on threads of its own: those
+/// of the steps may all wait for it.
+fn start(failure: Failure) -> Option<(SyncSender<Piece>, JoinHandle<()>)> {
+    let threads = rayon::current_num_threads();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.ok()?;
+    let (pieces, waiting) = sync_channel(WAITING);
+    let work = move || pool.install(move || write(&waiting, &failure));
+    let worker = Builder::new().spawn(work).ok()?;
+    Some((pieces, worker))
 }
 
 /// Writes pieces as they come; none after one that could not be.
