@@ -1,5 +1,6 @@
 //! The command as a user meets it: what it prints, writes and returns.
 
+mod book;
 mod cautions;
 mod help;
 mod place;

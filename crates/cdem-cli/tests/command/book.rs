@@ -1,0 +1,61 @@
+//! Commands that the book tells a reader to type.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::place::Place;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// All pages below a folder, in order.
+fn pages(folder: &Path) -> Vec<PathBuf> {
+    let mut pages = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder of the book") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            pages.extend(self::pages(&path));
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            pages.push(path);
+        }
+    }
+    pages.sort();
+    pages
+}
+
+/// Commands of `cdem` in the blocks marked `sh` of a page, without comments.
+fn commands(text: &str) -> Vec<String> {
+    let (mut commands, mut inside) = (Vec::new(), false);
+    for line in text.lines() {
+        if let Some(mark) = line.strip_prefix("```") {
+            inside = mark == "sh" && !inside;
+        } else if inside && let Some(command) = line.strip_prefix("cdem ") {
+            let command = command.split(" #").next().unwrap_or_default();
+            commands.push(command.trim().to_owned());
+        }
+    }
+    commands
+}
+
+#[test]
+fn commands_are_those_of_blocks_to_type() {
+    let text = "```sh\ncdem new a b   # writes it\n./test\n```\n```sh,slow\ncdem run x\n```\n\
+                ```toml\ncdem no\n```\n```sh\ncdem run b\n```\n";
+    assert_eq!(commands(text), ["new a b", "run b"]);
+}
+
+/// In a folder of its own for each page, one after the other.
+#[test]
+fn every_command_of_the_book_does_what_it_is_told() {
+    let mut count = 0;
+    for page in pages(&root().join("book/src")) {
+        let text = fs::read_to_string(&page).expect("a page");
+        let place = Place::new();
+        for command in commands(&text) {
+            place.cdem(&command).done();
+            count += 1;
+        }
+    }
+    assert!(count >= 20, "{count} commands");
+}
