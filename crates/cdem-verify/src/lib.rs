@@ -19,6 +19,7 @@ mod rocks;
 use std::path::{Path, PathBuf};
 
 use cdem::mesh::{RawMesh, assemble};
+use cdem::sample::{FieldValues, Frame};
 use cdem::scene::{Geometry, Scene};
 use cdem::{AnyMesh, Simulation};
 
@@ -108,6 +109,19 @@ impl Case {
             other => panic!("\"{block}\" is no box: {other:?}"),
         }
     }
+}
+
+/// Stresses of the elements of a frame, six numbers each, Pa.
+///
+/// # Panics
+/// If the scene has not asked for them.
+fn stress_of(frame: &Frame) -> &[f64] {
+    let mut fields = frame.cell_fields.iter();
+    let field = fields.find(|field| field.name == "stress");
+    let Some(FieldValues::Real(stress)) = field.map(|field| &field.values) else {
+        panic!("a frame has stress");
+    };
+    stress
 }
 
 /// Steps to the end on the threads of the pool, calling `look` after each coarse step.

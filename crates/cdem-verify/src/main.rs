@@ -49,7 +49,7 @@ fn main() -> ExitCode {
             println!("  {verdict}{figure}");
         }
         wrong += findings.wrong().len();
-        if arguments.write {
+        if arguments.write && findings.wrong().is_empty() {
             written.push(page::files(problem, &findings));
         }
     }
@@ -81,7 +81,7 @@ fn choose(numbers: &[String]) -> Result<Vec<&'static Problem>, &str> {
     found.collect()
 }
 
-/// Writes files.
+/// All pages at the end, so that none is half of a run.
 fn write(files: Vec<Result<Vec<(PathBuf, String)>, String>>) -> Result<(), String> {
     for of_page in files {
         for (path, text) in of_page? {

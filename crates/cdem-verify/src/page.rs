@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::problem::{Findings, Problem, number};
+use crate::problem::{Findings, Problem};
 
 const BEGIN: &str = "<!-- begin of figures: cargo run --release -p cdem-verify -- --write -->";
 const END: &str = "<!-- end of figures -->";
@@ -18,17 +18,14 @@ fn made(problem: &Problem, findings: &Findings) -> String {
             "| {} | {} | {} | {} | {} |\n",
             figure.what,
             figure.known.value(),
-            number(figure.found),
+            figure.shown(),
             figure.known.tolerance(),
             figure.why
         ));
     }
     for (k, plot) in findings.plots.iter().enumerate() {
         let [across, up] = &plot.axes;
-        text.push_str(&format!(
-            "\n![{up} over {across}]({})\n",
-            picture(problem, k)
-        ));
+        text.push_str(&format!("\n![{up}; {across}]({})\n", picture(problem, k)));
     }
     text + "\n" + END
 }

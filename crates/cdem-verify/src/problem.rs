@@ -1,11 +1,18 @@
 //! What a page of the book claims: figures, what is known of them, and pictures.
 
+use crate::Balance;
 use crate::plot::Plot;
+
+/// Why the energy is known to so much and no more ([`LEDGER_LIMIT`]).
+pub(crate) const LEDGER: &str = "limit of the ledger for blocks of 40 elements and more";
+
+/// What the ledger may lack of the energy exchanged (design, section 7).
+pub(crate) const LEDGER_LIMIT: f64 = 1e-3;
 
 /// A problem whose answer is known from elsewhere, with its page in the book.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem {
-    /// As the literature list of the project numbers them, `V1` and so on.
+    /// `V1` and so on; numbers stay, and none is used again.
     pub number: &'static str,
     /// Name of its page in `book/src/verification`, without ending.
     pub page: &'static str,
@@ -84,6 +91,20 @@ impl Findings {
         self.add(what, Known::Between(least, most), found, why);
     }
 
+    /// Adds what the energy of every run has to keep.
+    pub(crate) fn energy(&mut self, of: impl Fn(&str) -> String, balance: &Balance) {
+        self.at_most(
+            of("energy that the ledger lacks, over that exchanged"),
+            (LEDGER_LIMIT, balance.residual),
+            LEDGER,
+        );
+        self.at_most(
+            of("most that the energy ever rose, over that exchanged"),
+            (LEDGER_LIMIT, balance.rise),
+            LEDGER,
+        );
+    }
+
     fn add(&mut self, what: impl Into<String>, known: Known, found: f64, why: &'static str) {
         self.figures.push(Figure {
             what: what.into(),
@@ -110,13 +131,24 @@ impl Figure {
             Known::AtMost(bound) => self.found.abs() <= bound,
         }
     }
+
+    /// What was found, as a page tells it: of round-off its size alone, for its digits are
+    /// those of a mathematical library.
+    pub(crate) fn shown(&self) -> String {
+        let size = self.found.abs();
+        match self.known {
+            Known::AtMost(_) if size > 0.0 && size < 1e-9 => {
+                format!("below 1e{}", size.log10().floor() as i32 + 1)
+            }
+            _ => number(self.found),
+        }
+    }
 }
 
 impl std::fmt::Display for Figure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (known, off) = (self.known.value(), self.known.tolerance());
-        let found = number(self.found);
-        write!(f, "{}: found {found}, known {known}", self.what)?;
+        write!(f, "{}: found {}, known {known}", self.what, self.shown())?;
         if off.is_empty() {
             Ok(())
         } else {
@@ -127,8 +159,7 @@ impl std::fmt::Display for Figure {
 
 impl Known {
     /// The value, as a page tells it.
-    #[must_use]
-    pub fn value(self) -> String {
+    pub(crate) fn value(self) -> String {
         match self {
             Self::Within { exact, .. } => number(exact),
             Self::Between(least, most) => format!("{} to {}", number(least), number(most)),
@@ -137,8 +168,7 @@ impl Known {
     }
 
     /// By how much it may be missed, as a page tells it.
-    #[must_use]
-    pub fn tolerance(self) -> String {
+    pub(crate) fn tolerance(self) -> String {
         match self {
             Self::Within { share, .. } if share >= 1e-3 => format!("{} %", number(100.0 * share)),
             Self::Within { share, .. } => number(share),
@@ -148,8 +178,7 @@ impl Known {
 }
 
 /// A number for people: five digits at most, two where only its size matters.
-#[must_use]
-pub fn number(x: f64) -> String {
+fn number(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");

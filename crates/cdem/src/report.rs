@@ -269,14 +269,17 @@ impl<const D: usize> Run<D> {
             derived.push(field("von_mises", &[], of_stress.collect()));
         }
         if fields.contains(&Field::PrincipalStress) {
-            const NAMES: &[&str] = &["1", "2", "3"];
             let of_stress: Vec<_> = stress.iter().map(principal).collect();
-            derived.push(field("principal_stress", NAMES, of_stress.into_flattened()));
+            derived.push(field(
+                "principal_stress",
+                &["1", "2", "3"],
+                of_stress.into_flattened(),
+            ));
         }
-        const NAMES: &[&str] = &["xx", "yy", "zz", "xy", "yz", "zx"];
-        let whole = fields.contains(&Field::Stress);
-        let whole = whole.then(|| field("stress", NAMES, stress.into_flattened()));
-        whole.into_iter().chain(derived).collect()
+        let is_wanted = fields.contains(&Field::Stress);
+        let tensor: &[&str] = &["xx", "yy", "zz", "xy", "yz", "zx"];
+        let itself = is_wanted.then(|| field("stress", tensor, stress.into_flattened()));
+        itself.into_iter().chain(derived).collect()
     }
 
     /// Live contact points.

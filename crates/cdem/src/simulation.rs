@@ -507,6 +507,7 @@ impl<const D: usize> Driven<D> {
                 .into_iter()
                 .flat_map(|contacts| contacts.books().warnings()),
         );
+        warnings.extend(self.run.corrections.warning());
         let second = self.run.second_scale.as_ref();
         warnings.extend(second.map(SecondScale::warnings).unwrap_or_default());
         let row = self.history();

@@ -1,9 +1,9 @@
 //! What a file is that is no Gmsh mesh.
 
-use super::scan::{DAMAGED, excerpt};
+use super::scan::{BYTE_ORDER_MARK, DAMAGED, excerpt};
 
 /// How files begin that are given for meshes, in small letters; what they are, and what to do.
-const KNOWN: [(&[u8], &str, &str); 26] = [
+const KNOWN: [(&[u8], &str, &str); 24] = [
     (b"solid", "a surface in STL format", FILL),
     (b"ply\n", "a surface in PLY format", FILL),
     (b"off\n", "a surface in OFF format", FILL),
@@ -12,16 +12,14 @@ const KNOWN: [(&[u8], &str, &str); 26] = [
     (b"<vtkfile", "a VTK file", CONVERT),
     (b"<?xml", "an XML file, as of VTK or XDMF", CONVERT),
     (b"meshversionformatted", "a Medit mesh", CONVERT),
-    (b"\x89hdf\r\n", "an HDF5 file, as of MED or XDMF", CONVERT),
+    (b"\x89hdf\n", "an HDF5 file, as of MED or XDMF", CONVERT),
     (b"*heading", "an Abaqus input", CONVERT),
     (b"*node", "an Abaqus input", CONVERT),
     (b"**", "an Abaqus input", CONVERT),
     (b"(0 ", "a Fluent mesh", CONVERT),
     (b"(2 ", "a Fluent mesh", CONVERT),
     (b"-1\n", "a universal (UNV) file", IMPORT),
-    (b"-1\r\n", "a universal (UNV) file", IMPORT),
     (b"$nod\n", "a mesh of version 1", REWRITE),
-    (b"$nod\r\n", "a mesh of version 1", REWRITE),
     (
         b"$meshformat\r",
         "lines that end in carriage returns",
@@ -54,8 +52,13 @@ const FIRST: &str = "nothing may stand before $MeshFormat: remove it";
 
 /// What a file is that does not begin as a mesh should, and what to do.
 pub(super) fn recognise(file: &[u8]) -> (String, &'static str) {
+    let file = file.strip_prefix(BYTE_ORDER_MARK).unwrap_or(file);
     let content = file.trim_ascii_start();
-    let small = content[..content.len().min(32)].to_ascii_lowercase();
+    let mut small = content[..content.len().min(32)].to_ascii_lowercase();
+    // Carriage returns count only where they end lines alone.
+    if small.contains(&b'\n') {
+        small.retain(|&byte| byte != b'\r');
+    }
     let known = KNOWN
         .iter()
         .find(|(beginning, ..)| small.starts_with(beginning));

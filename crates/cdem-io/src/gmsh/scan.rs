@@ -2,6 +2,9 @@
 
 use cdem::mesh::MeshError;
 
+/// What editors put before text that is UTF-8.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// Help for files whose content does not fit its own counts.
 pub(super) const DAMAGED: &str = "the file is cut off or damaged: write it again with Gmsh";
 
@@ -43,9 +46,8 @@ pub(super) struct Scanner<'a> {
 
 impl<'a> Scanner<'a> {
     pub(super) fn new(origin: &'a str, bytes: &'a [u8]) -> Self {
-        // Editors put this mark before text that is UTF-8.
-        let start = if bytes.starts_with(b"\xEF\xBB\xBF") {
-            3
+        let start = if bytes.starts_with(BYTE_ORDER_MARK) {
+            BYTE_ORDER_MARK.len()
         } else {
             0
         };

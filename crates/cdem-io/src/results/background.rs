@@ -67,10 +67,10 @@ impl Background {
     }
 }
 
-/// A thread that writes, if there is one to be had. It compresses on threads of its own: those
-/// of the steps may all wait for it.
+/// A thread that writes, if there is one to be had. It compresses on threads of its own, half as
+/// many as the steps have: those may all wait for it.
 fn start(failure: Failure) -> Option<(SyncSender<Piece>, JoinHandle<()>)> {
-    let threads = rayon::current_num_threads();
+    let threads = rayon::current_num_threads().div_ceil(2);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.ok()?;
     let (pieces, waiting) = sync_channel(WAITING);

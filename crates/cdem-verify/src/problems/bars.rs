@@ -11,8 +11,9 @@ const YOUNG_MODULUS: f64 = 40e9;
 const SPEED: f64 = 3.0;
 const LENGTH: f64 = 10.0;
 
-/// Elastic waves lose nothing; what the ledger lacks in a split step, design, section 7.
-const LEDGER: &str = "limit of the ledger for blocks of many elements";
+/// Way of the moving bar to the other, m.
+const GAP: f64 = 0.01;
+
 const ROUND_OFF: &str = "round-off";
 /// Of force: that of linear elements of a 40th of the bar.
 const DISPERSION: &str = "waves of few elements run behind the front";
@@ -95,7 +96,7 @@ impl Collision {
 
     /// Force over time, ms, beside that of wave theory, which begins with the touch.
     fn plot(&self, duration: f64) -> Plot {
-        let touch = 1e3 * 0.01 / SPEED;
+        let touch = 1e3 * GAP / SPEED;
         let end = touch + 1e3 * duration;
         let last = 1e3 * self.forces.last().map_or(0.0, |row| row[0]);
         let corners = [
@@ -132,20 +133,16 @@ impl std::fmt::Display for Collision {
     }
 }
 
-/// Adds what every one of these collisions has to keep.
-fn add_sums(findings: &mut Findings, collision: &Collision) {
-    let balance = &collision.balance;
-    findings.at_most(
-        "energy that the ledger lacks, over the energy",
-        (1e-3, balance.residual),
-        LEDGER,
-    );
-    findings.at_most(
-        "growth of the energy, over the energy",
-        (1e-3, balance.growth.max(0.0)),
-        LEDGER,
-    );
+/// Why a contact lasts longer than by wave theory.
+const FRONT: &str = "half the length of a front: about n^(1/3) elements after n";
+
+/// What that may make of a duration in which waves go through so many elements.
+fn of_front(elements: usize) -> f64 {
+    0.5 * (elements as f64).powf(-2.0 / 3.0)
 }
+
+/// Why a loss at the first touch is known to 1 %.
+const TOUCH: &str = "(5) of the paper; of the masses alone, but for what still swings then";
 
 /// V1: a bar flies against a rigid wall.
 pub(super) fn bar_on_wall() -> Findings {
@@ -168,31 +165,31 @@ pub(super) fn bar_on_wall() -> Findings {
         findings.exact(
             of("duration over 2 L/c"),
             (1.0, collision.duration),
-            size,
-            "one element, h/L",
+            of_front(2 * along),
+            FRONT,
         );
         findings.exact(
-            of("energy of the first touch, over the energy"),
+            of("energy of the first touch, over the energy: h/(2 L)"),
             (0.5 * size, collision.loss),
             0.01,
-            "(5) of the paper for the row of nodes at the end: h/(2 L)",
+            TOUCH,
         );
         let restitution = -collision.velocities[0];
         findings.between(
             of("restitution"),
-            ([1.0 - 2.0 * size, 1.0], restitution),
-            "e = 1 − O(h), never above 1",
+            ([1.0 - 0.5 * size - of_front(2 * along), 1.0], restitution),
+            "what touch and front take at most; never above 1",
         );
-        lost.push(((size).ln(), (1.0 - restitution).ln()));
+        findings.energy(of, &collision.balance);
+        lost.push((size.ln(), (1.0 - restitution).ln()));
         if rows == 8 {
-            add_sums(&mut findings, &collision);
             findings.plots.push(collision.plot(theory.1));
         }
     }
     findings.between(
         "order in h of what restitution lacks of 1",
-        ([0.5, 1.1], fit::slope(&lost)),
-        "1 for the touch, 2/3 for the tail of the front; no worse than their mix",
+        ([2.0 / 3.0, 1.0], fit::slope(&lost)),
+        "1 for the touch, 2/3 for the tail of the front",
     );
     findings
 }
@@ -222,25 +219,28 @@ pub(super) fn equal_bars() -> Findings {
         findings.at_most(
             of("its rms deviation"),
             (0.03, collision.deviation),
-            "bound of the scene",
+            "waves of two elements' length, where meshes differ",
         );
         findings.exact(
             of("duration over 2 L/c"),
             (1.0, collision.duration),
-            0.025,
-            "one element, h/L",
+            of_front(80),
+            FRONT,
         );
         findings.between(
             of("velocity of the struck bar over v"),
-            ([0.96, 1.0], collision.velocities[1]),
-            "1 − O(h), never above 1",
+            (
+                [1.0 - 1.0 / 160.0 - of_front(80), 1.0],
+                collision.velocities[1],
+            ),
+            "what touch and front take at most; never above 1",
         );
         if left == right {
             findings.exact(
-                of("energy of the first touch, over the energy"),
+                of("energy of the first touch, over the energy: h/(4 L)"),
                 (1.0 / 160.0, collision.loss),
                 0.01,
-                "(5) of the paper for two rows of nodes: h/(4 L)",
+                TOUCH,
             );
             findings
                 .plots
@@ -276,19 +276,21 @@ pub(super) fn unequal_bars() -> Findings {
             5e-3,
             DISPERSION,
         );
+        let touching = collision.forces.iter().filter(|row| row[1] != 0.0);
+        // The touch falls somewhere in its step, and divides impulses between this and
+        // the next; whole steps follow.
+        let first: Vec<f64> = touching.skip(2).take(5).map(|row| row[1]).collect();
+        let misses = first.iter().map(|force| (force - 1.0).abs());
+        let miss = misses.fold(0.0, f64::max);
+        let what = of("largest miss of the force in the first five whole steps");
         if columns == 40 {
-            let touching = collision.forces.iter().filter(|row| row[1] != 0.0);
-            // The touch falls somewhere in its step, and divides impulses between this and
-            // the next; whole steps follow.
-            let first: Vec<f64> = touching.skip(2).take(5).map(|row| row[1]).collect();
-            findings.exact(
-                of("mean force of the first five whole steps"),
-                (1.0, fit::mean(&first)),
-                0.03,
-                "exact for the end nodes; the grid disperses the front in some steps",
-            );
-            add_sums(&mut findings, &collision);
+            let why = "exact for the end nodes; what the grid disperses at the front passes";
+            findings.at_most(what, (0.05, miss), why);
+        } else {
+            let why = "a miss, to be seen: the end nodes' masses are not as the impedances";
+            findings.between(what, ([0.06, 0.5], miss), why);
         }
+        findings.energy(of, &collision.balance);
         findings.at_most(
             of("change of momentum, over m v"),
             (1e-12, collision.balance.momentum),
@@ -307,31 +309,28 @@ pub(super) fn energy_of_bars() -> Findings {
         let mut case = two_bars([4, 4]);
         case.scene.time.safety = safety;
         let collision = Collision::of_equal_bars(&case);
+        let of = |what: &str| format!("{safety} of the stable step: {what}");
         findings.exact(
-            format!(
-                "{safety} of the stable step: energy booked as lost in the touch, over the energy"
-            ),
+            of("energy booked as lost in the touch, over the energy: h/(4 L)"),
             (1.0 / 160.0, collision.loss),
             0.01,
-            "(5) of the paper for two rows of nodes: h/(4 L)",
+            TOUCH,
         );
-        findings.at_most(
-            format!("{safety} of the stable step: energy that the ledger lacks, over the energy"),
-            (1e-3, collision.balance.residual),
-            LEDGER,
-        );
+        findings.energy(of, &collision.balance);
         residuals.push((f64::ln(safety), collision.balance.residual.ln()));
     }
     findings.between(
         "order in the step of what the ledger lacks",
         ([1.0, 3.0], fit::slope(&residuals)),
-        "the impulses of the split step, between 1 and 3 by where in a step they touch",
+        "2, but that the share of the step after the touch varies from run to run",
     );
     findings
 }
 
 /// V18: five bars in a row, of which the first flies in.
 pub(super) fn cradle() -> Findings {
+    const BEHIND: &str =
+        "each of four hand-overs leaves 1 % behind at 40 elements, as V2 does; √h of it at more";
     const NAMES: [&str; 5] = ["one", "two", "three", "four", "five"];
     let mut findings = Findings::default();
     let mut missing = Vec::new();
@@ -356,23 +355,20 @@ pub(super) fn cradle() -> Findings {
         findings.between(
             of("velocity of the last bar over v"),
             ([1.0 - behind, 1.0], speeds[4]),
-            "each of four hand-overs leaves 1 % behind at 40 elements, as V2 does, and √h of it at more",
+            BEHIND,
         );
+        let others = speeds[..4].iter();
         findings.at_most(
-            of("velocity of the first bar over v"),
-            (behind, speeds[0]),
-            "the same",
+            of("largest velocity of the others over v"),
+            (behind, others.fold(0.0_f64, |most, v| most.max(v.abs()))),
+            BEHIND,
         );
         findings.at_most(
             of("change of momentum, over m v"),
             (1e-12, balance.momentum),
             ROUND_OFF,
         );
-        findings.at_most(
-            of("growth of the energy, over the energy"),
-            (1e-3, balance.growth.max(0.0)),
-            LEDGER,
-        );
+        findings.energy(of, &balance);
         missing.push(1.0 - speeds[4]);
         if columns == 80 {
             let mut plot = Plot::new("time, ms", "velocity of the centre over v");
@@ -384,8 +380,8 @@ pub(super) fn cradle() -> Findings {
     }
     findings.between(
         "order in h of what the last bar lacks",
-        ([0.5, 1.1], (missing[0] / missing[1]).log2()),
-        "1 for touches, 2/3 for the tail of the front; no worse than their mix",
+        ([0.5, 1.0], (missing[0] / missing[1]).log2()),
+        "that of touches, 1, at best; at worst what is allowed above, 1/2",
     );
     findings
 }

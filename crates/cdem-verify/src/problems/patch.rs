@@ -1,10 +1,10 @@
 //! Pressed blocks: the patch test of contact, through meshes that match and that do not.
 
 use cdem::mesh::ElementKind::{self, Hex8, Quad4, Tet4, Tri3};
-use cdem::sample::{FieldValues, Frame};
+use cdem::sample::Frame;
 
 use crate::problem::Findings;
-use crate::{load, run};
+use crate::{load, run, stress_of};
 
 /// Pressure on the upper block, Pa.
 const PRESSURE: f64 = 1e6;
@@ -69,11 +69,7 @@ pub fn press(of: Blocks) -> Errors {
 
 /// Errors of a frame whose stress, over the pressure, is `exact` everywhere.
 fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
-    let mut fields = frame.cell_fields.iter();
-    let field = fields.find(|field| field.name == "stress");
-    let Some(FieldValues::Real(stress)) = field.map(|field| &field.values) else {
-        panic!("a frame has stress");
-    };
+    let stress = stress_of(frame);
     let mut rest = frame.connectivity.as_slice();
     let [mut largest, mut squares, mut inside] = [0.0_f64; 3];
     for (kind, stress) in frame.kinds.iter().zip(stress.chunks_exact(6)) {

@@ -153,19 +153,11 @@ pub(super) fn single_waves() -> Findings {
                 let [exact, found] = dispersion(strip, courant, half_waves);
                 worst = worst.max((found / exact - 1.0).abs());
                 let elements = 80 / half_waves;
-                if matches!(strip, Strip::Hexahedra) {
-                    findings.exact(
-                        format!("C = {courant}, {elements} elements a wave: speed over c"),
-                        (exact, found),
-                        1e-4,
-                        EXACT,
-                    );
-                }
                 dots.push([elements as f64, found]);
             }
             findings.at_most(
                 format!(
-                    "{}, C = {courant}: largest error of the speed",
+                    "{}, C = {courant}, 5 to 20 elements a wave: largest error of the speed",
                     strip.name()
                 ),
                 (1e-7, worst),
@@ -208,8 +200,8 @@ pub(super) fn pulses_in_steel() -> Findings {
         findings.exact(
             format!("speed of the {name} wave, m/s"),
             (exact[wave], speed),
-            0.01,
-            "15 elements and more to the length of the pulse",
+            1e-3,
+            "mean times are those of the longest waves; short ones are behind the end of the run",
         );
         let largest = near.iter().map(|row| row[1].abs()).fold(0.0, f64::max);
         for (place, series) in [("0.5 m", near), ("1.5 m", far)] {

@@ -26,84 +26,41 @@ fn check(number: &str) {
     }
 }
 
-#[test]
-fn v1_a_bar_meets_a_wall() {
-    check("V1");
+/// A test for each problem, and one that none is missing.
+macro_rules! problems {
+    ($($name:ident: $number:literal,)*) => {
+        $(
+            #[test]
+            fn $name() {
+                check($number);
+            }
+        )*
+
+        #[test]
+        fn every_problem_is_tested_here() {
+            let known: Vec<&str> = ALL.iter().map(|problem| problem.number).collect();
+            assert_eq!(known, [$($number),*]);
+        }
+    };
 }
 
-#[test]
-fn v2_two_bars_meet() {
-    check("V2");
-}
-
-#[test]
-fn v3_unequal_bars_meet() {
-    check("V3");
-}
-
-#[test]
-fn v4_energy_of_bars_adds_up() {
-    check("V4");
-}
-
-#[test]
-fn v5_single_waves_disperse() {
-    check("V5");
-}
-
-#[test]
-fn v6_pulses_run_in_steel() {
-    check("V6");
-}
-
-#[test]
-fn v9_a_ball_meets_a_wall() {
-    check("V9");
-}
-
-#[test]
-fn v10_a_ball_meets_a_wall_askew() {
-    check("V10");
-}
-
-#[test]
-fn v11_pressed_blocks_pass_the_patch_test() {
-    check("V11");
-}
-
-#[test]
-fn v12_a_block_slides_down_a_slope() {
-    check("V12");
-}
-
-#[test]
-fn v13_blocks_stay_slide_and_topple() {
-    check("V13");
-}
-
-#[test]
-fn v15_discs_roll() {
-    check("V15");
-}
-
-#[test]
-fn v16_a_block_rocks() {
-    check("V16");
-}
-
-#[test]
-fn v17_a_block_bounces() {
-    check("V17");
-}
-
-#[test]
-fn v18_a_cradle_hands_on() {
-    check("V18");
-}
-
-#[test]
-fn v19_a_pressed_bar_turns() {
-    check("V19");
+problems! {
+    a_bar_meets_a_wall: "V1",
+    two_bars_meet: "V2",
+    unequal_bars_meet: "V3",
+    energy_of_bars_adds_up: "V4",
+    single_waves_disperse: "V5",
+    pulses_run_in_steel: "V6",
+    a_ball_meets_a_wall: "V9",
+    a_ball_meets_a_wall_askew: "V10",
+    pressed_blocks_pass_the_patch_test: "V11",
+    a_block_slides_down_a_slope: "V12",
+    blocks_stay_slide_and_topple: "V13",
+    discs_roll: "V15",
+    a_block_rocks: "V16",
+    a_block_bounces: "V17",
+    a_cradle_hands_on: "V18",
+    a_pressed_bar_turns: "V19",
 }
 
 #[test]
@@ -114,9 +71,4 @@ fn the_page_of_keys_is_that_of_the_schema() {
         committed == text,
         "cargo run --release -p cdem-verify -- --write"
     );
-}
-
-#[test]
-fn every_problem_is_tested_here() {
-    assert_eq!(ALL.len(), 16);
 }

@@ -50,37 +50,12 @@ fn check(errors: &Errors, bound: f64) {
 #[test]
 fn stress_is_even_in_the_plane() {
     for of in [
-        [(Quad4, 4), (Quad4, 4)],
         [(Quad4, 4), (Quad4, 5)],
-        [(Quad4, 3), (Quad4, 7)],
         [(Tri3, 4), (Quad4, 5)],
-        [(Tri3, 4), (Tri3, 7)],
         [(Tri3, 8), (Quad4, 12)],
     ] {
         check(&press(of), EVEN);
     }
-}
-
-#[test]
-fn stress_is_even_between_hexahedra() {
-    check(&press([(Hex8, 2), (Hex8, 3)]), EVEN);
-}
-
-/// Pushes at the vertices alone miss by 6.4e-5: as much at a tenth of the
-/// pressure, and after twice the time.
-#[test]
-fn stress_is_all_but_even_between_tetrahedra_and_hexahedra_that_do_not_match() {
-    let errors = press([(Tet4, 2), (Hex8, 3)]);
-    assert!(errors.largest < 1e-4, "{errors:?}");
-    assert!(errors.force.abs() < 5e-5, "{errors:?}");
-}
-
-#[test]
-fn stress_is_uneven_where_triangles_match_quadrilaterals() {
-    let errors = press([(Tet4, 2), (Hex8, 2)]);
-    // Found: 0.15.
-    assert!(errors.largest < 0.17, "{errors:?}");
-    assert!(errors.force.abs() < 5e-5, "{errors:?}");
 }
 
 /// The rims of the two faces bulge differently, by less than the strain of

@@ -136,8 +136,8 @@ fn push<const D: usize>(
         };
         mesh.notes.push(format!(
             "block \"{name}\": {what} that lie on {facets} of elements without being joined to \
-             them: {gaps}, the first at {}; the block gapes there as it deforms, unless \
-             neighbours share whole {facets}",
+             them: {gaps}, the first at {}; the block gapes there as it \
+             deforms; make neighbours share whole {facets}",
             coordinates(at)
         ));
     }

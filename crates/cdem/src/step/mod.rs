@@ -73,6 +73,21 @@ pub struct Corrections {
     pub angular_momentum: [f64; 3],
 }
 
+impl Corrections {
+    /// What to say of them, if there have been any.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let [x, y, z] = self.angular_momentum;
+        (self.count > 0).then(|| {
+            format!(
+                "blocks that lay too deep in each other were moved apart at the end of {} steps, \
+                 which has added ({x:.1e}, {y:.1e}, {z:.1e}) N·m·s of angular momentum: judge spins \
+                 with care, or try a smaller `time.step`",
+                self.count
+            )
+        })
+    }
+}
+
 impl<const D: usize> Run<D> {
     /// A run at t = 0.
     pub(crate) fn new(built: Built<D>) -> Self {
