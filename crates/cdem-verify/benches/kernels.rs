@@ -1,0 +1,160 @@
+//! Elements in free flight: what the kernels of all shapes take, beside what the machine's
+//! memory gives in the same run.
+//!
+//! `cargo bench --bench kernels` takes about 200 000 elements of each shape,
+//! `-- 1e6` a million. On `RAYON_NUM_THREADS` threads. Writes `target/bench/kernels.json` too.
+
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a benchmark tells what the clock says"
+)]
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Instant;
+
+use cdem::mesh::ElementKind;
+use cdem::scene::Kinematics;
+use cdem::{Simulation, Stage};
+use cdem_verify::load;
+use rayon::prelude::*;
+use serde_json::json;
+
+/// Times that a thing is measured; the best counts: what disturbs makes it longer.
+const TRIALS: usize = 5;
+
+/// Numbers of each array of the triad: more than caches hold.
+const TRIAD: usize = 16 << 20;
+
+/// A shape, its Gauss points, and elements that a cell of a box is cut into.
+const SHAPES: [(ElementKind, usize, usize); 5] = [
+    (ElementKind::Tri3, 1, 2),
+    (ElementKind::Quad4, 4, 1),
+    (ElementKind::Tet4, 1, 6),
+    (ElementKind::Wedge6, 6, 2),
+    (ElementKind::Hex8, 8, 1),
+];
+
+fn main() -> std::io::Result<()> {
+    let mut words = std::env::args().filter_map(|word| word.parse::<f64>().ok());
+    let wanted = words.next().unwrap_or(2e5);
+    let triad = triad();
+    let threads = rayon::current_num_threads();
+    println!("{threads} threads; triad {:.1} GB/s", triad / 1e9);
+    println!(
+        "{:8} {:12} {:>9} {:>8} {:>11} {:>10} {:>7} {:>9}",
+        "shape", "kinematics", "elements", "ns", "million/s", "bytes each", "GB/s", "of triad"
+    );
+    let mut rows = Vec::new();
+    for (kind, points, pieces) in SHAPES {
+        for (kinematics, name) in [
+            (Kinematics::Total, "total"),
+            (Kinematics::Incremental, "incremental"),
+        ] {
+            let mut simulation = block(kind, kinematics, wanted / pieces as f64);
+            let elements = simulation.overview().elements;
+            let each = rayon::scope(|_| seconds_of_an_update(&mut simulation));
+            let bytes = bytes_moved(kind, points, kinematics, &simulation);
+            println!(
+                "{:8} {name:12} {elements:9} {:8.2} {:11.2} {bytes:10.0} {:7.2} {:7.0} %",
+                kind.name(),
+                1e9 * each,
+                1e-6 / each,
+                1e-9 * bytes / each,
+                100.0 * bytes / each / triad,
+            );
+            rows.push(json!({
+                "shape": kind.name(),
+                "kinematics": name,
+                "elements": elements,
+                "updates_per_second": 1.0 / each,
+                "bytes_moved": bytes,
+                "share_of_triad": bytes / each / triad,
+            }));
+        }
+    }
+    let result = json!({ "threads": threads, "triad_bytes_per_second": triad, "kernels": rows });
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/bench");
+    std::fs::create_dir_all(&folder)?;
+    std::fs::write(folder.join("kernels.json"), format!("{result:#}\n"))
+}
+
+/// A box of about so many cells, on one level, that flies and spins a little.
+fn block(kind: ElementKind, kinematics: Kinematics, cells: f64) -> Simulation {
+    let dimension = kind.dimension();
+    let mut case = load(if dimension == 2 {
+        "free-flight-2d"
+    } else {
+        "free-flight-3d"
+    });
+    let along = cells.powf(1.0 / dimension as f64).round() as usize;
+    case.divide("block", &vec![along; dimension], kind);
+    case.block("block").kinematics = kinematics;
+    case.scene.time.end = 1.0;
+    case.start()
+}
+
+/// What the forces of an element take in a step, s.
+fn seconds_of_an_update(simulation: &mut Simulation) -> f64 {
+    let forces = |simulation: &Simulation| {
+        let times = simulation.stage_times();
+        let own = times.iter().find(|(stage, _)| *stage == Stage::Forces);
+        own.map_or(0.0, |(_, time)| time.as_secs_f64())
+    };
+    simulation.time_stages();
+    let mut best = f64::INFINITY;
+    for _ in 0..TRIALS {
+        let (before, updates) = (forces(simulation), simulation.element_updates());
+        for _ in 0..10 {
+            if let Err(error) = simulation.step() {
+                panic!("{error}");
+            }
+        }
+        let made = (simulation.element_updates() - updates) as f64;
+        best = best.min((forces(simulation) - before) / made);
+    }
+    best
+}
+
+/// Bytes that an update must move: gradients and volumes, numbers of nodes, records there and
+/// back, and of each node its displacement, and its force there and back.
+fn bytes_moved(
+    kind: ElementKind,
+    points: usize,
+    kinematics: Kinematics,
+    simulation: &Simulation,
+) -> f64 {
+    let (nodes, dimension) = (kind.node_count(), kind.dimension());
+    let rest = 8 * points * ((nodes - 1) * dimension + 1) + 2 * nodes;
+    let record = match kinematics {
+        Kinematics::Total => 0,
+        Kinematics::Incremental => {
+            8 * (2 * nodes * dimension + points * dimension * dimension + 1)
+        }
+    };
+    let overview = simulation.overview();
+    let of_nodes = 8 * 3 * dimension * overview.nodes;
+    (rest + 2 * record) as f64 + of_nodes as f64 / overview.elements as f64
+}
+
+/// Bytes a second of a = b + s c, on all threads.
+fn triad() -> f64 {
+    let [mut a, b, c] = [0.0, 1.0, 2.0].map(|x| vec![x; TRIAD]);
+    let share = TRIAD.div_ceil(rayon::current_num_threads());
+    let mut best = f64::INFINITY;
+    for _ in 0..TRIALS {
+        let began = Instant::now();
+        let parts = a.par_chunks_mut(share).zip(b.par_chunks(share));
+        parts
+            .zip(c.par_chunks(share))
+            .for_each(|((a, b), c): ((&mut [f64], &[f64]), &[f64])| {
+                for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+                    *a = b + 3.0 * c;
+                }
+            });
+        black_box(&mut a);
+        best = best.min(began.elapsed().as_secs_f64());
+    }
+    (3 * 8 * TRIAD) as f64 / best
+}
