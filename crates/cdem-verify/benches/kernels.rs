@@ -129,9 +129,7 @@ fn bytes_moved(
     let rest = 8 * points * ((nodes - 1) * dimension + 1) + 2 * nodes;
     let record = match kinematics {
         Kinematics::Total => 0,
-        Kinematics::Incremental => {
-            8 * (2 * nodes * dimension + points * dimension * dimension + 1)
-        }
+        Kinematics::Incremental => 8 * (2 * nodes * dimension + points * dimension * dimension + 1),
     };
     let overview = simulation.overview();
     let of_nodes = 8 * 3 * dimension * overview.nodes;
