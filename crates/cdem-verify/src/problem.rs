@@ -162,6 +162,7 @@ impl Known {
     pub(crate) fn value(self) -> String {
         match self {
             Self::Within { exact, .. } => number(exact),
+            Self::Between(least, f64::INFINITY) => format!("at least {}", number(least)),
             Self::Between(least, most) => format!("{} to {}", number(least), number(most)),
             Self::AtMost(bound) => format!("at most {}", number(bound)),
         }

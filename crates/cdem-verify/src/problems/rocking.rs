@@ -90,7 +90,7 @@ pub(super) fn rocking_block() -> Findings {
     findings.between(
         format!("energy kept in the landing (Housner's model: {housners:.5})"),
         ([housners, 1.0], kept),
-        "Housner's landing is of one corner; measured blocks keep more",
+        "Housner's landing is of one corner, which does not come back; elastic ones do in part",
     );
     findings.energy(str::to_owned, &balance);
     let known = path.iter().step_by(100).copied().collect();

@@ -238,8 +238,9 @@ impl<const D: usize> Body<D> {
         let check = |cells: &mut [Cell]| -> Result<usize, BlockFault> {
             cells.iter_mut().try_fold(0, |turned, cell| {
                 refuse_repeated(cell, &nodes, &tag)?;
-                refuse_blurred(cell, &nodes)?;
-                Ok(turned + usize::from(orient(cell, &nodes)?))
+                let places = corners(&cell.element, &nodes);
+                refuse_blurred(cell, &places)?;
+                Ok(turned + usize::from(orient(cell, &places)?))
             })
         };
         // What is told is the first fault, whichever thread is first to find one.
@@ -323,8 +324,7 @@ fn refuse_repeated<const D: usize>(
 }
 
 /// An element's nodes are told apart by the numbers there are for their places.
-fn refuse_blurred<const D: usize>(cell: &Cell, nodes: &[[f64; D]]) -> Result<(), BlockFault> {
-    let places = corners(&cell.element, nodes);
+fn refuse_blurred<const D: usize>(cell: &Cell, places: &[[f64; D]]) -> Result<(), BlockFault> {
     let (low, high) = bounds(places.iter().copied());
     let farthest = places
         .iter()
@@ -338,19 +338,18 @@ fn refuse_blurred<const D: usize>(cell: &Cell, nodes: &[[f64; D]]) -> Result<(),
     Err(BlockFault::Blurred {
         kind: cell.element.kind.name(),
         element: cell.tag,
-        at: centre(places.into_iter()).to_vec(),
+        at: centre(places.iter().copied()).to_vec(),
         size,
         spacing,
     })
 }
 
 /// Numbers the cell's nodes so that its Jacobian is positive; whether it was not.
-fn orient<const D: usize>(cell: &mut Cell, nodes: &[[f64; D]]) -> Result<bool, BlockFault> {
+fn orient<const D: usize>(cell: &mut Cell, places: &[[f64; D]]) -> Result<bool, BlockFault> {
     let kind = cell.element.kind;
-    let places = corners(&cell.element, nodes);
     let at = || centre(places.iter().copied()).to_vec();
     let (kind_name, element) = (kind.name(), cell.tag);
-    match orientation(kind, &places) {
+    match orientation(kind, places) {
         Orientation::Positive => Ok(false),
         Orientation::Reversed => {
             cell.element = reversed(cell.element);
