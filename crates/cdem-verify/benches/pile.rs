@@ -3,7 +3,9 @@
 //! `cargo bench --bench pile -- 10 10 10` takes 10 × 10 × 10 blocks (6 × 6 × 6 without
 //! numbers), lets them fall for 4 s and measures the next tenth of a second;
 //! `-- 10 10 10 5.0 0.2` the next fifth after 5 s. On `RAYON_NUM_THREADS` threads. Writes
-//! `target/bench/pile.json` too.
+//! `target/bench/pile.json` too. The settled pile is kept beside that, with the numbers in its
+//! name: the next run of the same goes on from there, so that two versions are compared on
+//! one pile. Remove `target/bench/*.settled` to have it settle anew.
 
 #![allow(
     clippy::print_stdout,
@@ -28,8 +30,13 @@ fn main() -> std::io::Result<()> {
     let number = |k: usize, default| numbers.get(k).copied().unwrap_or(default);
     let across = [0, 1, 2].map(|k| number(k, 6.0) as usize);
     let (settled, measured) = (number(3, 4.0), number(4, 0.1));
-    let mut simulation = start(across, settled + measured);
-    rayon::scope(|_| measure(&mut simulation, across.iter().product(), settled))
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/bench");
+    std::fs::create_dir_all(&folder)?;
+    let [x, y, z] = across;
+    let kept = folder.join(format!("pile-{x}-{y}-{z}-{settled}-{measured}.settled"));
+    let fallen = rayon::scope(|_| settle(start(across, settled + measured), settled, &kept))?;
+    let result = rayon::scope(|_| measure(fallen, across.iter().product()));
+    std::fs::write(folder.join("pile.json"), format!("{result:#}\n"))
 }
 
 /// Blocks `across`, falling for `end` seconds.
@@ -43,19 +50,30 @@ fn start(across: [usize; 3], end: f64) -> Simulation {
     case.start_from(|_| rocks_of(&[ElementKind::Hex8], SEED, across, false))
 }
 
-fn measure(simulation: &mut Simulation, blocks: usize, settled: f64) -> std::io::Result<()> {
-    let step = |simulation: &mut Simulation| {
-        if let Err(error) = simulation.step() {
-            panic!("{error}");
-        }
-    };
-    while simulation.time() < settled {
-        step(simulation);
+/// The pile as it is after so many seconds: as `kept`, or made and kept.
+fn settle(mut simulation: Simulation, settled: f64, kept: &Path) -> std::io::Result<Simulation> {
+    if let Ok(state) = std::fs::read(kept) {
+        return simulation.resumed(&state).map_err(std::io::Error::other);
     }
+    while simulation.time() < settled {
+        step(&mut simulation);
+    }
+    std::fs::write(kept, simulation.checkpoint())?;
+    Ok(simulation)
+}
+
+fn step(simulation: &mut Simulation) {
+    if let Err(error) = simulation.step() {
+        panic!("{error}");
+    }
+}
+
+/// Goes on to the end, and tells what that took.
+fn measure(mut simulation: Simulation, blocks: usize) -> serde_json::Value {
     simulation.time_stages();
     let (first, begun) = (simulation.step_index(), Instant::now());
     while !simulation.finished() {
-        step(simulation);
+        step(&mut simulation);
     }
     let spent = begun.elapsed().as_secs_f64();
     let block_steps = ((simulation.step_index() - first) * blocks as u64) as f64;
@@ -83,15 +101,12 @@ fn measure(simulation: &mut Simulation, blocks: usize, settled: f64) -> std::io:
         );
         stages.insert(stage.name().to_owned(), json!(each));
     }
-    let result = json!({
+    json!({
         "blocks": blocks,
         "contacts": contacts,
         "fastest_block": fastest,
         "threads": rayon::current_num_threads(),
         "block_steps_per_second": block_steps / spent,
         "seconds_of_a_block_step": stages,
-    });
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/bench");
-    std::fs::create_dir_all(&folder)?;
-    std::fs::write(folder.join("pile.json"), format!("{result:#}\n"))
+    })
 }

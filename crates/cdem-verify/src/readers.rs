@@ -61,6 +61,23 @@ pub fn mesh(bytes: &[u8]) {
     }
 }
 
+/// Bytes as the mesh that a checkpoint keeps of the start of a run.
+///
+/// # Panics
+/// If a message is empty.
+pub fn start(bytes: &[u8]) {
+    let Ok(mesh) = postcard::from_bytes::<AnyMesh>(bytes) else {
+        return;
+    };
+    let name = match &mesh {
+        AnyMesh::Plane(_) => "shot",
+        AnyMesh::Solid(_) => "shot-3d",
+    };
+    if let Err(error) = Simulation::new(&load(name).scene, mesh) {
+        assert!(!error.to_string().is_empty());
+    }
+}
+
 /// A run that [`checkpoint`] goes on with.
 #[must_use]
 pub fn run() -> Simulation {

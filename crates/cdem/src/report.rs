@@ -177,10 +177,20 @@ impl<const D: usize> Run<D> {
         probes.iter().map(row).collect()
     }
 
-    /// The whole model with the fields asked for.
+    /// The whole model with the fields asked for. A node that has gone to no place stands where
+    /// it stood at first: no viewer can draw it elsewhere.
     pub(crate) fn frame(&self, instant: &Instant<D>, fields: &[Field]) -> Frame {
         let at = self.model.positions(&self.state);
         let mesh = &self.model.mesh;
+        let place = |node: u32| {
+            let at = at.at(node);
+            let is_place = dot(&at, &at).is_finite();
+            pad(if is_place {
+                &at
+            } else {
+                &mesh.nodes[node as usize]
+            })
+        };
         let vector = |name, values: &[[f64; D]]| FrameField {
             name,
             components: &["x", "y", "z"],
@@ -208,9 +218,7 @@ impl<const D: usize> Run<D> {
         }
         Frame {
             time: self.told_time(),
-            points: (0..mesh.nodes.len() as u32)
-                .map(|node| pad(&at.at(node)))
-                .collect(),
+            points: (0..mesh.nodes.len() as u32).map(place).collect(),
             kinds: mesh
                 .elements
                 .iter()

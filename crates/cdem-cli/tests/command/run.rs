@@ -188,11 +188,7 @@ fn a_run_that_stops_itself_leaves_whole_results_and_says_why() {
         summary["time"].as_f64(),
         "the last row is that of the end"
     );
-    let frames = place.read("scene-results/frames.pvd");
-    assert_eq!(
-        frames.matches("<DataSet").count(),
-        place.names("scene-results/frames").len()
-    );
+    assert_last_frame_is_of_the_end(&place);
 }
 
 #[cfg(unix)]
@@ -227,7 +223,22 @@ fn no_row_holds_what_is_no_number() {
             let text = place.read(&format!("scene-results/{table}"));
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         }
+        assert_last_frame_is_of_the_end(&place);
+        place.cdem("report scene-results").done();
     }
+}
+
+/// What has happened can be looked at, even where it is no number.
+fn assert_last_frame_is_of_the_end(place: &Place) {
+    let end = summary(place)["time"].as_f64().expect("a time");
+    let frames = place.read("scene-results/frames.pvd");
+    let last = frames.rsplit("timestep=\"").next().expect("a frame");
+    let last = last.split('"').next().expect("a time");
+    assert_eq!(last.parse(), Ok(end), "{frames}");
+    assert_eq!(
+        frames.matches("<DataSet").count(),
+        place.names("scene-results/frames").len()
+    );
 }
 
 /// A cube that friction holds at its base while it is pressed to a sheet, whose volume is

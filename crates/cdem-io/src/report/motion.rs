@@ -184,10 +184,11 @@ impl Seeing {
     }
 
     fn packed(self, impact: Option<usize>, left_out: usize) -> Motion {
+        // The last frame of a run that has come apart may hold what is no number.
         let all = self.frames.iter().flat_map(|frame| &frame.points);
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for point in all {
-            for c in 0..3 {
+            for c in (0..3).filter(|&c| point[c].is_finite()) {
                 low[c] = low[c].min(point[c]);
                 high[c] = high[c].max(point[c]);
             }
@@ -195,7 +196,8 @@ impl Seeing {
         let largest = |of: fn(&Seen) -> Option<&Vec<f32>>| {
             let mut known = self.frames.iter().filter_map(of).peekable();
             known.peek()?;
-            Some(known.flatten().copied().fold(0.0, f32::max))
+            let finite = known.flatten().copied().filter(|value| value.is_finite());
+            Some(finite.fold(0.0, f32::max))
         };
         let speed_scale = largest(|frame| frame.speed.as_ref());
         let stress_scale = largest(|frame| frame.stress.as_ref());

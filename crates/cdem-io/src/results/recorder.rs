@@ -293,7 +293,8 @@ impl Recorder {
 
     /// Writes what is still missing at the end: last rows and frames, contacts
     /// that last, `contacts.csv` in order of time, `summary.json`. A run that
-    /// has ended in no numbers keeps the last rows and frame that hold numbers.
+    /// has ended in no numbers keeps the last rows that hold numbers; its last
+    /// frame shows where it has none.
     ///
     /// # Errors
     /// If the disk refuses; tables and frames before that are whole, and a summary tells of
@@ -304,15 +305,13 @@ impl Recorder {
         summary: &Summary,
     ) -> Result<(), ResultsError> {
         let time = run.time();
+        let is_finite = run.history().is_finite();
         let due = [
-            self.history.clock.due_at_end(time),
-            self.blocks.clock.due_at_end(time),
+            self.history.clock.due_at_end(time) && is_finite,
+            self.blocks.clock.due_at_end(time) && is_finite,
             self.frames.clock.due_at_end(time),
         ];
-        let rows = match run.history().is_finite() {
-            true => self.write(run, due),
-            false => Ok(()),
-        };
+        let rows = self.write(run, due);
         let live = run.live_contacts();
         let contacts = self.contacts.append(live.iter().map(Row::from));
         let beside = self.background.wait();

@@ -1,18 +1,18 @@
 //! What readers make of files that are wrong, cut short, or changed: the seeds of the fuzz
 //! targets in `fuzz/`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use cdem_verify::{Random, readers};
+use cdem_verify::{Random, load, readers};
 
-/// Files of a folder of the repository with an ending, in order.
-fn files(folder: &str, ending: &str) -> Vec<Vec<u8>> {
+/// Files of a folder of the repository, those with an ending if one is given, in order.
+fn files(folder: &str, ending: Option<&str>) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
         .join(folder);
     let entries = std::fs::read_dir(&folder).expect("a folder");
     let paths = entries.map(|entry| entry.expect("an entry").path());
-    let wanted = |path: &std::path::PathBuf| path.extension().is_some_and(|e| e == ending);
+    let wanted = |path: &PathBuf| ending.is_none_or(|e| path.extension() == Some(e.as_ref()));
     let mut paths: Vec<_> = paths.filter(wanted).collect();
     paths.sort();
     assert!(!paths.is_empty(), "{}", folder.display());
@@ -42,18 +42,28 @@ fn tease(files: &[Vec<u8>], read: fn(&[u8])) {
 #[test]
 fn any_scene_is_a_scene_or_an_error() {
     tease(
-        &files("crates/cdem-io/tests/bad-scenes", "toml"),
+        &files("crates/cdem-io/tests/bad-scenes", Some("toml")),
         readers::scene,
     );
     tease(
-        &files("crates/cdem-io/tests/scenes", "toml"),
+        &files("crates/cdem-io/tests/scenes", Some("toml")),
         readers::scene,
     );
 }
 
 #[test]
 fn any_mesh_is_a_mesh_or_an_error() {
-    tease(&files("crates/cdem-io/tests/meshes", "msh"), readers::mesh);
+    for folder in ["meshes", "bad-meshes"] {
+        let folder = format!("crates/cdem-io/tests/{folder}");
+        tease(&files(&folder, Some("msh")), readers::mesh);
+    }
+}
+
+#[test]
+fn any_mesh_of_a_start_is_one_of_a_run_or_an_error() {
+    let meshes = ["shot", "shot-3d"].map(|name| load(name).start().mesh());
+    let starts = meshes.map(|mesh| postcard::to_stdvec(&mesh).expect("bytes"));
+    tease(&starts, readers::start);
 }
 
 #[test]
@@ -65,4 +75,20 @@ fn any_checkpoint_is_a_state_or_an_error() {
     }
     states.push(run.checkpoint());
     tease(&states, readers::checkpoint);
+}
+
+/// What fuzzing has found so far: inputs that each take another way through a reader.
+#[test]
+fn inputs_that_fuzzing_has_found_are_read_or_refused() {
+    let targets: [(&str, fn(&[u8])); 4] = [
+        ("scene", readers::scene),
+        ("mesh", readers::mesh),
+        ("start", readers::start),
+        ("checkpoint", readers::checkpoint),
+    ];
+    for (target, read) in targets {
+        for input in files(&format!("fuzz/corpus/{target}"), None) {
+            read(&input);
+        }
+    }
 }
