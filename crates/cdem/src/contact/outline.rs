@@ -36,8 +36,8 @@ impl Outline {
     pub(crate) fn new(mesh: &Mesh<2>, thickness: f64) -> Self {
         let edges: Vec<[u32; 2]> = mesh
             .boundary_facets()
-            .into_iter()
-            .map(|facet| {
+            .iter()
+            .map(|&facet| {
                 let mut nodes = mesh.facet_nodes(facet);
                 std::array::from_fn(|_| nodes.next().expect("an edge has two nodes"))
             })

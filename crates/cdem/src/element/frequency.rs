@@ -1,8 +1,9 @@
 //! Highest frequencies of elements, and the time steps they allow.
 
-use nalgebra::{DMatrix, Matrix6, Vector6};
+use nalgebra::DMatrix;
 
 use super::geometry::{Element, Nodal};
+use super::tensor::{Tensor, contraction, determinant, extreme_principal_values, trace};
 
 /// Longest stable step of central differences, s, for the angular frequency
 /// `omega` (rad/s) with stiffness-proportional damping `beta` (s), the
@@ -67,41 +68,69 @@ pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
     highest_frequency(&stiffness, mass.as_flattened(), N)
 }
 
-/// With one Gauss point M⁻¹Bᵀ(VC)B has the same non-zero eigenvalues as
-/// V C^½ B M⁻¹ Bᵀ C^½, of the size of a strain: 3 in 2-D, 6 in 3-D.
-///
-/// In the orthonormal (Mandel) basis C = λ 1⊗1 + 2μ I, whose root is
-/// √(2μ) (I + k 1⊗1) with 1 + kD = √((Dλ + 2μ)/2μ).
+/// With one Gauss point M⁻¹Bᵀ(VC)B has the same non-zero eigenvalues as the strains ε that
+/// V·sym(σ(ε)·G) leaves alone up to a factor, G = Σ g⊗g/m of the gradients of the nodes and
+/// their masses. In the axes of G shears stand for themselves, with V μ (Gᵢ + Gⱼ), and the
+/// others for D×D equations, V (2μ diag G + λ √G √Gᵀ), whose invariants are those of G times
+/// constants: the largest root of their characteristic polynomial is the largest of all unless
+/// λ < 0.
 fn simplex<const D: usize, const N: usize, const Q: usize>(
     element: &Element<D, N, Q>,
     gradients: &Nodal<D, N>,
     mass: &[f64; N],
 ) -> f64 {
-    let (lambda, mu) = (element.lame.lambda, element.lame.mu);
-    let k = ((0.5 * D as f64 * lambda / mu + 1.0).sqrt() - 1.0) / D as f64;
-    let scale = 2.0 * mu * element.volumes[0];
-    let mut matrix = Matrix6::zeros();
+    let volume = element.volumes[0];
+    let (lambda, mu) = (volume * element.lame.lambda, volume * element.lame.mu);
+    let mut spread: Tensor<D> = [[0.0; D]; D];
     for (gradient, mass) in gradients.iter().zip(mass) {
         for i in 0..D {
-            let mut strain = Vector6::zeros();
             for j in 0..D {
-                if i == j {
-                    strain[i] += gradient[i];
-                } else {
-                    // Place of the shear of the plane that i and j span.
-                    let shear = if D == 2 { 2 } else { i + j + 2 };
-                    strain[shear] = gradient[j] * std::f64::consts::FRAC_1_SQRT_2;
-                }
-                strain[j] += k * gradient[i];
+                spread[i][j] += gradient[i] * gradient[j] / mass;
             }
-            matrix += strain * strain.transpose() * (scale / mass);
         }
     }
-    if matrix.iter().all(|x| x.is_finite()) {
-        matrix.symmetric_eigenvalues().max().sqrt()
+    let square = trace(&spread).powi(2);
+    let second = 0.5 * (square - contraction(&spread, &spread));
+    let of_normals = [
+        (lambda + 2.0 * mu) * trace(&spread),
+        4.0 * mu * (lambda + mu) * second,
+        4.0 * mu * mu * (3.0 * lambda + 2.0 * mu) * determinant(&spread),
+    ];
+    let largest = if D == 2 {
+        let [sum, product, _] = of_normals;
+        0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt())
+    } else {
+        largest_root(of_normals)
+    };
+    let of_shear = || {
+        let (low, high) = extreme_principal_values(&spread);
+        mu * if D == 2 {
+            low + high
+        } else {
+            trace(&spread) - low
+        }
+    };
+    let largest = if lambda < 0.0 {
+        largest.max(of_shear())
+    } else {
+        largest
+    };
+    if largest.is_finite() {
+        largest.sqrt()
     } else {
         f64::INFINITY
     }
+}
+
+/// The largest root of x³ − ax² + bx − c, all of which are real, after Viète.
+fn largest_root([a, b, c]: [f64; 3]) -> f64 {
+    let mean = a / 3.0;
+    let radius = (mean * mean - b / 3.0).max(0.0).sqrt();
+    if radius == 0.0 {
+        return mean;
+    }
+    let cosine = (mean * (mean * mean - 0.5 * b) + 0.5 * c) / radius.powi(3);
+    mean + 2.0 * radius * (cosine.clamp(-1.0, 1.0).acos() / 3.0).cos()
 }
 
 fn highest(matrix: DMatrix<f64>) -> f64 {

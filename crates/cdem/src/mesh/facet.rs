@@ -1,5 +1,7 @@
 //! Which facets lie on the boundary, and whether elements fit together there.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::vector::distance;
@@ -144,10 +146,20 @@ fn same_nodes(a: &Element, b: &Element) -> bool {
 impl<const D: usize> Mesh<D> {
     /// Facets that belong to exactly one element of their block, sorted.
     #[must_use]
-    pub fn boundary_facets(&self) -> Vec<Facet> {
-        if let Some(parts) = &self.parts {
-            return parts.boundary.clone();
+    pub fn boundary_facets(&self) -> Cow<'_, [Facet]> {
+        match &self.boundary.0 {
+            Some(known) => Cow::Borrowed(known),
+            None => Cow::Owned(self.find_boundary_facets()),
         }
+    }
+
+    /// Works them out, for all that will ask: from here on the elements stay as they are.
+    pub(crate) fn keep_boundary_facets(&mut self) {
+        let found = self.find_boundary_facets();
+        self.boundary.0.get_or_insert(found);
+    }
+
+    fn find_boundary_facets(&self) -> Vec<Facet> {
         let mut all = Vec::new();
         for block in &self.blocks {
             let first = block.elements.start;
@@ -172,8 +184,8 @@ impl<const D: usize> Mesh<D> {
     /// Length of the shortest edge of the boundary, m; infinite without blocks.
     #[must_use]
     pub fn smallest_boundary_edge(&self) -> f64 {
-        let lengths = self.boundary_facets().into_iter();
-        let lengths = lengths.flat_map(|facet| self.edge_lengths(facet));
+        let facets = self.boundary_facets();
+        let lengths = facets.iter().flat_map(|&facet| self.edge_lengths(facet));
         lengths.fold(f64::INFINITY, f64::min)
     }
 

@@ -57,14 +57,26 @@ pub struct Mesh<const D: usize> {
     /// What elements have come of, where some are refined.
     #[serde(skip)]
     pub(crate) parts: Option<Parts>,
+    /// Boundary facets, sorted, once the elements stay as they are.
+    #[serde(skip)]
+    pub(crate) boundary: Known<Vec<Facet>>,
+}
+
+/// What follows from the rest of a mesh, if it has been worked out.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Known<T>(pub(crate) Option<T>);
+
+impl<T> PartialEq for Known<T> {
+    /// Says nothing that the rest does not.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// What the elements of a refined mesh have come of, and what they do not tell
 /// themselves, as some may lie in each other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Parts {
-    /// Boundary facets, sorted.
-    pub(crate) boundary: Vec<Facet>,
     /// The element of the base mesh that each element was, or is a part of.
     pub(crate) root: Vec<u32>,
     /// Share of its volume that each element stands for.

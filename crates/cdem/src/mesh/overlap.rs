@@ -162,8 +162,7 @@ impl<'a, const D: usize> Search<'a, D> {
         let elements = elements
             .map(|element| (mesh.element_box(element), element))
             .collect();
-        let mut facets = mesh.boundary_facets();
-        facets.sort_unstable();
+        let facets = mesh.boundary_facets().into_owned();
         let boxes = facets.iter().map(|&facet| mesh.facet_box(facet));
         Self {
             mesh,

@@ -22,12 +22,13 @@ impl<const D: usize> Model<D> {
     /// to the mesh (step, tolerance).
     pub(crate) fn build(
         scene: &mut Scene,
-        mesh: Mesh<D>,
+        mut mesh: Mesh<D>,
         space: Space<D>,
     ) -> Result<Built<D>, ModelError> {
         if let Some(fault) = mesh.fault(scene.block.len()) {
             return Err(ModelError::Unsound(fault));
         }
+        mesh.keep_boundary_facets();
         names::refuse_unknown(scene, &mesh)?;
         let thickness = thickness::<D>(scene);
         let Bodies {

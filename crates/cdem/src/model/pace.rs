@@ -238,7 +238,7 @@ impl Pace {
 /// Whether an element has a node on the surface of its block.
 fn surface_elements<const D: usize>(mesh: &Mesh<D>) -> Vec<bool> {
     let mut on_surface = vec![false; mesh.nodes.len()];
-    for facet in mesh.boundary_facets() {
+    for &facet in &*mesh.boundary_facets() {
         for node in mesh.facet_nodes(facet) {
             on_surface[node as usize] = true;
         }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use super::overlay::Overlay;
-use crate::mesh::{Block, Element, Facet, Group, Inside, Mesh, Parts};
+use crate::mesh::{Block, Element, Facet, Group, Inside, Known, Mesh, Parts};
 
 /// Where the facets of the base mesh have gone.
 struct Facets<'a, const D: usize> {
@@ -33,7 +33,7 @@ pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overla
     }
     let Making {
         mut mesh,
-        mut parts,
+        parts,
         of,
         ..
     } = making;
@@ -48,8 +48,9 @@ pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overla
         .iter()
         .map(|group| facets.group(group))
         .collect();
-    parts.boundary = facets.all(&base.boundary_facets());
+    let boundary = facets.all(&base.boundary_facets());
     mesh.groups = groups;
+    mesh.boundary = Known(Some(boundary));
     let is_refined = overlays.iter().any(Option::is_some);
     mesh.parts = is_refined.then_some(parts);
     mesh

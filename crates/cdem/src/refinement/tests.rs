@@ -113,7 +113,7 @@ impl<const D: usize> Ground<D> {
         C: Cell,
     {
         let mut at = vec![BTreeSet::new(); self.mesh.nodes.len()];
-        for (number, facet) in self.mesh.boundary_facets().into_iter().enumerate() {
+        for (number, &facet) in self.mesh.boundary_facets().iter().enumerate() {
             for node in self.mesh.facet_nodes(facet) {
                 at[node as usize].insert(number);
             }

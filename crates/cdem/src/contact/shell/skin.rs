@@ -126,8 +126,8 @@ impl Skin {
     pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         let facets: Vec<Nodes> = mesh
             .boundary_facets()
-            .into_iter()
-            .map(|facet| mesh.facet_nodes(facet).collect())
+            .iter()
+            .map(|&facet| mesh.facet_nodes(facet).collect())
             .collect();
         let mut nodes: Vec<u32> = facets.iter().flat_map(|f| f.iter().copied()).collect();
         nodes.sort_unstable();

@@ -6,7 +6,7 @@ use crate::element::tensor::{self, Tensor};
 /// Nodes not on the boundary.
 fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
     let mut on_boundary = vec![false; mesh.nodes.len()];
-    for facet in mesh.boundary_facets() {
+    for &facet in &*mesh.boundary_facets() {
         mesh.facet_nodes(facet)
             .for_each(|n| on_boundary[n as usize] = true);
     }
