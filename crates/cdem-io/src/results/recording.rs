@@ -102,6 +102,14 @@ impl Recording {
         self.recorder.wait()
     }
 
+    /// Takes note that the loads of the scene are others now: see [`Recorder::change_loads`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn change_loads(&mut self, simulation: &Simulation) -> Result<(), ResultsError> {
+        self.recorder.change_loads(simulation.scene())
+    }
+
     /// The summary of a run that ends here.
     pub fn summary(&self, simulation: &mut Simulation, wall: Duration, end: &End) -> Summary {
         let ending = Ending {

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use cdem::scene::{Problem, Scene, as_input, from_value};
 
-use error::{Source, line};
 pub use error::{SceneError, SceneProblem};
+use error::{Source, line};
 
 /// A scene with the text it comes from, so that what shows up later (a group
 /// that is not in the mesh) can still be shown in the file.
