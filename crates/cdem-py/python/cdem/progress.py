@@ -20,6 +20,7 @@ class Progress:
         self._run = run
         self._until = until
         self._is_wanted = _is_watched() if wanted is None else wanted
+        self._is_asked_for = wanted is True
         self._started = time.monotonic()
         self._shown = self._started + (_PATIENCE if wanted is None else 0.0)
         self._start = (run.step_index, run.time)
@@ -34,7 +35,7 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._width:
+        if self._width or self._is_asked_for:
             self._print(self._line())
             sys.stderr.write("\n")
 
