@@ -83,8 +83,7 @@ impl Run {
         })
     }
 
-    /// Begins to write results to a folder; `directory` is what meshes of the scene are
-    /// relative to.
+    /// Begins to write results to a folder; meshes are relative to that of the file `scene`.
     fn record(&self, py: Python<'_>, folder: PathBuf, scene: PathBuf, force: bool) -> PyResult<()> {
         self.work(py, |driven| driven.record(&folder, &scene, force))
     }
