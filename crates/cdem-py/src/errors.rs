@@ -25,6 +25,8 @@ pub(crate) enum Fault {
     Step(String),
     /// A folder of results.
     Results(String),
+    /// The system, which gives no more threads.
+    Threads(String),
     /// The program.
     Defect(String),
 }
@@ -57,7 +59,7 @@ impl From<Fault> for PyErr {
             Fault::Mesh(text) => MeshError::new_err(text),
             Fault::Step(text) => StepError::new_err(text),
             Fault::Results(text) => ResultsError::new_err(text),
-            Fault::Defect(text) => PyRuntimeError::new_err(text),
+            Fault::Threads(text) | Fault::Defect(text) => PyRuntimeError::new_err(text),
         }
     }
 }

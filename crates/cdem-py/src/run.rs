@@ -1,7 +1,7 @@
 //! A run, step by step.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use cdem::Simulation;
@@ -13,11 +13,10 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt as _;
 use pyo3::types::PyDict;
-use rayon::ThreadPool;
 
 use crate::errors::{Fault, guarded};
 use crate::mesh::Mesh;
-use crate::pool::{on_pool, pool};
+use crate::pool::pool;
 use crate::scene::Source;
 use crate::tables;
 
@@ -25,7 +24,8 @@ use crate::tables;
 #[pyclass(frozen, module = "cdem._engine")]
 pub(crate) struct Run {
     driven: Mutex<Driven>,
-    pool: Arc<ThreadPool>,
+    /// How many threads step; 0: one for each processor.
+    threads: usize,
 }
 
 struct Driven {
@@ -59,15 +59,14 @@ impl Run {
         threads: usize,
     ) -> PyResult<Self> {
         let began = Instant::now();
-        let pool = pool(threads)?;
         let meshes = meshes.into_iter();
         let mut meshes = meshes
             .map(|(path, mesh)| (path, mesh.get().0.clone()))
             .collect();
-        let built = on_pool(py, &pool, || {
+        let built = on_pool(py, threads, || {
             Ok(setup::build(&source.read()?, &mut meshes)?)
         })?;
-        Ok(Self::of(pool, built.simulation, built.warnings, began))
+        Ok(Self::of(threads, built.simulation, built.warnings, began))
     }
 
     /// The run in a folder of results, from its last checkpoint; `is_recorded`: it goes on
@@ -75,11 +74,10 @@ impl Run {
     #[staticmethod]
     fn load(py: Python<'_>, folder: PathBuf, is_recorded: bool, threads: usize) -> PyResult<Self> {
         let began = Instant::now();
-        let pool = pool(threads)?;
-        let driven = on_pool(py, &pool, || Driven::load(folder, is_recorded, began))?;
+        let driven = on_pool(py, threads, || Driven::load(folder, is_recorded, began))?;
         Ok(Self {
             driven: Mutex::new(driven),
-            pool,
+            threads,
         })
     }
 
@@ -287,12 +285,7 @@ impl Run {
 }
 
 impl Run {
-    fn of(
-        pool: Arc<ThreadPool>,
-        simulation: Simulation,
-        warnings: Vec<String>,
-        began: Instant,
-    ) -> Self {
+    fn of(threads: usize, simulation: Simulation, warnings: Vec<String>, began: Instant) -> Self {
         let driven = Driven {
             simulation,
             recording: None,
@@ -303,7 +296,7 @@ impl Run {
         };
         Self {
             driven: Mutex::new(driven),
-            pool,
+            threads,
         }
     }
 
@@ -326,10 +319,19 @@ impl Run {
             let locked = self.driven.lock();
             let mut locked = locked.unwrap_or_else(PoisonError::into_inner);
             let driven = &mut *locked;
-            self.pool.install(|| guarded(|| work(driven)))
+            pool(self.threads)?.install(|| guarded(|| work(driven)))
         });
         Ok(done?)
     }
+}
+
+/// Does some work on so many threads, while other threads of Python go on.
+fn on_pool<T: Send>(
+    py: Python<'_>,
+    threads: usize,
+    work: impl FnOnce() -> Result<T, Fault> + Send,
+) -> PyResult<T> {
+    Ok(py.detach(|| pool(threads)?.install(|| guarded(work)))?)
 }
 
 impl Driven {

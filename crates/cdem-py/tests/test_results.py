@@ -179,3 +179,23 @@ def test_what_was_done_between_steps_is_in_a_checkpoint(bar, tmp_path, command):
         last = read.history.iloc[-1]
         assert last["external_work"] == simulation.energies["external_work"]
         assert read.scene.load[0].traction[-1][1] == [1e5, 0.0]
+
+
+def test_frames_are_those_of_pyvista_or_else_of_meshio(results, monkeypatch):
+    pyvista = pytest.importorskip("pyvista")
+    frames = cdem.read_results(results).frames
+    assert isinstance(frames[0], pyvista.UnstructuredGrid)
+    monkeypatch.setattr("cdem.results.find_spec", lambda name: name != "pyvista")
+    assert frames[0].points.shape == (6, 3)
+
+
+def test_the_state_is_that_of_the_last_frame(results, prisms):
+    pytest.importorskip("pyvista")
+    simulation = cdem.Simulation(prisms)
+    simulation.run()
+    frame, now = cdem.read_results(results).frames[-1], simulation.to_pyvista()
+    assert np.array_equal(frame.points, now.points)
+    assert np.array_equal(frame.cells, now.cells)
+    assert np.array_equal(frame.point_data["velocity"], now.point_data["velocity"])
+    assert np.array_equal(frame.cell_data["stress"], now.cell_data["stress"])
+    assert np.array_equal(simulation.to_meshio().points, now.points)

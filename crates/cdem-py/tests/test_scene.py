@@ -49,7 +49,7 @@ def test_copies_are_apart(bar):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda s: s.time.update(ende=1), "time.ende: unknown key (did you mean `end`?)"),
+        (lambda s: setattr(s, "titel", "a"), "titel: unknown key (did you mean `title`?)"),
         (lambda s: s.time.update(end="5 mm"), 'time.end: '),
         (lambda s: s.time.update(end=float("nan")), "time.end: must be a finite number"),
         (lambda s: s.block[0].update(velocity=[1]), "block[0].velocity: expected 2 components"),

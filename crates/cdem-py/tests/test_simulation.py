@@ -1,5 +1,6 @@
 """Simulations: stepped, looked at, changed between steps."""
 
+import multiprocessing
 import os
 import signal
 import threading
@@ -263,3 +264,22 @@ def test_wrong_arguments_are_told_of(prisms):
         cdem.Simulation(prisms, threads=0)
     with pytest.raises(ValueError, match="every"):
         cdem.Simulation(prisms).run(every=0)
+
+
+def _end_of(scene):
+    simulation = cdem.Simulation(scene, threads=2)
+    simulation.run()
+    return simulation.positions
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="no fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_processes_that_are_forked_have_threads_of_their_own(prisms):
+    """Those of the parent are not in the child, which would wait for them for ever."""
+    here = cdem.Simulation(prisms, threads=2)
+    here.run(until=0.1)
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        there = pool.map_async(_end_of, [prisms] * 4).get(timeout=60)
+    here.run()
+    for positions in there:
+        assert np.array_equal(positions, here.positions)

@@ -162,7 +162,7 @@ class Scene:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the scene to a file that `cdem run` takes, every default filled in, and the
-        meshes of arrays beside it, each as `BLOCK.msh`.
+        meshes of arrays beside it, each under the name of its block.
 
         Raises `SceneError`.
         """
