@@ -94,8 +94,7 @@ class Run:
         """
     def record(self, /, folder: str | PathLike[str], scene: str | PathLike[str], force: bool) -> None:
         """
-        Begins to write results to a folder; `directory` is what meshes of the scene are
-        relative to.
+        Begins to write results to a folder; meshes are relative to that of the file `scene`.
         """
     def save(self, /, folder: str | PathLike[str] | None, scene: str | PathLike[str], force: bool) -> None:
         """
