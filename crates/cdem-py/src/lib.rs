@@ -3,6 +3,7 @@
 //! A thin layer: plain numbers, text and flat arrays go in and out. What a user meets, its names
 //! and its documentation, is written in Python, in `python/cdem/`.
 
+mod driven;
 mod errors;
 mod mesh;
 mod pool;
