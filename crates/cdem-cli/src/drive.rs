@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use cdem::sample::{BlockRow, HistoryRow};
 use cdem::{Simulation, StepError};
-use cdem_io::results::{Ending, Recorder, ResultsError, SoFar, Status, Summary};
+use cdem_io::results::{End, Recording, ResultsError, Status};
 
 use crate::closing::{self, Closing};
 use crate::failure::{Failure, Message, Outcome};
@@ -44,21 +44,18 @@ pub(crate) struct Times {
 /// A run that has its folder.
 pub(crate) struct Run {
     pub(crate) simulation: Simulation,
-    pub(crate) recorder: Recorder,
+    pub(crate) recording: Recording,
     pub(crate) interrupt: Interrupt,
     /// At t = 0.
     pub(crate) start: Observation,
-    /// Before this process.
-    pub(crate) so_far: SoFar,
     pub(crate) times: Times,
     /// Whether to say at the end where the time went.
     pub(crate) profile: bool,
 }
 
-/// How a run has ended, why, and what to tell of it.
+/// How a run has ended, and what to tell of it.
 struct Ended {
-    status: Status,
-    reason: String,
+    end: End,
     failure: Option<Failure>,
     /// Whether its state is to be kept.
     is_kept: bool,
@@ -67,8 +64,10 @@ struct Ended {
 impl Ended {
     fn done(reason: String) -> Self {
         Self {
-            status: Status::Done,
-            reason,
+            end: End {
+                status: Status::Done,
+                reason,
+            },
             failure: None,
             is_kept: false,
         }
@@ -76,8 +75,10 @@ impl Ended {
 
     fn interrupted(time: f64) -> Self {
         Self {
-            status: Status::Interrupted,
-            reason: format!("interrupted at t = {}", quantity(time, "s")),
+            end: End {
+                status: Status::Interrupted,
+                reason: format!("interrupted at t = {}", quantity(time, "s")),
+            },
             failure: None,
             is_kept: true,
         }
@@ -85,8 +86,10 @@ impl Ended {
 
     fn refused(error: &ResultsError) -> Self {
         Self {
-            status: Status::Stopped,
-            reason: error.to_string(),
+            end: End {
+                status: Status::Stopped,
+                reason: error.to_string(),
+            },
             failure: Some(full_disk(error)),
             is_kept: false,
         }
@@ -95,8 +98,10 @@ impl Ended {
     fn unsound(error: &StepError) -> Self {
         let help = "the results up to there are whole; the last frame shows what happened";
         Self {
-            status: Status::Stopped,
-            reason: error.to_string(),
+            end: End {
+                status: Status::Stopped,
+                reason: error.to_string(),
+            },
             failure: Some(Failure::stopped(Message::new(error, help))),
             is_kept: true,
         }
@@ -111,16 +116,18 @@ impl Run {
         }
         let mut ended = self.drive();
         if ended.is_kept
-            && let Err(error) = self.keep_last(&ended)
+            && let Err(error) = self.keep_last(&ended.end)
         {
             ended.failure.get_or_insert(full_disk(&error));
         }
-        let summary = self.summary(&ended);
+        let wall = self.times.wall;
+        let recording = self.recording;
+        let summary = recording.summary(&mut self.simulation, wall, &ended.end);
         for warning in self.simulation.warnings() {
             warn(&warning);
         }
-        let folder = self.recorder.folder().to_owned();
-        let written = self.recorder.finish(&mut self.simulation, &summary);
+        let folder = recording.folder().to_owned();
+        let written = recording.finish(&mut self.simulation, &summary);
         let failure = written.as_ref().err().map(full_disk);
         if let Some(failure) = ended.failure.or(failure) {
             complain(&failure);
@@ -140,7 +147,7 @@ impl Run {
                 .profile
                 .then(|| (self.times, self.simulation.stage_times())),
         });
-        match ended.status {
+        match ended.end.status {
             Status::Done => Outcome::Done,
             Status::Stopped => Outcome::Stopped,
             Status::Interrupted => Outcome::Interrupted,
@@ -151,10 +158,12 @@ impl Run {
     fn drive(&mut self) -> Ended {
         let began = Instant::now();
         let mut progress = Progress::start(self.position());
-        let mut kept = began;
         let ended = loop {
             let observed = Instant::now();
-            if let Err(error) = self.observe(&mut kept, began) {
+            let written = self
+                .recording
+                .observe(&mut self.simulation, || began.elapsed());
+            if let Err(error) = written {
                 break Ended::refused(&error);
             }
             self.times.output += observed.elapsed();
@@ -164,7 +173,7 @@ impl Run {
             if self.interrupt.asked() {
                 break Ended::interrupted(self.simulation.time());
             }
-            if let Err(error) = self.step() {
+            if let Err(error) = self.recording.step(&mut self.simulation) {
                 break Ended::unsound(&error);
             }
             progress.update(|| self.position());
@@ -174,61 +183,15 @@ impl Run {
         ended
     }
 
-    /// Writes what is due, and a checkpoint where the last was `kept` long enough ago.
-    fn observe(&mut self, kept: &mut Instant, began: Instant) -> Result<(), ResultsError> {
-        self.recorder.observe(&mut self.simulation)?;
-        let interval = self.simulation.scene().output.checkpoint;
-        let is_due = interval > 0.0 && kept.elapsed().as_secs_f64() >= interval;
-        if is_due && self.recorder.may_keep() {
-            *kept = Instant::now();
-            let so_far = self.so_far(began.elapsed());
-            self.recorder.keep(&self.simulation, so_far)?;
-        }
-        Ok(())
-    }
-
     /// Writes a checkpoint at the end of this process, unless none are wanted.
-    fn keep_last(&mut self, ended: &Ended) -> Result<(), ResultsError> {
+    fn keep_last(&mut self, end: &End) -> Result<(), ResultsError> {
         if self.simulation.scene().output.checkpoint == 0.0 {
             return Ok(());
         }
-        let stopped = ended.status == Status::Stopped;
-        let so_far = SoFar {
-            stopped: stopped.then(|| ended.reason.clone()),
-            ..self.so_far(self.times.wall)
-        };
-        self.recorder.keep(&self.simulation, so_far)?;
-        self.recorder.wait()
-    }
-
-    /// What is known of the run up to now, `wall` being the time of this step loop.
-    fn so_far(&self, wall: Duration) -> SoFar {
-        SoFar {
-            setup_seconds: self.so_far.setup_seconds + self.times.setup.as_secs_f64(),
-            wall_seconds: self.so_far.wall_seconds + wall.as_secs_f64(),
-            warnings: self.so_far.warnings.clone(),
-            stopped: None,
-        }
-    }
-
-    /// One coarse step, with a look at the elements where something is to be
-    /// written of them.
-    fn step(&mut self) -> Result<(), StepError> {
-        self.simulation.step()?;
-        if self.recorder.is_due(self.simulation.time()) {
-            self.simulation.check_elements()?;
-        }
-        Ok(())
-    }
-
-    fn summary(&mut self, ended: &Ended) -> Summary {
-        let ending = Ending {
-            status: ended.status,
-            reason: ended.reason.clone(),
-            so_far: self.so_far(self.times.wall),
-            threads: rayon::current_num_threads(),
-        };
-        Summary::new(&mut self.simulation, ending)
+        let stopped = end.status == Status::Stopped;
+        let stopped = stopped.then(|| end.reason.clone());
+        self.recording
+            .keep(&self.simulation, self.times.wall, stopped)
     }
 
     fn reason_of_end(&self) -> String {

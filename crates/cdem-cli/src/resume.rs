@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cdem::{ResumeError, Simulation};
-use cdem_io::results::{Found, Recorder, Unfinished};
+use cdem_io::results::{Found, Recorder, Recording, Unfinished};
 
 use crate::args::ResumeArgs;
 use crate::drive::{Observation, Run, Times, full_disk, use_threads, wrong_folder};
@@ -47,14 +47,16 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
         simulation.step_index()
     ));
     let recorder = Recorder::reopen(unfinished.left_off).map_err(|error| full_disk(&error))?;
+    let setup = began.elapsed();
+    let mut so_far = unfinished.so_far;
+    so_far.setup_seconds += setup.as_secs_f64();
     Ok(Run {
         simulation,
-        recorder,
+        recording: Recording::new(recorder, so_far),
         interrupt,
         start,
-        so_far: unfinished.so_far,
         times: Times {
-            setup: began.elapsed(),
+            setup,
             ..Times::default()
         },
         profile: args.profile,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cdem_io::results::{Folder, Recorder, SoFar, Unprepared};
+use cdem_io::results::{Folder, Recorder, Recording, SoFar, Unprepared};
 
 use crate::args::RunArgs;
 use crate::drive::{Observation, Run, Times, full_disk, use_threads, wrong_folder};
@@ -39,17 +39,19 @@ fn start(args: &RunArgs) -> Result<Run, Failure> {
             true => full_disk(&error),
         },
     )?;
+    let setup = began.elapsed();
+    let so_far = SoFar {
+        setup_seconds: setup.as_secs_f64(),
+        warnings: built.warnings,
+        ..SoFar::default()
+    };
     Ok(Run {
         simulation,
-        recorder,
+        recording: Recording::new(recorder, so_far),
         interrupt,
         start,
-        so_far: SoFar {
-            warnings: built.warnings,
-            ..SoFar::default()
-        },
         times: Times {
-            setup: began.elapsed(),
+            setup,
             ..Times::default()
         },
         profile: args.profile,

@@ -4,3 +4,4 @@ pub mod gmsh;
 pub mod report;
 pub mod results;
 pub mod scene;
+pub mod setup;

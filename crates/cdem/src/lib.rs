@@ -5,6 +5,7 @@
 //! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
 mod around;
+mod between;
 mod checkpoint;
 mod contact;
 mod element;
@@ -26,6 +27,7 @@ mod space;
 mod step;
 mod vector;
 
+pub use between::BlockRange;
 pub use checkpoint::ResumeError;
 pub use health::StepError;
 pub use mass::{MassError, MassFault, MassKind};

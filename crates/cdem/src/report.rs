@@ -19,7 +19,7 @@ const SHARE: usize = 1024;
 /// A synchronised instant, and the number of its step.
 pub(crate) struct Instant<const D: usize> {
     pub(crate) number: u64,
-    state: Synchronised<D>,
+    pub(crate) state: Synchronised<D>,
 }
 
 impl<const D: usize> Run<D> {
@@ -121,7 +121,8 @@ impl<const D: usize> Run<D> {
         rows
     }
 
-    fn block_row(&self, instant: &Instant<D>, block: usize) -> BlockRow {
+    /// The row of a block, without its contact force.
+    pub(crate) fn block_row(&self, instant: &Instant<D>, block: usize) -> BlockRow {
         let at = self.model.positions(&self.state);
         let centre = self.model.centre(block, |node| at.at(node as u32));
         let mut mass = 0.0;
@@ -191,27 +192,10 @@ impl<const D: usize> Run<D> {
                 &mesh.nodes[node as usize]
             })
         };
-        let vector = |name, values: &[[f64; D]]| FrameField {
-            name,
-            components: &["x", "y", "z"],
-            values: FieldValues::Real(values.iter().map(pad).collect::<Vec<_>>().into_flattened()),
-        };
-        let mut point_fields = Vec::new();
-        if fields.contains(&Field::Displacement) {
-            point_fields.push(vector("displacement", &self.state.displacement));
-        }
-        if fields.contains(&Field::Velocity) {
-            point_fields.push(vector("velocity", &instant.state.velocity));
-        }
-        if fields.contains(&Field::ContactForce) {
-            let step = self.model.step;
-            let force: Vec<[f64; D]> = self
-                .node_impulse
-                .iter()
-                .map(|impulse| scale(1.0 / step, impulse))
-                .collect();
-            point_fields.push(vector("contact_force", &force));
-        }
+        let wanted = [Field::Displacement, Field::Velocity, Field::ContactForce];
+        let wanted = wanted.into_iter().filter(|field| fields.contains(field));
+        let point_fields = wanted.filter_map(|field| self.point_field(instant, field));
+        let point_fields = point_fields.collect();
         let mut connectivity = Vec::with_capacity(mesh.elements.len() * (D + 1));
         for element in &mesh.elements {
             connectivity.extend_from_slice(element.nodes());
@@ -230,7 +214,28 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    fn cell_fields(&self, fields: &[Field]) -> Vec<FrameField> {
+    /// A field of vectors on the points; `None` of one that is none.
+    pub(crate) fn point_field(&self, instant: &Instant<D>, field: Field) -> Option<FrameField> {
+        let vector = |name, values: &[[f64; D]]| FrameField {
+            name,
+            components: &["x", "y", "z"],
+            values: FieldValues::Real(values.iter().map(pad).collect::<Vec<_>>().into_flattened()),
+        };
+        match field {
+            Field::Displacement => Some(vector("displacement", &self.state.displacement)),
+            Field::Velocity => Some(vector("velocity", &instant.state.velocity)),
+            Field::ContactForce => {
+                let step = self.model.step;
+                let force = self.node_impulse.iter();
+                let force: Vec<_> = force.map(|impulse| scale(1.0 / step, impulse)).collect();
+                Some(vector("contact_force", &force))
+            }
+            _ => None,
+        }
+    }
+
+    /// Fields on the cells: where they belong, and those of stress that are asked for.
+    pub(crate) fn cell_fields(&self, fields: &[Field]) -> Vec<FrameField> {
         let mesh = &self.model.mesh;
         let mut block_of = vec![0; mesh.elements.len()];
         for block in 0..mesh.blocks.len() {
@@ -260,7 +265,8 @@ impl<const D: usize> Run<D> {
         out
     }
 
-    fn stress_fields(&self, fields: &[Field]) -> Vec<FrameField> {
+    /// Fields of the stress.
+    pub(crate) fn stress_fields(&self, fields: &[Field]) -> Vec<FrameField> {
         let stress_of = |&(set, i): &(u32, u32)| {
             self.model.sets[set as usize].stress(i as usize, &self.state.displacement)
         };

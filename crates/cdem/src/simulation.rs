@@ -99,24 +99,24 @@ pub struct CollisionOverview {
 
 /// A run: made from a scene and its mesh, stepped, and asked for samples.
 pub struct Simulation {
-    scene: Scene,
-    run: AnyRun,
+    pub(crate) scene: Scene,
+    pub(crate) run: AnyRun,
 }
 
-enum AnyRun {
+pub(crate) enum AnyRun {
     Plane(Box<Driven<2>>),
     Solid(Box<Driven<3>>),
 }
 
 /// A run and what only its reports need.
-struct Driven<const D: usize> {
-    run: Run<D>,
+pub(crate) struct Driven<const D: usize> {
+    pub(crate) run: Run<D>,
     /// Kinetic plus strain energy at t = 0, J.
     start_energy: f64,
     exchange: Exchange,
-    last_block_rows: f64,
+    pub(crate) last_block_rows: f64,
     probes: Vec<Probe>,
-    instant: Option<Arc<Instant<D>>>,
+    pub(crate) instant: Option<Arc<Instant<D>>>,
     health: Health,
     /// Where the scene says when to stop.
     rest: Option<Rest>,
@@ -124,20 +124,23 @@ struct Driven<const D: usize> {
     listed: Vec<bool>,
 }
 
+/// The same of either dimension.
 macro_rules! each {
     ($simulation:expr, $driven:ident => $body:expr) => {
         match &$simulation.run {
-            AnyRun::Plane($driven) => $body,
-            AnyRun::Solid($driven) => $body,
+            $crate::simulation::AnyRun::Plane($driven) => $body,
+            $crate::simulation::AnyRun::Solid($driven) => $body,
         }
     };
     (mut $simulation:expr, $driven:ident => $body:expr) => {
         match &mut $simulation.run {
-            AnyRun::Plane($driven) => $body,
-            AnyRun::Solid($driven) => $body,
+            $crate::simulation::AnyRun::Plane($driven) => $body,
+            $crate::simulation::AnyRun::Solid($driven) => $body,
         }
     };
 }
+
+pub(crate) use each;
 
 impl Simulation {
     /// A run of `scene` at t = 0.
@@ -445,7 +448,8 @@ impl<const D: usize> Driven<D> {
         self.health.is_of(self.run.model.blocks.len())
     }
 
-    fn instant(&mut self) -> Arc<Instant<D>> {
+    /// The synchronised state now, made once a step.
+    pub(crate) fn instant(&mut self) -> Arc<Instant<D>> {
         let number = self.run.state.number;
         match &self.instant {
             Some(instant) if instant.number == number => Arc::clone(instant),
@@ -457,7 +461,7 @@ impl<const D: usize> Driven<D> {
         }
     }
 
-    fn history(&mut self) -> HistoryRow {
+    pub(crate) fn history(&mut self) -> HistoryRow {
         let instant = self.instant();
         self.run.history(&instant, self.start_energy)
     }

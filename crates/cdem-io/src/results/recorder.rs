@@ -198,6 +198,25 @@ impl Recorder {
         Ok(recorder)
     }
 
+    /// Takes note that the loads of the scene are others now: in `scene.toml`, and with the
+    /// next checkpoint.
+    ///
+    /// # Errors
+    /// If the disk refuses, or `scene.toml` is not as it was written.
+    pub fn change_loads(&mut self, scene: &Scene) -> Result<(), ResultsError> {
+        self.checkpoints.drop_start();
+        let path = self.folder.join(SCENE);
+        let file = crate::scene::read(&path).map_err(|error| ResultsError::Scene {
+            why: error.to_string(),
+        })?;
+        let changed = Scene {
+            load: scene.load.clone(),
+            ..file.scene
+        };
+        let text = crate::scene::write(&changed);
+        write_whole(&path, |out| out.write_all(text.as_bytes()))
+    }
+
     /// Whether the last checkpoint has been written, so that the next would not wait.
     #[must_use]
     pub fn may_keep(&self) -> bool {

@@ -27,6 +27,9 @@ pub enum SceneError {
     /// What it says is wrong, here and perhaps in more places.
     #[error("{}", list(.0))]
     Invalid(Vec<SceneProblem>),
+    /// What a program's scene says is wrong; there is no text to show it in.
+    #[error("{}", .0.iter().map(line).collect::<Vec<_>>().join("\n"))]
+    Unwritten(Vec<Problem>),
 }
 
 /// One thing that is wrong with a scene, and where it stands in the text.
@@ -98,6 +101,12 @@ impl SceneProblem {
     pub fn file(&self) -> &str {
         self.text.name()
     }
+}
+
+/// A line for a problem without a file: its key, what is wrong, what to try.
+pub(super) fn line(problem: &Problem) -> String {
+    let help = problem.help.as_ref().map(|help| format!(" ({help})"));
+    format!("{problem}{}", help.unwrap_or_default())
 }
 
 /// A line for each problem: file, line, column, what is wrong, what to try.

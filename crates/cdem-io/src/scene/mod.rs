@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use cdem::scene::{Problem, Scene, as_input, from_value};
 
-use error::Source;
 pub use error::{SceneError, SceneProblem};
+use error::{Source, line};
 
 /// A scene with the text it comes from, so that what shows up later (a group
 /// that is not in the mesh) can still be shown in the file.
@@ -18,7 +18,8 @@ pub struct SceneFile {
     /// What the file says, checked, with defaults.
     pub scene: Scene,
     path: PathBuf,
-    source: Source,
+    /// `None` of a scene that a program has made.
+    source: Option<Source>,
 }
 
 /// Reads and checks the scene file at `path`.
@@ -61,7 +62,20 @@ pub fn parse(text: &str, path: &Path) -> Result<SceneFile, SceneError> {
     Ok(SceneFile {
         scene,
         path: path.to_owned(),
-        source,
+        source: Some(source),
+    })
+}
+
+/// Checks the scene of a program: the keys of a scene file, as its dictionaries hold them.
+/// Meshes are looked for in `directory`.
+///
+/// # Errors
+/// [`SceneError::Unwritten`].
+pub fn check(value: serde_json::Value, directory: &Path) -> Result<SceneFile, SceneError> {
+    Ok(SceneFile {
+        scene: from_value(value).map_err(SceneError::Unwritten)?,
+        path: directory.join("scene.toml"),
+        source: None,
     })
 }
 
@@ -76,7 +90,7 @@ pub fn write(scene: &Scene) -> String {
 }
 
 impl SceneFile {
-    /// The scene file.
+    /// The scene file; of a program's scene, where it could be.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -88,16 +102,22 @@ impl SceneFile {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
-    /// A line for something that is noticed and not wrong: file, line, column, what
-    /// it is, what to try.
+    /// A line for something that is noticed and not wrong: file, line, column (where there
+    /// is a file), what it is, what to try.
     #[must_use]
     pub fn warning(&self, noticed: &Problem) -> String {
-        self.source.line(noticed)
+        match &self.source {
+            Some(source) => source.line(noticed),
+            None => line(noticed),
+        }
     }
 
     /// The error that shows these problems in this file.
     #[must_use]
     pub fn error(&self, problems: Vec<Problem>) -> SceneError {
-        self.source.invalid(problems)
+        match &self.source {
+            Some(source) => source.invalid(problems),
+            None => SceneError::Unwritten(problems),
+        }
     }
 }

@@ -37,6 +37,11 @@ impl<const D: usize> SurfaceLoad<D> {
         }
     }
 
+    /// Has it push otherwise from now on.
+    pub(crate) fn become_kind(&mut self, kind: LoadKind) {
+        self.load.kind = kind;
+    }
+
     /// Whether the load is another at `end` than at `start`, s.
     pub(crate) fn changes(&self, start: f64, end: f64) -> bool {
         let acts =

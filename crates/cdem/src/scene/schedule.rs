@@ -77,6 +77,24 @@ impl<T: Linear> Schedule<T> {
         }
     }
 
+    /// This schedule before `time`, s, and `other` from then on.
+    #[must_use]
+    pub fn until(&self, time: f64, other: &Self) -> Self {
+        let mut rows = match self {
+            _ if time <= 0.0 => return other.clone(),
+            Self::Constant(_) => Vec::new(),
+            Self::Table(rows) => rows.clone(),
+        };
+        rows.retain(|(t, _)| *t < time.next_down());
+        // Two rows at one time cannot be: the old value ends as late as numbers can tell.
+        rows.push((time.next_down(), self.value(time)));
+        rows.push((time, other.value(time)));
+        if let Self::Table(other) = other {
+            rows.extend(other.iter().filter(|(t, _)| *t > time).cloned());
+        }
+        Self::Table(rows)
+    }
+
     /// The integral from `start` to `end`, s: exact for the piecewise linear
     /// table, up to rounding; negative where `end` is before `start`.
     ///
@@ -187,5 +205,18 @@ mod tests {
             let rate = table.integral(time, time + step) / step;
             prop_assert!((rate - table.value(time)).abs() < 2e-3);
         }
+    }
+
+    #[test]
+    fn one_schedule_gives_way_to_another() {
+        let ramp = Schedule::Table(vec![(0.0, 0.0), (2.0, 4.0)]);
+        let spliced = ramp.until(1.0, &Schedule::Constant(7.0));
+        assert_eq!(spliced.value(0.5), 1.0);
+        assert_eq!(spliced.value(1.0_f64.next_down()), 2.0);
+        assert_eq!([1.0, 2.0, 9.0].map(|t| spliced.value(t)), [7.0; 3]);
+        let later = Schedule::Constant(1.0).until(1.0, &ramp);
+        assert_eq!([0.0, 0.5].map(|t| later.value(t)), [1.0; 2]);
+        assert_eq!([1.0, 1.5, 3.0].map(|t| later.value(t)), [2.0, 3.0, 4.0]);
+        assert_eq!(ramp.until(0.0, &later), later);
     }
 }

@@ -6,6 +6,7 @@
 
 mod assembly;
 pub(crate) mod checkpoint;
+mod intervene;
 mod keep;
 pub(crate) mod kick;
 pub(crate) mod ledger;

@@ -121,6 +121,11 @@ impl Checkpoints {
         !self.has_start
     }
 
+    /// Has the next bring scene and mesh again, since the scene has changed.
+    pub(super) fn drop_start(&mut self) {
+        self.has_start = false;
+    }
+
     /// Whether the last one has been written.
     pub(super) fn is_ready(&self) -> bool {
         !self.is_writing.load(Ordering::Acquire)

@@ -1,0 +1,89 @@
+"""Cells, for those who draw them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import meshio
+    import pyvista
+
+#: Of each shape meshio's name, nodes, and VTK's number.
+_SHAPES = {
+    "tri3": ("triangle", 3, 5),
+    "quad4": ("quad", 4, 9),
+    "tet4": ("tetra", 4, 10),
+    "wedge6": ("wedge", 6, 13),
+    "hex8": ("hexahedron", 8, 12),
+}
+
+
+class Cells:
+    """Shapes of cells, and their points."""
+
+    kinds: list[str]
+    """The shape of each cell: `tri3`, `quad4`, `tet4`, `wedge6`, `hex8`."""
+    connectivity: npt.NDArray[np.int64]
+    """The points of all cells, one cell after the other."""
+    offsets: npt.NDArray[np.int64]
+    """Where each cell begins in `connectivity`; one more for the end."""
+
+    def __init__(self, kinds: list[str], connectivity: npt.NDArray[Any]) -> None:
+        self.kinds = kinds
+        self.connectivity = connectivity.astype(np.int64)
+        self.offsets = np.cumsum([0, *(_SHAPES[kind][1] for kind in kinds)])
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+    def of_kind(self, kind: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Numbers of the cells of a shape, and their points: n × nodes."""
+        numbers = np.flatnonzero(np.array(self.kinds) == kind)
+        nodes = np.arange(_SHAPES[kind][1])
+        return numbers, self.connectivity[self.offsets[numbers][:, None] + nodes]
+
+
+def to_meshio(
+    points: npt.NDArray[np.float64],
+    cells: Cells,
+    point_fields: Mapping[str, Any],
+    cell_fields: Mapping[str, Any],
+) -> meshio.Mesh:
+    """Points, cells and fields as a `meshio.Mesh`."""
+    import meshio
+
+    kinds = [kind for kind in _SHAPES if kind in cells.kinds]
+    chosen = {kind: cells.of_kind(kind) for kind in kinds}
+    return meshio.Mesh(
+        points,
+        [(_SHAPES[kind][0], nodes) for kind, (_, nodes) in chosen.items()],
+        point_data=dict(point_fields),
+        cell_data={
+            name: [values[numbers] for numbers, _ in chosen.values()]
+            for name, values in cell_fields.items()
+        },
+    )
+
+
+def to_pyvista(
+    points: npt.NDArray[np.float64],
+    cells: Cells,
+    point_fields: Mapping[str, Any],
+    cell_fields: Mapping[str, Any],
+) -> pyvista.UnstructuredGrid:
+    """Points, cells and fields as a grid of PyVista."""
+    import pyvista
+
+    counts = np.diff(cells.offsets)
+    padded = np.insert(cells.connectivity, cells.offsets[:-1], counts)
+    types = np.array([_SHAPES[kind][2] for kind in cells.kinds], dtype=np.uint8)
+    grid = pyvista.UnstructuredGrid(padded, types, points)
+    for name, values in point_fields.items():
+        grid.point_data[name] = values
+    for name, values in cell_fields.items():
+        grid.cell_data[name] = values
+    return grid

@@ -1,0 +1,69 @@
+"""How far a run is, on one line of stderr: in terminals and notebooks."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+
+from cdem import _engine
+
+#: Seconds before a line is shown unasked, and between two.
+_PATIENCE = 2.0
+_INTERVAL = 0.2
+
+
+class Progress:
+    """A line that tells time, speed and time left while a run goes on."""
+
+    def __init__(self, run: _engine.Run, until: float, wanted: bool | None) -> None:
+        self._run = run
+        self._until = until
+        self._is_wanted = _is_watched() if wanted is None else wanted
+        self._is_asked_for = wanted is True
+        self._started = time.monotonic()
+        self._shown = self._started + (_PATIENCE if wanted is None else 0.0)
+        self._start = (run.step_index, run.time)
+        self._width = 0
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._width or self._is_asked_for:
+            self._print(self._line())
+            sys.stderr.write("\n")
+
+    def update(self) -> None:
+        """Shows how far the run is, where it is time to."""
+        now = time.monotonic()
+        if self._is_wanted and now - self._shown >= _INTERVAL:
+            self._shown = now
+            self._print(self._line())
+
+    def _print(self, line: str) -> None:
+        # Blanks wipe what is left of a longer line.
+        sys.stderr.write("\r" + line.ljust(self._width))
+        sys.stderr.flush()
+        self._width = len(line)
+
+    def _line(self) -> str:
+        step, began = self._start
+        seconds = max(time.monotonic() - self._started, 1e-9)
+        now = self._run.time
+        whole = self._until - began
+        share = min((now - began) / whole, 1.0) if whole > 0.0 else 1.0
+        bar = ("━" * round(24 * share)).ljust(24, "─")
+        speed = (self._run.step_index - step) / seconds
+        left = f"{seconds * (1.0 - share) / share:.0f} s left" if share > 0.0 else "no end in sight"
+        return f"{bar} {100 * share:3.0f} %  t = {now:.3g} of {self._until:g} s, {speed:,.0f} steps/s, {left}"
+
+
+def _is_watched() -> bool:
+    """Whether there is a terminal, or a notebook."""
+    return sys.stderr.isatty() or "ipykernel" in sys.modules

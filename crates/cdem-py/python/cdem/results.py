@@ -1,0 +1,189 @@
+"""Results of a run, read from its folder."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from cdem.errors import ResultsError
+from cdem.scene import Scene
+
+
+class Results:
+    """Results of a run: histories as pandas or NumPy, frames as PyVista or meshio.
+
+    Files are read when they are asked for.
+    """
+
+    folder: Path
+    """The folder."""
+
+    def __init__(self, folder: str | os.PathLike[str], tables: str | None = None) -> None:
+        self.folder = Path(folder)
+        self._tables = tables or ("pandas" if find_spec("pandas") else "numpy")
+        if self._tables not in ("pandas", "numpy"):
+            raise ValueError(f"tables are 'pandas' or 'numpy', not {tables!r}")
+        try:
+            with open(self.folder / "history.csv", encoding="utf-8") as file:
+                is_run = file.readline().startswith("step,time,kinetic_energy,")
+        except OSError:
+            is_run = False
+        if not is_run:
+            raise ResultsError(
+                f"{self.folder} is not a folder of results "
+                "(name the folder that `cdem run` wrote its results to)"
+            )
+
+    def __repr__(self) -> str:
+        return f"<cdem.Results: {self.folder}>"
+
+    @property
+    def history(self) -> Any:
+        """Energies, losses, momenta and numbers of contacts over time."""
+        return self._table("history.csv", whole=("step", "contacts", "refined_blocks", "elements"))
+
+    @property
+    def blocks(self) -> Any:
+        """Position, velocity, rotation and contact force of each block over time."""
+        return self._table("blocks.csv", text=("block",))
+
+    @property
+    def contacts(self) -> Any:
+        """When and where each contact point began and ended, its forces and slip."""
+        return self._table("contacts.csv", text=("main", "target", "type"), whole=("level",))
+
+    @property
+    def probes(self) -> Any:
+        """The motion of chosen points."""
+        return self._table("probes.csv", text=("probe",))
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """How the run went; empty where it has not ended."""
+        path = self.folder / "summary.json"
+        if not path.is_file():
+            return {}
+        summary: dict[str, Any] = json.loads(self._text(path))
+        return summary
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as run, every default filled in."""
+        return Scene.read(self.folder / "scene.toml")
+
+    @property
+    def frames(self) -> Frames:
+        """Pictures of the whole model over time."""
+        return Frames(self.folder / "frames.pvd")
+
+    @property
+    def contact_frames(self) -> Frames:
+        """Contact points over time; they need pyvista."""
+        return Frames(self.folder / "contacts.pvd")
+
+    def _text(self, path: Path) -> str:
+        try:
+            return path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise ResultsError(f"cannot read {path}: {error}") from None
+
+    def _table(
+        self, name: str, text: Sequence[str] = (), whole: Sequence[str] = ()
+    ) -> Any:
+        """A table by its columns."""
+        rows = list(csv.reader(self._text(self.folder / name).splitlines()))
+        header, cells = rows[0], list(zip(*rows[1:], strict=True)) or [()] * len(rows[0])
+        columns: dict[str, Any] = {}
+        for column, values in zip(header, cells, strict=True):
+            if column in text:
+                columns[column] = np.array(values, dtype=object if self._tables == "pandas" else str)
+            else:
+                kind = np.int64 if column in whole else np.float64
+                columns[column] = np.array([value or "nan" for value in values]).astype(kind)
+        if self._tables == "pandas":
+            import pandas
+
+            return pandas.DataFrame(columns)
+        table = np.empty(len(rows) - 1, dtype=[(key, value.dtype) for key, value in columns.items()])
+        for key, value in columns.items():
+            table[key] = value
+        return table
+
+
+class Frames(Sequence[Any]):
+    """Frames of a run, each read when it is asked for: as a grid of PyVista where that is
+    installed, else as a `meshio.Mesh`.
+    """
+
+    times: list[float]
+    """Time of each frame, s."""
+    files: list[Path]
+    """File of each frame."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            entries = ElementTree.parse(path).getroot().iter("DataSet")
+            pairs = [(float(e.attrib["timestep"]), path.parent / e.attrib["file"]) for e in entries]
+        except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:
+            raise ResultsError(f"cannot read {path}: {error}") from None
+        self.times = [time for time, _ in pairs]
+        self.files = [file for _, file in pairs]
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    @overload
+    def __getitem__(self, index: int) -> Any: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Any]: ...
+    def __getitem__(self, index: int | slice) -> Any:
+        if isinstance(index, slice):
+            return [_read(file) for file in self.files[index]]
+        return _read(self.files[index])
+
+    def __iter__(self) -> Iterator[Any]:
+        return map(_read, self.files)
+
+    def meshio(self, index: int) -> Any:
+        """A frame as a `meshio.Mesh`."""
+        import meshio
+
+        return meshio.read(self.files[index])
+
+    def pyvista(self, index: int) -> Any:
+        """A frame as a grid of PyVista."""
+        import pyvista
+
+        return pyvista.read(self.files[index])
+
+
+def _read(file: Path) -> Any:
+    if find_spec("pyvista"):
+        import pyvista
+
+        return pyvista.read(file)
+    try:
+        import meshio
+    except ImportError:
+        raise ImportError("frames need pyvista or meshio: pip install cdem[pyvista]") from None
+    return meshio.read(file)
+
+
+def read_results(
+    folder: str | os.PathLike[str], *, tables: str | None = None
+) -> Results:
+    """The results of a run, from its folder.
+
+    tables: "pandas" or "numpy" (structured arrays); pandas if left out and installed.
+
+    Raises `ResultsError` where the folder is none of results.
+    """
+    return Results(folder, tables)

@@ -1,0 +1,240 @@
+"""Scenes: everything that is said about a run, with the keys of a scene file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdem import _engine
+from cdem.errors import SceneError
+from cdem.mesh import Mesh
+
+_TABLES = ("time", "contact", "output")
+_LISTS = ("material", "block", "boundary", "load", "probe")
+
+
+class Table(dict[str, Any]):
+    """A table of a scene: its keys are attributes too, `scene.time.end` is
+    `scene.time["end"]`.
+    """
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key == "pair" and key not in self:
+            self[key] = Tables()
+        try:
+            return self[key]
+        except KeyError:
+            raise AttributeError(f"the key `{key}` is not set") from None
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        self[key] = _wrapped(value)
+
+    def __delattr__(self, key: str) -> None:
+        self.pop(key, None)
+
+
+class Tables(list[Table]):
+    """Tables of one kind, as `[[block]]`."""
+
+    def add(self, **keys: Any) -> Table:
+        """Adds a table with these keys, and returns it."""
+        self.append(_wrapped(keys))
+        return self[-1]
+
+
+class Scene:
+    """Everything that is said about a run: materials, blocks, loads, contact, output.
+
+    A scene comes from a file, from a dictionary, or is built up key by key. Keys are those of
+    scene files, as attributes: tables such as `scene.time.end = 0.5`, and lists of tables such as
+    `scene.block.add(name="i", …)`. Numbers are in SI units, or text with a unit such as
+    `"40 GPa"`. `mesh` of a block may be a `cdem.Mesh`, or a `meshio.Mesh`, as well as a path.
+
+    What is wrong shows when a simulation is made of it, or with `check()`.
+    """
+
+    def __init__(
+        self,
+        keys: Mapping[str, Any] | None = None,
+        /,
+        *,
+        directory: str | os.PathLike[str] = ".",
+        **more: Any,
+    ) -> None:
+        """A scene of these keys, those of a dictionary and more; with none, an empty one.
+
+        keys: the keys of a scene file; `version = 1` may be left out.
+        directory: what paths of meshes are relative to.
+        """
+        self.__dict__["_directory"] = Path(directory)
+        self.__dict__["_file"] = None
+        table = _wrapped({"version": 1, **dict(keys or {}), **more})
+        self.__dict__["_keys"] = table
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Scene:
+        """The scene in a file. Errors name line and column.
+
+        Raises `SceneError`.
+        """
+        path = Path(path)
+        if path.is_dir() and (path / "scene.toml").is_file():
+            raise SceneError(
+                f"cannot read the scene {path}: it is a folder; did you mean {path / 'scene.toml'}?"
+            )
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise SceneError(f"cannot read the scene {path}: {error}") from None
+        return cls.parse(text, path)
+
+    @classmethod
+    def parse(cls, text: str, path: str | os.PathLike[str] = "scene.toml") -> Scene:
+        """The scene in a TOML text that is, or could be, at `path`.
+
+        Raises `SceneError`.
+        """
+        _engine.written(_engine.Source(text, True, path))
+        scene = cls(directory=Path(path).parent)
+        keys = tomllib.loads(text)
+        scene.__dict__["_keys"] = _wrapped(keys)
+        # As long as it is as it was read, messages name its lines.
+        scene.__dict__["_file"] = (text, Path(path), _plain(keys, "", {}))
+        return scene
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key not in self._keys and key in _TABLES:
+            self._keys[key] = Table()
+        if key not in self._keys and key in _LISTS:
+            self._keys[key] = Tables()
+        return getattr(self._keys, key)
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        setattr(self._keys, key, value)
+
+    def __delattr__(self, key: str) -> None:
+        delattr(self._keys, key)
+
+    def __repr__(self) -> str:
+        title = self._keys.get("title") or "untitled"
+        blocks = len(self._keys.get("block", ()))
+        return f"<cdem.Scene: {title}, {blocks} block{'s' * (blocks != 1)}>"
+
+    @property
+    def directory(self) -> Path:
+        """What paths of meshes are relative to."""
+        directory: Path = self._directory
+        return directory
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys that are set, as plain dictionaries and lists; meshes as they are."""
+        plain: dict[str, Any] = _unwrapped(self._keys)
+        return plain
+
+    def copy(self) -> Scene:
+        """A scene with the same keys, to be changed on its own."""
+        return Scene(self.to_dict(), directory=self._directory)
+
+    def check(self) -> None:
+        """Checks all keys, and what they say of each other; meshes are not looked at.
+
+        Raises `SceneError`.
+        """
+        _engine.written(self._source()[0])
+
+    def to_toml(self) -> str:
+        """The scene as the text of a file, every default filled in.
+
+        Raises `SceneError`.
+        """
+        return _engine.written(self._source()[0])
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the scene to a file that `cdem run` takes, every default filled in, and the
+        meshes of arrays beside it, each under the name of its block.
+
+        Raises `SceneError`.
+        """
+        path = Path(path)
+        written = self.copy()
+        meshes: dict[int, str] = {}
+        for block in written._keys.get("block", ()):
+            mesh = block.get("mesh")
+            if isinstance(mesh, (str, os.PathLike)):
+                where = (self._directory / mesh).resolve()
+                block["mesh"] = os.path.relpath(where, path.parent.resolve())
+            elif mesh is not None:
+                name = meshes.setdefault(id(mesh), f"{block.get('name', 'mesh')}.msh")
+                Mesh.of(mesh).write(path.parent / name)
+                block["mesh"] = name
+        path.write_text(written.to_toml(), encoding="utf-8")
+
+    def _source(self) -> tuple[_engine.Source, list[tuple[str, _engine.Mesh]]]:
+        """The scene for the engine, and its meshes at hand with their paths."""
+        meshes: dict[str, Mesh] = {}
+        keys = _plain(self._keys, "", meshes)
+        file = self._file
+        if file is not None and file[2] == keys:
+            return _engine.Source(file[0], True, file[1]), []
+        source = _engine.Source(json.dumps(keys), False, self._directory)
+        return source, [(path, mesh._engine_mesh(path)) for path, mesh in meshes.items()]
+
+
+def _wrapped(value: Any) -> Any:
+    """Tables and lists of them in the types that give their keys as attributes."""
+    if isinstance(value, Mapping):
+        table = Table()
+        for key, inner in value.items():
+            table[str(key)] = _wrapped(inner)
+        return table
+    if isinstance(value, (list, tuple)) and value and all(isinstance(v, Mapping) for v in value):
+        return Tables(_wrapped(inner) for inner in value)
+    return value
+
+
+def _unwrapped(value: Any) -> Any:
+    """Plain dictionaries and lists again."""
+    if isinstance(value, Mapping):
+        return {key: _unwrapped(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_unwrapped(inner) for inner in value]
+    return value
+
+
+def _plain(value: Any, path: str, meshes: dict[str, Mesh]) -> Any:
+    """What JSON can say. Meshes of arrays go to `meshes`, and leave the path they stand under."""
+    if value is None or isinstance(value, (str, bool, int)):
+        return value
+    if isinstance(value, (float, np.floating)):
+        if not math.isfinite(value):
+            raise SceneError(f"{path}: must be a finite number")
+        return float(value)
+    if isinstance(value, Mapping):
+        inner = {key: _plain(v, f"{path}.{key}" if path else key, meshes) for key, v in value.items()}
+        # An empty table that was only looked at says nothing.
+        return {key: v for key, v in inner.items() if not (v in ({}, []) and key in (*_TABLES, *_LISTS, "pair"))}
+    if isinstance(value, np.ndarray) or isinstance(value, np.generic):
+        return _plain(value.tolist(), path, meshes)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, Sequence):
+        return [_plain(v, f"{path}[{i}]", meshes) for i, v in enumerate(value)]
+    if path.endswith(".mesh"):
+        mesh = Mesh.of(value)
+        known = [name for name, other in meshes.items() if other is mesh]
+        name = known[0] if known else f"{mesh.name} {len(meshes) + 1}"
+        meshes[name] = mesh
+        return name
+    kind = type(value).__name__
+    raise SceneError(f"{path}: a value of type {kind} cannot be part of a scene")

@@ -1,0 +1,257 @@
+//! A simulation with its results: begun, driven, ended, kept.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use cdem::Simulation;
+use cdem::scene::{as_input, from_value};
+use cdem_io::results::{End, Folder, Found, Recorder, Recording, SoFar, Status, Unfinished};
+use cdem_io::scene::SceneError;
+
+use crate::errors::Fault;
+
+/// A simulation, and the results that it writes, if any.
+pub(crate) struct Driven {
+    pub(crate) simulation: Simulation,
+    pub(crate) recording: Option<Recording>,
+    /// What is known before the first step.
+    pub(crate) warnings: Vec<String>,
+    /// Wall-clock time of the setup, and of steps.
+    setup: Duration,
+    wall: Duration,
+    /// Why the run has stopped itself, if it has.
+    failed: Option<String>,
+}
+
+/// How far to go at most.
+#[derive(Clone, Copy)]
+pub(crate) struct Leg {
+    /// Time, s.
+    pub(crate) until: f64,
+    /// Coarse steps.
+    pub(crate) steps: u64,
+    /// Wall-clock time, s.
+    pub(crate) seconds: f64,
+}
+
+impl Driven {
+    /// A run at its start, its setup having begun then.
+    pub(crate) fn new(simulation: Simulation, warnings: Vec<String>, began: Instant) -> Self {
+        Self {
+            simulation,
+            recording: None,
+            warnings,
+            setup: began.elapsed(),
+            wall: Duration::ZERO,
+            failed: None,
+        }
+    }
+
+    /// The run in a folder of results, from its last checkpoint.
+    pub(crate) fn load(folder: PathBuf, is_recorded: bool, began: Instant) -> Result<Self, Fault> {
+        let unfinished = match Unfinished::find(&folder)? {
+            Found::Unfinished(unfinished) => *unfinished,
+            Found::Done { reason } => {
+                let text = format!("the run in {} is done: {reason}", folder.display());
+                return Err(Fault::Results(text));
+            }
+        };
+        if let Some(reason) = unfinished.so_far.stopped {
+            return Err(Fault::Step(format!(
+                "the run stopped itself, and cannot go on: {reason}"
+            )));
+        }
+        let simulation = Simulation::new(&unfinished.scene, unfinished.mesh)
+            .map_err(|error| Fault::Scene(error.to_string()))?;
+        let simulation = simulation.resumed(&unfinished.run).map_err(|error| {
+            Fault::Results(format!(
+                "the last checkpoint cannot be used: {error} (go on with the version of cdem that \
+                 wrote it; if this is the one, report a defect)"
+            ))
+        })?;
+        let mut so_far = unfinished.so_far;
+        let warnings = so_far.warnings.clone();
+        so_far.setup_seconds += began.elapsed().as_secs_f64();
+        let recording = match is_recorded {
+            true => Some(Recording::new(
+                Recorder::reopen(unfinished.left_off)?,
+                so_far,
+            )),
+            false => None,
+        };
+        Ok(Self {
+            simulation,
+            recording,
+            warnings,
+            setup: began.elapsed(),
+            wall: Duration::ZERO,
+            failed: None,
+        })
+    }
+
+    /// Begins to write results.
+    pub(crate) fn record(&mut self, folder: &Path, scene: &Path, force: bool) -> Result<(), Fault> {
+        if let Some(recording) = &self.recording {
+            return Err(Fault::Results(format!(
+                "the run writes to {} already; close it first",
+                recording.folder().display()
+            )));
+        }
+        self.recording = Some(self.begin(folder, scene, force)?);
+        Ok(())
+    }
+
+    /// A new folder of results.
+    fn begin(&self, folder: &Path, scene: &Path, force: bool) -> Result<Recording, Fault> {
+        let folder = Folder::claim(folder, scene, force)?;
+        let directory = scene.parent().unwrap_or(Path::new(""));
+        let recorder = Recorder::create(&folder, self.simulation.scene(), directory)
+            .map_err(|unprepared| Fault::from(unprepared.error))?;
+        let so_far = SoFar {
+            setup_seconds: self.setup.as_secs_f64(),
+            warnings: self.warnings.clone(),
+            ..SoFar::default()
+        };
+        Ok(Recording::new(recorder, so_far))
+    }
+
+    /// Steps and records; whether the time or the end is reached.
+    pub(crate) fn advance(&mut self, leg: Leg) -> Result<bool, Fault> {
+        if let Some(failed) = &self.failed {
+            return Err(Fault::Step(failed.clone()));
+        }
+        let began = Instant::now();
+        let advanced = self.steps(leg, began);
+        self.wall += began.elapsed();
+        match advanced {
+            Ok(is_there) => {
+                if self.simulation.finished() {
+                    self.end(Status::Done, self.reason_of_end())?;
+                }
+                Ok(is_there)
+            }
+            Err(fault) => {
+                if let Fault::Step(reason) | Fault::Results(reason) = &fault {
+                    let reason = reason.clone();
+                    self.stop(&reason, matches!(fault, Fault::Step(_)));
+                }
+                Err(fault)
+            }
+        }
+    }
+
+    fn steps(&mut self, leg: Leg, began: Instant) -> Result<bool, Fault> {
+        // A whole number of steps misses a time by round-off.
+        let slack = 1e-6 * self.simulation.overview().step;
+        let mut left = leg.steps;
+        loop {
+            let before = self.wall;
+            if let Some(recording) = &mut self.recording {
+                recording.observe(&mut self.simulation, || before + began.elapsed())?;
+            }
+            if self.simulation.finished() || self.simulation.time() + slack >= leg.until {
+                return Ok(true);
+            }
+            if left == 0 || began.elapsed().as_secs_f64() >= leg.seconds {
+                return Ok(false);
+            }
+            left -= 1;
+            match &self.recording {
+                Some(recording) => recording.step(&mut self.simulation),
+                None => self.simulation.step(),
+            }
+            .map_err(|error| Fault::Step(error.to_string()))?;
+        }
+    }
+
+    /// What a run that has stopped itself leaves behind. Its reason is on its way already, so
+    /// that a disk that refuses adds nothing to it.
+    fn stop(&mut self, reason: &str, is_kept: bool) {
+        self.failed = Some(reason.to_owned());
+        if is_kept && let Some(recording) = &mut self.recording {
+            let _ = recording.keep(&self.simulation, self.wall, Some(reason.to_owned()));
+        }
+        let _ = self.end(Status::Stopped, reason.to_owned());
+    }
+
+    /// Ends the results, if any are written.
+    fn end(&mut self, status: Status, reason: String) -> Result<(), Fault> {
+        let Some(recording) = self.recording.take() else {
+            return Ok(());
+        };
+        let end = End { status, reason };
+        let summary = recording.summary(&mut self.simulation, self.wall, &end);
+        Ok(recording.finish(&mut self.simulation, &summary)?)
+    }
+
+    /// Ends the results here, with a checkpoint.
+    pub(crate) fn close(&mut self) -> Result<(), Fault> {
+        let Some(recording) = &mut self.recording else {
+            return Ok(());
+        };
+        let wall = self.wall;
+        recording.observe(&mut self.simulation, || wall)?;
+        recording.keep(&self.simulation, wall, None)?;
+        let reason = format!("interrupted at t = {} s", self.simulation.time());
+        self.end(Status::Interrupted, reason)
+    }
+
+    /// Writes a checkpoint.
+    pub(crate) fn save(
+        &mut self,
+        folder: Option<PathBuf>,
+        scene: &Path,
+        force: bool,
+    ) -> Result<(), Fault> {
+        let wall = self.wall;
+        match (&mut self.recording, folder) {
+            (Some(recording), None) => {
+                recording.observe(&mut self.simulation, || wall)?;
+                Ok(recording.keep(&self.simulation, wall, None)?)
+            }
+            // Nothing is observed: contacts that have ended stay in the checkpoint, and the
+            // first rows are those of who goes on.
+            (_, Some(folder)) => {
+                let mut recording = self.begin(&folder, scene, force)?;
+                Ok(recording.keep(&self.simulation, wall, None)?)
+            }
+            (None, None) => Err(Fault::Results(
+                "the run writes no results that a checkpoint could go to; name a folder".to_owned(),
+            )),
+        }
+    }
+
+    /// Has a load push otherwise from now on.
+    pub(crate) fn set_load(&mut self, number: usize, kind: &str, value: &str) -> Result<(), Fault> {
+        let unreadable = |error: serde_json::Error| Fault::Scene(format!("load: {error}"));
+        let scene = as_input(self.simulation.scene());
+        let mut input = serde_json::to_value(scene).map_err(unreadable)?;
+        input["load"][number][kind] = serde_json::from_str(value).map_err(unreadable)?;
+        let scene =
+            from_value(input).map_err(|problems| Fault::from(SceneError::Unwritten(problems)))?;
+        let new = &scene.load[number].kind;
+        self.simulation.set_load(number, new);
+        if let Some(recording) = &mut self.recording {
+            recording.change_loads(&self.simulation)?;
+        }
+        Ok(())
+    }
+
+    fn reason_of_end(&self) -> String {
+        match &self.simulation.scene().time.stop_when {
+            Some(stop) if self.simulation.step_index() < self.simulation.step_count() => format!(
+                "time.stop_when: the kinetic energy has stayed below the threshold for {} s",
+                stop.during
+            ),
+            _ => "reached the end".to_owned(),
+        }
+    }
+}
+
+/// Results that were not closed end as those of an interrupted run, to go on from.
+impl Drop for Driven {
+    fn drop(&mut self) {
+        // There is nobody to tell if the disk refuses.
+        let _ = self.close();
+    }
+}

@@ -1,0 +1,80 @@
+//! Errors on their way to Python.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use cdem_io::results::ResultsError as ResultsFault;
+use cdem_io::scene::SceneError as SceneFault;
+use cdem_io::setup::SetupError;
+use pyo3::PyErr;
+use pyo3::exceptions::PyRuntimeError;
+
+pyo3::import_exception!(cdem.errors, SceneError);
+pyo3::import_exception!(cdem.errors, MeshError);
+pyo3::import_exception!(cdem.errors, StepError);
+pyo3::import_exception!(cdem.errors, ResultsError);
+
+/// What is wrong, before there is an exception: that needs the interpreter.
+#[derive(Debug)]
+pub(crate) enum Fault {
+    /// The scene.
+    Scene(String),
+    /// A mesh.
+    Mesh(String),
+    /// The run has stopped itself.
+    Step(String),
+    /// A folder of results.
+    Results(String),
+    /// The system, which gives no more threads.
+    Threads(String),
+    /// The program.
+    Defect(String),
+}
+
+impl From<SceneFault> for Fault {
+    fn from(error: SceneFault) -> Self {
+        Self::Scene(error.to_string())
+    }
+}
+
+impl From<SetupError> for Fault {
+    fn from(error: SetupError) -> Self {
+        match error {
+            SetupError::Mesh(blame) => Self::Mesh(blame.to_string()),
+            other => Self::Scene(other.to_string()),
+        }
+    }
+}
+
+impl From<ResultsFault> for Fault {
+    fn from(error: ResultsFault) -> Self {
+        Self::Results(format!("{error} ({})", error.help()))
+    }
+}
+
+impl From<Fault> for PyErr {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::Scene(text) => SceneError::new_err(text),
+            Fault::Mesh(text) => MeshError::new_err(text),
+            Fault::Step(text) => StepError::new_err(text),
+            Fault::Results(text) => ResultsError::new_err(text),
+            Fault::Threads(text) | Fault::Defect(text) => PyRuntimeError::new_err(text),
+        }
+    }
+}
+
+/// Does some work; a panic in it becomes an error that asks for a report.
+pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let said = said(&*panic);
+        let text = format!("a defect of cdem, please report it with the scene: {said}");
+        Err(Fault::Defect(text))
+    })
+}
+
+fn said(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("it did not say why")
+}

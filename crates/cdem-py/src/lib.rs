@@ -1,0 +1,25 @@
+//! The engine behind the package `cdem` for Python.
+//!
+//! A thin layer: plain numbers, text and flat arrays go in and out. What a user meets, its names
+//! and its documentation, is written in Python, in `python/cdem/`.
+
+mod driven;
+mod errors;
+mod mesh;
+mod pool;
+mod run;
+mod scene;
+mod tables;
+
+use pyo3::prelude::*;
+
+/// The engine behind the package `cdem`: not for direct use.
+#[pymodule]
+mod _engine {
+    #[pymodule_export]
+    use super::mesh::Mesh;
+    #[pymodule_export]
+    use super::run::Run;
+    #[pymodule_export]
+    use super::scene::{Source, written};
+}

@@ -1,0 +1,141 @@
+//! Meshes from arrays.
+
+use std::collections::BTreeMap;
+
+use cdem::mesh::{CellKind, ElementKind, RawGroup, RawMesh};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+use crate::errors::Fault;
+
+/// Points, cells and named groups of cells.
+#[pyclass(frozen, module = "cdem._engine")]
+pub(crate) struct Mesh(pub(crate) RawMesh);
+
+/// Cells of a kind, and the points of all of them in a row.
+type Cells<'py> = (String, PyReadonlyArray1<'py, i64>);
+
+/// A named group: the dimension of its cells, and their numbers in an entry of the cells.
+type Group = (String, usize, Vec<(usize, Vec<usize>)>);
+
+#[pymethods]
+impl Mesh {
+    /// `name` is what messages call it.
+    #[new]
+    fn new(
+        name: &str,
+        points: PyReadonlyArray1<'_, f64>,
+        cells: Vec<Cells<'_>>,
+        groups: Vec<Group>,
+    ) -> PyResult<Self> {
+        let wrong = |problem: String| Fault::Mesh(format!("{name}: {problem}"));
+        let mut mesh = RawMesh::new(name);
+        mesh.points = points.as_slice()?.as_chunks().0.to_vec();
+        mesh.point_tags = (0..mesh.points.len() as u64).collect();
+        let is_lost = |point: &[f64; 3]| point.iter().any(|x| !x.is_finite());
+        if let Some(lost) = mesh.points.iter().position(is_lost) {
+            return Err(wrong(format!("point {lost} is at no finite place")).into());
+        }
+        let kinds: Vec<CellKind> = cells
+            .iter()
+            .map(|(kind, _)| kind_of(kind).ok_or_else(|| wrong(unknown(kind))))
+            .collect::<Result<_, _>>()?;
+        let mut memberships = Vec::new();
+        for ((_, nodes), kind) in cells.iter().zip(&kinds) {
+            memberships.push(vec![Vec::new(); nodes.len()? / kind.node_count()]);
+        }
+        join(&mut mesh, groups, &mut memberships).map_err(wrong)?;
+        let mut sets = Sets::default();
+        for (((_, nodes), kind), members) in cells.iter().zip(&kinds).zip(memberships) {
+            let first = mesh
+                .cells
+                .iter()
+                .map(|cells| cells.tags.len())
+                .sum::<usize>();
+            let into = mesh.cells_mut(*kind);
+            for &node in nodes.as_slice()? {
+                let point = u32::try_from(node);
+                into.nodes.push(point.map_err(|_| {
+                    wrong(format!("a cell has point {node}, and points count from 0"))
+                })?);
+            }
+            into.tags
+                .extend((first..first + members.len()).map(|tag| tag as u64));
+            into.sets
+                .extend(members.into_iter().map(|groups| sets.number(groups)));
+        }
+        mesh.group_sets.extend(sets.all);
+        mesh.check()
+            .map_err(|error| Fault::Mesh(error.to_string()))?;
+        Ok(Self(mesh))
+    }
+}
+
+/// Takes in the groups, and notes them at their cells.
+fn join(
+    mesh: &mut RawMesh,
+    groups: Vec<Group>,
+    memberships: &mut [Vec<Vec<u32>>],
+) -> Result<(), String> {
+    for (number, (name, dimension, parts)) in (0..).zip(groups) {
+        for (entry, members) in parts {
+            for member in members {
+                let cell = memberships
+                    .get_mut(entry)
+                    .and_then(|cells| cells.get_mut(member));
+                let cell = cell.ok_or_else(|| {
+                    format!("group \"{name}\" has cell {member}, which there is not")
+                })?;
+                if cell.last() != Some(&number) {
+                    cell.push(number);
+                }
+            }
+        }
+        mesh.groups.push(RawGroup {
+            dimension,
+            tag: number as i32 + 1,
+            name,
+        });
+    }
+    Ok(())
+}
+
+/// Sets of groups, each once; number 0 is the empty one.
+#[derive(Default)]
+struct Sets {
+    all: Vec<Vec<u32>>,
+    numbers: BTreeMap<Vec<u32>, u32>,
+}
+
+impl Sets {
+    fn number(&mut self, groups: Vec<u32>) -> u32 {
+        if groups.is_empty() {
+            return 0;
+        }
+        let next = self.all.len() as u32 + 1;
+        *self.numbers.entry(groups.clone()).or_insert_with(|| {
+            self.all.push(groups);
+            next
+        })
+    }
+}
+
+fn kind_of(name: &str) -> Option<CellKind> {
+    Some(match name {
+        "vertex" => CellKind::Point,
+        "line" => CellKind::Line,
+        "tri3" => CellKind::Element(ElementKind::Tri3),
+        "quad4" => CellKind::Element(ElementKind::Quad4),
+        "tet4" => CellKind::Element(ElementKind::Tet4),
+        "wedge6" => CellKind::Element(ElementKind::Wedge6),
+        "hex8" => CellKind::Element(ElementKind::Hex8),
+        _ => return None,
+    })
+}
+
+fn unknown(kind: &str) -> String {
+    format!(
+        "cells of kind \"{kind}\" are none that are read: tri3, quad4, tet4, wedge6, hex8, and \
+         line and vertex for groups, or meshio's names of these"
+    )
+}

@@ -1,0 +1,301 @@
+//! A run, step by step.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use cdem_io::setup;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt as _;
+use pyo3::types::PyDict;
+
+use crate::driven::{Driven, Leg};
+use crate::errors::{Fault, guarded};
+use crate::mesh::Mesh;
+use crate::pool::pool;
+use crate::scene::Source;
+use crate::tables;
+
+/// A simulation, and the results that it writes, if any.
+#[pyclass(frozen, module = "cdem._engine")]
+pub(crate) struct Run {
+    driven: Mutex<Driven>,
+    /// How many threads step; 0: one for each processor.
+    threads: usize,
+}
+
+#[pymethods]
+impl Run {
+    /// A run at its start. `meshes` are those at hand, under the path that the scene names.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        source: &Source,
+        meshes: Vec<(PathBuf, Bound<'_, Mesh>)>,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let began = Instant::now();
+        let meshes = meshes.into_iter();
+        let mut meshes = meshes
+            .map(|(path, mesh)| (path, mesh.get().0.clone()))
+            .collect();
+        let built = on_pool(py, threads, || {
+            Ok(setup::build(&source.read()?, &mut meshes)?)
+        })?;
+        let driven = Driven::new(built.simulation, built.warnings, began);
+        Ok(Self {
+            driven: Mutex::new(driven),
+            threads,
+        })
+    }
+
+    /// The run in a folder of results, from its last checkpoint; `is_recorded`: it goes on
+    /// writing to that folder.
+    #[staticmethod]
+    fn load(py: Python<'_>, folder: PathBuf, is_recorded: bool, threads: usize) -> PyResult<Self> {
+        let began = Instant::now();
+        let driven = on_pool(py, threads, || Driven::load(folder, is_recorded, began))?;
+        Ok(Self {
+            driven: Mutex::new(driven),
+            threads,
+        })
+    }
+
+    /// Begins to write results to a folder; meshes are relative to that of the file `scene`.
+    fn record(&self, py: Python<'_>, folder: PathBuf, scene: PathBuf, force: bool) -> PyResult<()> {
+        self.work(py, |driven| driven.record(&folder, &scene, force))
+    }
+
+    /// Steps until a time, s, the end, or for so many steps or seconds of wall-clock time;
+    /// whether that time or the end is reached.
+    fn advance(&self, py: Python<'_>, until: f64, steps: u64, seconds: f64) -> PyResult<bool> {
+        let leg = Leg {
+            until,
+            steps,
+            seconds,
+        };
+        self.work(py, |driven| driven.advance(leg))
+    }
+
+    /// Ends the results here, with a checkpoint to go on from.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.work(py, Driven::close)
+    }
+
+    /// Writes a checkpoint: to the folder of the results, or to a new one.
+    fn save(
+        &self,
+        py: Python<'_>,
+        folder: Option<PathBuf>,
+        scene: PathBuf,
+        force: bool,
+    ) -> PyResult<()> {
+        self.work(py, |driven| driven.save(folder, &scene, force))
+    }
+
+    /// Folder of the results, if they are written.
+    #[getter]
+    fn folder(&self, py: Python<'_>) -> Option<PathBuf> {
+        let driven = self.locked(py);
+        let recording = driven.recording.as_ref();
+        recording.map(|recording| recording.folder().to_owned())
+    }
+
+    /// Time, s.
+    #[getter]
+    fn time(&self, py: Python<'_>) -> f64 {
+        self.locked(py).simulation.time()
+    }
+
+    /// End of the scene, s.
+    #[getter]
+    fn end(&self, py: Python<'_>) -> f64 {
+        self.locked(py).simulation.scene().time.end
+    }
+
+    /// Coarse steps made.
+    #[getter]
+    fn step_index(&self, py: Python<'_>) -> u64 {
+        self.locked(py).simulation.step_index()
+    }
+
+    /// Coarse steps of the whole run.
+    #[getter]
+    fn step_count(&self, py: Python<'_>) -> u64 {
+        self.locked(py).simulation.step_count()
+    }
+
+    /// Length of the coarse step, s.
+    #[getter]
+    fn step_size(&self, py: Python<'_>) -> f64 {
+        self.locked(py).simulation.overview().step
+    }
+
+    /// Updates of elements so far.
+    #[getter]
+    fn element_updates(&self, py: Python<'_>) -> u64 {
+        self.locked(py).simulation.element_updates()
+    }
+
+    /// Whether the end is reached.
+    #[getter]
+    fn finished(&self, py: Python<'_>) -> bool {
+        self.locked(py).simulation.finished()
+    }
+
+    /// The scene as TOML, every default filled in, loads as they have become.
+    #[getter]
+    fn scene(&self, py: Python<'_>) -> String {
+        cdem_io::scene::write(self.locked(py).simulation.scene())
+    }
+
+    /// What the user should know.
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.work(py, |driven| {
+            let mut warnings = driven.warnings.clone();
+            warnings.extend(driven.simulation.warnings());
+            Ok(warnings)
+        })
+    }
+
+    /// Energies, momenta and counts now.
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let row = self.work(py, |driven| Ok(driven.simulation.history()))?;
+        tables::history(py, &row)
+    }
+
+    /// All blocks now, and where they lie in the arrays.
+    fn blocks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (rows, ranges) = self.work(py, |driven| {
+            let simulation = &mut driven.simulation;
+            Ok((simulation.blocks(), simulation.block_ranges()))
+        })?;
+        let out = tables::blocks(py, &rows)?;
+        let points: Vec<_> = ranges
+            .iter()
+            .map(|range| (range.points.start, range.points.end))
+            .collect();
+        let cells: Vec<_> = ranges
+            .iter()
+            .map(|range| (range.cells.start, range.cells.end))
+            .collect();
+        out.set_item("points", points)?;
+        out.set_item("cells", cells)?;
+        Ok(out)
+    }
+
+    /// Live contact points now.
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (rows, frame) = self.work(py, |driven| {
+            let simulation = &driven.simulation;
+            Ok((simulation.live_contacts(), simulation.contact_frame()))
+        })?;
+        let out = tables::contacts(py, &rows)?;
+        tables::add_live(&out, frame)?;
+        Ok(out)
+    }
+
+    /// Contacts that have ended since this was last asked; of a run that writes results they
+    /// go there.
+    fn ended_contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let rows = self.work(py, |driven| match &driven.recording {
+            None => Ok(driven.simulation.ended_contacts()),
+            Some(recording) => Err(Fault::Results(format!(
+                "contacts that have ended go to contacts.csv in {}; read them there",
+                recording.folder().display()
+            ))),
+        })?;
+        tables::contacts(py, &rows)
+    }
+
+    /// Places of all points, flat, m.
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let positions = self.work(py, |driven| Ok(driven.simulation.positions()))?;
+        Ok(tables::flat(py, positions).into_any())
+    }
+
+    /// A field of points or cells, flat, and the number of its components.
+    fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<(Bound<'py, PyAny>, usize)> {
+        let wanted = tables::field_of(name).ok_or_else(|| {
+            pyo3::exceptions::PyValueError::new_err(format!(
+                "there is no field \"{name}\": displacement, velocity, contact_force, stress, \
+                 von_mises, principal_stress, level"
+            ))
+        })?;
+        let field = self.work(py, |driven| Ok(driven.simulation.field(wanted)))?;
+        let components = field.components.len().max(1);
+        Ok((tables::field(py, field.values), components))
+    }
+
+    /// Kinds of all cells, and the points of all of them in a row.
+    fn cells<'py>(&self, py: Python<'py>) -> PyResult<(Vec<&'static str>, Bound<'py, PyAny>)> {
+        let (kinds, points) = self.work(py, |driven| Ok(driven.simulation.cells()))?;
+        let kinds = kinds.into_iter().map(tables::kind_name).collect();
+        let points = numpy::IntoPyArray::into_pyarray(points, py);
+        Ok((kinds, points.into_any()))
+    }
+
+    /// Gives the points other velocities, m/s, flat.
+    fn set_velocities(
+        &self,
+        py: Python<'_>,
+        velocities: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<()> {
+        let velocities = velocities.as_slice()?.as_chunks().0.to_vec();
+        self.work(py, |driven| {
+            let points = driven.simulation.positions().len();
+            if velocities.len() != points {
+                let given = velocities.len();
+                let text = format!("{given} velocities were given for {points} points");
+                return Err(Fault::Step(text));
+            }
+            if velocities.as_flattened().iter().any(|v| !v.is_finite()) {
+                return Err(Fault::Step("velocities must be finite numbers".to_owned()));
+            }
+            driven.simulation.set_velocities(&velocities);
+            Ok(())
+        })
+    }
+
+    /// Has a load push otherwise from now on: `kind` is "pressure" or "traction", `value` as
+    /// JSON.
+    fn set_load(&self, py: Python<'_>, number: usize, kind: &str, value: &str) -> PyResult<()> {
+        self.work(py, |driven| driven.set_load(number, kind, value))
+    }
+}
+
+impl Run {
+    /// Waits for another thread that is stepping, while others go on. A step that has
+    /// panicked has told so already.
+    fn locked(&self, py: Python<'_>) -> MutexGuard<'_, Driven> {
+        let locked = self.driven.lock_py_attached(py);
+        locked.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does some work on the threads of the run, while other threads of Python go on.
+    fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Driven) -> Result<T, Fault> + Send,
+    ) -> PyResult<T> {
+        // Locked before the threads are asked: one of them that waits for its share of a step
+        // would else take up other work, and wait for itself.
+        let done = py.detach(|| {
+            let locked = self.driven.lock();
+            let mut locked = locked.unwrap_or_else(PoisonError::into_inner);
+            let driven = &mut *locked;
+            pool(self.threads)?.install(|| guarded(|| work(driven)))
+        });
+        Ok(done?)
+    }
+}
+
+/// Does some work on so many threads, while other threads of Python go on.
+fn on_pool<T: Send>(
+    py: Python<'_>,
+    threads: usize,
+    work: impl FnOnce() -> Result<T, Fault> + Send,
+) -> PyResult<T> {
+    Ok(py.detach(|| pool(threads)?.install(|| guarded(work)))?)
+}

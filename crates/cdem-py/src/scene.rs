@@ -1,0 +1,48 @@
+//! Scenes from Python.
+
+use std::path::PathBuf;
+
+use cdem_io::scene::{self, SceneFile};
+use pyo3::prelude::*;
+
+use crate::errors::{Fault, guarded};
+
+/// What a scene says: the text of a file, or the keys of a dictionary.
+#[pyclass(frozen, module = "cdem._engine")]
+pub(crate) struct Source {
+    /// TOML, or JSON.
+    text: String,
+    is_file: bool,
+    /// The scene file, or the folder that meshes are relative to.
+    path: PathBuf,
+}
+
+#[pymethods]
+impl Source {
+    #[new]
+    fn new(text: String, is_file: bool, path: PathBuf) -> Self {
+        Self {
+            text,
+            is_file,
+            path,
+        }
+    }
+}
+
+impl Source {
+    /// The scene, checked.
+    pub(crate) fn read(&self) -> Result<SceneFile, Fault> {
+        if self.is_file {
+            return Ok(scene::parse(&self.text, &self.path)?);
+        }
+        let value = serde_json::from_str(&self.text)
+            .map_err(|error| Fault::Scene(format!("the scene cannot be read: {error}")))?;
+        Ok(scene::check(value, &self.path)?)
+    }
+}
+
+/// A scene as TOML, checked, every default filled in.
+#[pyfunction]
+pub(crate) fn written(source: &Source) -> PyResult<String> {
+    Ok(guarded(|| Ok(scene::write(&source.read()?.scene)))?)
+}

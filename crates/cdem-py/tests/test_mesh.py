@@ -1,0 +1,104 @@
+"""Meshes of arrays and of meshio."""
+
+import meshio
+import numpy as np
+import pytest
+
+import cdem
+
+POINTS = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+TRIANGLES = [[0, 1, 2], [0, 2, 3]]
+
+
+def scene_of(mesh, **block):
+    scene = cdem.Scene(dimension=2, time={"end": 1e-3})
+    scene.material.add(name="rock", young_modulus=1e9, poisson_ratio=0.25, density=1000.0)
+    scene.block.add(name="a", material="rock", mesh=mesh, **block)
+    return scene
+
+
+def square(**more):
+    groups = {"right": {"line": [0]}, "whole": {"triangle": [0, 1]}}
+    return cdem.Mesh(POINTS, {"triangle": TRIANGLES, "line": [[1, 2]]}, groups, **more)
+
+
+def test_arrays_make_a_block_with_its_groups():
+    scene = scene_of(square(), group="whole")
+    scene.load.add(group="right", traction=[1e5, 0.0])
+    simulation = cdem.Simulation(scene)
+    assert simulation.positions.shape == (4, 3)
+    assert simulation.blocks["a"].mass == pytest.approx(1000.0)
+    simulation.step()
+    # Force times time: 1e5 N on 1 m², and half of the first kick.
+    impulse = 1e5 * simulation.step_size
+    assert simulation.momentum[0] == pytest.approx(impulse)
+
+
+def test_two_blocks_of_one_mesh_share_it():
+    mesh = square()
+    scene = scene_of(mesh)
+    scene.block.add(name="b", material="rock", mesh=mesh, translate=[2.0, 0.0])
+    assert list(cdem.Simulation(scene).blocks) == ["a", "b"]
+
+
+def test_a_mesh_of_meshio_is_taken_by_its_cell_sets():
+    mesh = meshio.Mesh(
+        POINTS,
+        [("triangle", TRIANGLES), ("line", [[1, 2]])],
+        cell_sets={"right": [[], [0]]},
+    )
+    scene = scene_of(mesh)
+    scene.boundary.add(group="right", velocity={"x": 0.0})
+    assert len(cdem.Simulation(scene).positions) == 4
+
+
+def test_a_gmsh_file_read_by_meshio_makes_the_blocks_of_the_file(prisms):
+    from_file = cdem.Simulation(prisms)
+    mesh = meshio.read(prisms.directory / prisms.block[0].mesh)
+    for block in prisms.block:
+        block.mesh = mesh
+    from_arrays = cdem.Simulation(prisms)
+    for simulation in (from_file, from_arrays):
+        simulation.run()
+    assert from_file.history["kinetic_energy"] == from_arrays.history["kinetic_energy"]
+    assert np.array_equal(from_file.positions, from_arrays.positions)
+
+
+def test_a_scene_with_arrays_can_be_written_and_run_by_the_command(tmp_path, command):
+    scene = scene_of(square(), group="whole")
+    scene.load.add(group="right", pressure="-1 MPa")
+    scene.write(tmp_path / "scene.toml")
+    command("run", tmp_path / "scene.toml")
+    simulation = cdem.Simulation(scene)
+    simulation.run()
+    last = cdem.read_results(tmp_path / "scene-results", tables="numpy").history[-1]
+    assert last["kinetic_energy"] == simulation.energies["kinetic_energy"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([0.0, 1.0], {}), "points must be an array of n × 2 or n × 3, not 2"),
+        ((POINTS, {"tri": TRIANGLES}), "cells of shape 'tri' are not read"),
+        ((POINTS, {"tri6": [[0] * 6]}), "cells of shape 'tri6' are not read"),
+        ((POINTS, {"quad": TRIANGLES}), "n × 4, not 2 × 3"),
+        ((POINTS, {"triangle": [[0.0, 1.0, 2.0]]}), "whole numbers"),
+        ((POINTS, {"triangle": [[0, 1, 4]]}), "point 4 of 4"),
+        ((POINTS, {"triangle": [[0, 1, -1]]}), "point -1, and points count from 0"),
+        (([[0.0, np.nan]], {}), "point 0 is at no finite place"),
+        ((POINTS, {"triangle": TRIANGLES}, {"g": {"line": [0]}}), "the mesh none"),
+        ((POINTS, {"triangle": TRIANGLES}, {"g": [[2]]}), "has cell 2 of shape tri3"),
+        ((POINTS, {"triangle": TRIANGLES}, {"g": []}), "0 arrays for 1 entries"),
+    ],
+)
+def test_wrong_arrays_are_told_of(arguments, message):
+    with pytest.raises(cdem.MeshError, match=message):
+        cdem.Mesh(*arguments)
+
+
+def test_what_is_no_mesh_is_told_of():
+    with pytest.raises(cdem.MeshError, match="not of type dict"):
+        cdem.Mesh.of({})
+    with pytest.raises(cdem.MeshError, match="overlap|share|flat|Jacobian|turned|area"):
+        flat = cdem.Mesh([[0, 0], [1, 0], [2, 0]], {"triangle": [[0, 1, 2]]})
+        cdem.Simulation(scene_of(flat))

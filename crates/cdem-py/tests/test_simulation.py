@@ -1,0 +1,285 @@
+"""Simulations: stepped, looked at, changed between steps."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import cdem
+from conftest import ROOT, files
+
+
+def test_a_run_recorded_is_that_of_the_command_bit_for_bit(prisms, tmp_path, command):
+    path = ROOT / "examples" / "two-prisms-2d" / "scene.toml"
+    command("run", path, "-o", tmp_path / "command", "--threads", "1")
+    simulation = cdem.Simulation(prisms, threads=2)
+    simulation.record(tmp_path / "python")
+    looked_at = []
+
+    def look(simulation):
+        looked_at.append((simulation.blocks["i"].velocity[0], simulation.energies, simulation.contacts))
+
+    simulation.run(callback=look, every=7)
+    assert len(looked_at) == 1000 // 7
+    assert files(tmp_path / "python") == files(tmp_path / "command")
+    assert cdem.read_results(tmp_path / "python").summary["status"] == "done"
+
+
+def test_an_instant_is_synchronised_and_stays(prisms):
+    simulation = cdem.Simulation(prisms)
+    simulation.step()
+    positions, velocities = simulation.positions, simulation.velocities
+    kept = positions.copy()
+    assert np.allclose(velocities[simulation.blocks["i"].points], [3.0, 0.0, 0.0])
+    simulation.step(5)
+    assert np.array_equal(positions, kept)
+    # 5 steps at 3 m/s, to round-off of positions of some metres.
+    moved = simulation.positions - kept
+    points = simulation.blocks["i"].points
+    assert np.allclose(moved[points], [15 * simulation.step_size, 0.0, 0.0], atol=1e-14)
+
+
+def test_until_is_the_first_step_at_or_after_it(prisms):
+    simulation = cdem.Simulation(prisms)
+    simulation.run(until=0.1)
+    assert simulation.step_index == 200
+    simulation.run(until=0.1)
+    assert simulation.step_index == 200
+    simulation.run(until=0.1001)
+    assert simulation.step_index == 201
+    simulation.run()
+    assert simulation.finished and simulation.time == simulation.end == 0.5
+    simulation.step()
+    assert simulation.step_index == 1000
+
+
+def test_a_callback_stops_the_run(prisms):
+    simulation = cdem.Simulation(prisms)
+    simulation.run(callback=lambda s: bool(len(s.contacts)))
+    assert 0.333 < simulation.time < 0.335
+    contacts = simulation.contacts
+    assert (contacts.main, contacts.target, contacts.type) == (["i"], ["j"], ["vertex-edge"])
+    assert np.allclose(contacts.normal, [[-1.0, 0.0, 0.0]], atol=1e-3)
+    simulation.run()
+    ended = simulation.ended_contacts()
+    assert len(ended) == 1 and ended.time_off[0] > ended.time_on[0]
+    assert len(simulation.ended_contacts()) == 0
+
+
+def test_an_error_in_a_callback_comes_out_and_the_run_goes_on(prisms):
+    simulation = cdem.Simulation(prisms)
+    with pytest.raises(ZeroDivisionError):
+        simulation.run(callback=lambda s: 1 / 0)
+    assert simulation.step_index == 1
+    simulation.run(until=0.01)
+    assert simulation.step_index == 20
+
+
+def test_momentum_and_energy_are_kept(prisms):
+    simulation = cdem.Simulation(prisms)
+    start = simulation.energies["kinetic_energy"]
+    momentum = simulation.momentum
+    simulation.run()
+    # Round-off of some thousand sums.
+    assert np.allclose(simulation.momentum, momentum, rtol=1e-12, atol=1e-12 * momentum[0])
+    row = simulation.energies
+    assert abs(row["energy_residual"]) < 1e-3 * start
+
+
+def test_fields_have_the_shapes_they_say(prisms):
+    prisms.contact.model = "unified-node"
+    simulation = cdem.Simulation(prisms)
+    simulation.step(3)
+    points, cells = len(simulation.positions), len(simulation.cells)
+    assert (points, cells) == (6, 2)
+    for name in ("displacement", "velocity", "contact_force"):
+        assert simulation.field(name).shape == (points, 3)
+    assert simulation.field("stress").shape == (cells, 6)
+    assert simulation.field("principal_stress").shape == (cells, 3)
+    assert simulation.field("von_mises").shape == (cells,)
+    assert simulation.field("level").dtype == np.int32
+    with pytest.raises(ValueError, match='there is no field "strain"'):
+        simulation.field("strain")
+    numbers, nodes = simulation.cells.of_kind("tri3")
+    assert numbers.tolist() == [0, 1] and nodes.shape == (2, 3)
+    assert len(simulation.to_meshio().points) == points
+
+
+def test_velocities_that_are_set_are_counted(bar):
+    bar.boundary = cdem.Tables()
+    simulation = cdem.Simulation(bar)
+    simulation.step(10)
+    simulation.velocities = [3.0, 0.0]
+    assert np.allclose(simulation.velocities, [3.0, 0.0, 0.0], atol=1e-14)
+    assert simulation.momentum[0] == pytest.approx(300.0)
+    assert simulation.energies["external_work"] == pytest.approx(450.0)
+    simulation.set_velocities([[0.0, 1.0]] * 22, block="bar")
+    simulation.run()
+    assert simulation.energies["external_work"] == pytest.approx(50.0)
+    assert abs(simulation.energies["energy_residual"]) < 1e-9 * 450.0
+
+
+def test_blocks_that_are_set_moving_meet(prisms):
+    """They do so as if they had moved from the start, later by as much."""
+    late, early = cdem.Simulation(prisms), cdem.Simulation(prisms)
+    late.set_velocities([0.0, 0.0])
+    late.run(until=0.05)
+    late.set_velocities([3.0, 0.0], block="i")
+    late.run(until=0.45)
+    early.run(until=0.4)
+    for block in "ij":
+        a, b = (simulation.blocks[block].velocity for simulation in (late, early))
+        # The instant of the touch within a step differs by round-off.
+        assert np.allclose(a, b, rtol=1e-6, atol=1e-6)
+
+
+def test_wrong_velocities_are_told_of(bar):
+    simulation = cdem.Simulation(bar)
+    for wrong in ([1.0], 1.0, [[1.0] * 4]):
+        with pytest.raises(ValueError):
+            simulation.set_velocities(wrong)
+    with pytest.raises(ValueError):
+        simulation.velocities = np.zeros((3, 3))
+    with pytest.raises(KeyError):
+        simulation.set_velocities([0.0, 0.0], block="bra")
+    with pytest.raises(cdem.StepError, match="finite"):
+        simulation.velocities = [np.nan, 0.0]
+    simulation.run()
+
+
+def test_loads_that_are_set_push(bar):
+    simulation = cdem.Simulation(bar)
+    simulation.step(3)
+    changed_at = simulation.time
+    simulation.set_load("bar.xmax", traction=["0.1 MPa", 0.0])
+    simulation.run()
+    row = simulation.energies
+    assert row["external_work"] > 0.0
+    # The ledger of meshed blocks closes to 0.1 %: README.
+    assert abs(row["energy_residual"]) < 1e-3 * row["external_work"]
+    table = simulation.scene.load[0].traction
+    assert table[-1] == [changed_at, [1e5, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"load": "bar.xmax", "traction": [1.0]}, cdem.SceneError, "components"),
+        ({"load": "bar.xmax", "pressure": 1.0}, cdem.SceneError, "load"),
+        ({"load": "bar.xmax", "traction": ["1 m", 0.0]}, cdem.SceneError, "traction"),
+        ({"load": "bar.xmin", "traction": [1.0, 0.0]}, ValueError, "the scene has 'bar.xmax'"),
+        ({"load": "bar.xmax"}, ValueError, "either"),
+    ],
+)
+def test_wrong_loads_are_told_of(bar, arguments, error, message):
+    simulation = cdem.Simulation(bar)
+    with pytest.raises(error, match=message):
+        simulation.set_load(**arguments)
+    simulation.run()
+
+
+def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
+    bar.load[0].traction = [1e13, 0.0]
+    simulation = cdem.Simulation(bar)
+    simulation.record(tmp_path / "results")
+    with pytest.raises(cdem.StepError, match="t = .*bar") as first:
+        simulation.run()
+    with pytest.raises(cdem.StepError) as second:
+        simulation.step()
+    assert str(first.value) == str(second.value)
+    assert simulation.positions.shape == (22, 3)
+    summary = cdem.read_results(tmp_path / "results").summary
+    assert (summary["status"], summary["reason"]) == ("stopped", str(first.value))
+    with pytest.raises(cdem.StepError, match="cannot go on"):
+        cdem.Simulation.load(tmp_path / "results")
+
+
+def test_other_threads_run_while_it_steps(prisms):
+    prisms.time.step = 1e-6
+    prisms.time.end = 100.0
+    simulation = cdem.Simulation(prisms, threads=1)
+    count = 0
+    stop = threading.Event()
+
+    def tick():
+        nonlocal count
+        while not stop.is_set():
+            count += 1
+            time.sleep(1e-3)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    # One call of the engine, half a second long.
+    before = count
+    assert not simulation._run.advance(np.inf, 2**62, 0.5)
+    after = count
+    stop.set()
+    thread.join()
+    # 500 of them on an idle machine.
+    assert after - before > 20
+
+
+def test_two_threads_may_step_and_look(prisms):
+    simulation = cdem.Simulation(prisms, threads=2)
+    threads = [threading.Thread(target=simulation.run) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        assert np.isfinite(simulation.energies["kinetic_energy"])
+    alone = cdem.Simulation(prisms, threads=1)
+    alone.run()
+    assert np.array_equal(simulation.positions, alone.positions)
+
+
+def test_ctrl_c_stops_after_a_step(prisms):
+    prisms.time.step = 1e-6
+    prisms.time.end = 100.0
+    simulation = cdem.Simulation(prisms)
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        simulation.run()
+    assert time.monotonic() - began < 30.0
+    stopped_at = simulation.step_index
+    assert 0 < stopped_at
+    simulation.step()
+    assert simulation.step_index == stopped_at + 1
+
+
+def test_progress_is_shown_when_wanted(prisms, capsys):
+    cdem.Simulation(prisms).run(progress=True)
+    told = capsys.readouterr().err
+    assert told.endswith("\n") and "100 %" in told and "t = 0.5 of 0.5 s" in told
+    cdem.Simulation(prisms).run()
+    assert capsys.readouterr().err == ""
+
+
+def test_wrong_arguments_are_told_of(prisms):
+    with pytest.raises(ValueError, match="threads"):
+        cdem.Simulation(prisms, threads=0)
+    with pytest.raises(ValueError, match="every"):
+        cdem.Simulation(prisms).run(every=0)
+
+
+def _end_of(scene):
+    simulation = cdem.Simulation(scene, threads=2)
+    simulation.run()
+    return simulation.positions
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="no fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_processes_that_are_forked_have_threads_of_their_own(prisms):
+    """Those of the parent are not in the child, which would wait for them for ever."""
+    here = cdem.Simulation(prisms, threads=2)
+    here.run(until=0.1)
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        there = pool.map_async(_end_of, [prisms] * 4).get(timeout=60)
+    here.run()
+    for positions in there:
+        assert np.array_equal(positions, here.positions)
