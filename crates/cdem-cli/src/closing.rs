@@ -28,6 +28,8 @@ pub(crate) struct Closing<'a> {
     /// The most energy exchanged so far, J.
     pub(crate) exchanged: f64,
     pub(crate) folder: &'a Path,
+    /// Whether the run can go on from here.
+    pub(crate) goes_on: bool,
     pub(crate) profile: Option<(Times, StageTimes)>,
 }
 
@@ -65,6 +67,10 @@ pub(crate) fn print(closing: &Closing<'_>) {
         "ParaView  open {}, then click Apply",
         frames.display()
     ));
+    if closing.goes_on {
+        let folder = closing.folder.display();
+        line(format_args!("go on     cdem resume {folder}"));
+    }
 }
 
 fn headline(summary: &Summary) -> String {

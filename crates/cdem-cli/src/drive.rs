@@ -84,13 +84,19 @@ impl Ended {
         }
     }
 
-    fn refused(error: &ResultsError) -> Self {
+    fn refused(error: &ResultsError, has_checkpoint: bool) -> Self {
+        let then = match (error, has_checkpoint) {
+            (ResultsError::Gone { .. }, _) => "",
+            (_, true) => "; then go on from the last checkpoint with `cdem resume`",
+            (_, false) => "; then run the scene again: no checkpoint has been written yet",
+        };
+        let help = format!("{}{then}", error.help());
         Self {
             end: End {
                 status: Status::Stopped,
                 reason: error.to_string(),
             },
-            failure: Some(full_disk(error)),
+            failure: Some(Failure::stopped(Message::new(error, help))),
             is_kept: false,
         }
     }
@@ -127,6 +133,7 @@ impl Run {
             warn(&warning);
         }
         let folder = recording.folder().to_owned();
+        let goes_on = ended.end.status == Status::Interrupted && recording.has_checkpoint();
         let written = recording.finish(&mut self.simulation, &summary);
         let failure = written.as_ref().err().map(full_disk);
         if let Some(failure) = ended.failure.or(failure) {
@@ -143,6 +150,7 @@ impl Run {
             end: &Observation::of(&mut self.simulation),
             exchanged: self.simulation.energy_exchanged(),
             folder: &folder,
+            goes_on,
             profile: self
                 .profile
                 .then(|| (self.times, self.simulation.stage_times())),
@@ -164,7 +172,7 @@ impl Run {
                 .recording
                 .observe(&mut self.simulation, || began.elapsed());
             if let Err(error) = written {
-                break Ended::refused(&error);
+                break Ended::refused(&error, self.recording.has_checkpoint());
             }
             self.times.output += observed.elapsed();
             if self.simulation.finished() {

@@ -45,6 +45,29 @@ fn commands_are_those_of_blocks_to_type() {
     assert_eq!(commands(text), ["new a b", "run b"]);
 }
 
+/// `cargo run` asks which program is meant where there are several.
+#[test]
+fn the_first_command_of_the_readme_means_one_program() {
+    let readme = fs::read_to_string(root().join("README.md")).expect("a file");
+    assert!(readme.contains("\ncargo run --release -- run examples/"));
+    let cargo = std::process::Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--offline", "--format-version=1"])
+        .current_dir(root())
+        .output()
+        .expect("cargo");
+    let workspace: serde_json::Value = serde_json::from_slice(&cargo.stdout).expect("JSON");
+    let defaults = workspace["workspace_default_members"].as_array();
+    let is_default = |package: &&serde_json::Value| {
+        defaults.is_some_and(|members| members.contains(&package["id"]))
+    };
+    let packages = workspace["packages"].as_array().expect("packages");
+    let targets = packages.iter().filter(is_default);
+    let targets = targets.flat_map(|package| package["targets"].as_array().expect("targets"));
+    let programs = targets.filter(|target| target["kind"][0] == "bin");
+    let names: Vec<_> = programs.map(|program| &program["name"]).collect();
+    assert_eq!(names, ["cdem"]);
+}
+
 /// In a folder of its own for each page, one after the other.
 #[test]
 fn every_command_of_the_book_does_what_it_is_told() {

@@ -122,7 +122,7 @@ fn files_are_the_same_on_any_number_of_threads() {
 
 fn begin(place: &Place, line: &str) -> Child {
     let mut command = place.command(line.split_whitespace());
-    command.stdout(Stdio::null()).stderr(Stdio::null());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().expect("the command runs")
 }
 
@@ -179,10 +179,9 @@ fn a_hundred_killed_runs_come_to_the_same_end() {
     assert!(kill(100, &[1, 2]) > 80);
 }
 
-/// Runs until a checkpoint is there, and stops by a signal.
-fn interrupted(scene: &str) -> Place {
-    let place = Place::with_scene(scene);
-    let mut run = begin(&place, "run scene.toml");
+/// Begins a run, and waits until two states of it are there.
+fn begun(place: &Place) -> Child {
+    let mut run = begin(place, "run scene.toml");
     let states = || {
         let folder = place.path("scene-results/checkpoints");
         folder.is_dir() && names(&folder).len() > 2
@@ -191,8 +190,21 @@ fn interrupted(scene: &str) -> Place {
         assert!(run.try_wait().expect("a child").is_none(), "too short");
         std::thread::sleep(Duration::from_millis(2));
     }
+    run
+}
+
+/// Runs until a checkpoint is there, and stops by a signal.
+fn interrupted(scene: &str) -> Place {
+    let place = Place::with_scene(scene);
+    let run = begun(&place);
     signal("TERM", &run);
-    assert_eq!(run.wait().expect("a child").code(), Some(130));
+    let ended = run.wait_with_output().expect("a child");
+    assert_eq!(ended.status.code(), Some(130));
+    let told = String::from_utf8_lossy(&ended.stdout).into_owned();
+    assert!(
+        told.contains("go on     cdem resume scene-results"),
+        "{told}"
+    );
     place
 }
 
@@ -287,7 +299,17 @@ fn what_cannot_go_on_says_why_and_stays_as_it_is() {
     let history = place.read("scene-results/history.csv");
     place.write("scene-results/history.csv", &history[..300]);
     look("a table has been cut short");
+    place.write(
+        "scene-results/history.csv",
+        &history.replacen("e0", "e1", 1),
+    );
+    look("a number in a table is another");
     place.write("scene-results/history.csv", &history);
+    let log = "scene-results/checkpoints/contacts.csv";
+    let contacts = place.read(log);
+    place.write(log, &contacts.replacen("time", "tame", 1));
+    look("a word in the list of contacts is another");
+    place.write(log, &contacts);
     fs::remove_dir_all(place.path("scene-results/checkpoints")).expect("a folder");
     look("no checkpoints");
     let names = |line: &str| {
@@ -314,6 +336,19 @@ fn what_cannot_go_on_says_why_and_stays_as_it_is() {
     for (name, bytes) in after {
         assert!(bytes == before[&name], "{} differs", name.display());
     }
+}
+
+#[test]
+fn a_folder_that_goes_away_is_not_made_anew() {
+    let place = Place::with_scene(&heap("1e-9"));
+    let run = begun(&place);
+    fs::rename(place.path("scene-results"), place.path("moved")).expect("a folder");
+    let ended = run.wait_with_output().expect("a child");
+    assert_eq!(ended.status.code(), Some(3));
+    let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(told.contains("it was removed or moved"), "{told}");
+    assert_eq!(place.names("."), ["moved", "scene.toml"], "{told}");
+    place.cdem("resume moved").done();
 }
 
 #[test]

@@ -75,6 +75,12 @@ pub enum ResultsError {
         /// What is wrong with it, shown in its text.
         why: String,
     },
+    /// The folder is gone.
+    #[error("the results folder {} is no longer there", path.display())]
+    Gone {
+        /// The folder.
+        path: PathBuf,
+    },
     /// A file or folder could not be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -92,6 +98,10 @@ pub enum ResultsError {
         source: io::Error,
     },
 }
+
+/// What to try where a folder is gone.
+const GONE: &str = "it was removed or moved while the run wrote to it: run the scene again, or go \
+                    on from the last checkpoint with `cdem resume` and the folder where it is now";
 
 /// Why a folder could not be set up for a run.
 #[derive(Debug)]
@@ -132,16 +142,19 @@ impl ResultsError {
                  the scene again, with --force to replace that run"
             }
             Self::Checkpoint { .. } => {
-                "run the scene again, with --force to replace that run; if nothing has happened to \
-                 the file, report it as a defect"
+                "go on with the version of cdem that wrote it, if that is another one; else run the \
+                 scene again, with --force to replace that run, and if nothing has happened to the \
+                 file, report it as a defect"
             }
             Self::Frame { .. } => "run the scene again: the file is not as it was written",
+            Self::Gone { .. } => GONE,
             Self::Scene { .. } => "the scene of the results is not as it was written",
             Self::Read { .. } => "check that the folder exists and may be read",
             Self::Write { source, .. } => match source.kind() {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                     "make room on the disk, or write less: fewer frames or fields in [output]"
                 }
+                io::ErrorKind::NotFound => GONE,
                 io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                     "name a folder that you may write to with -o DIR"
                 }

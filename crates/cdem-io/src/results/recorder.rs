@@ -217,6 +217,12 @@ impl Recorder {
         write_whole(&path, |out| out.write_all(text.as_bytes()))
     }
 
+    /// Whether there is a checkpoint to go on from.
+    #[must_use]
+    pub fn has_checkpoint(&self) -> bool {
+        self.checkpoints.has_state()
+    }
+
     /// Whether the last checkpoint has been written, so that the next would not wait.
     #[must_use]
     pub fn may_keep(&self) -> bool {
@@ -250,10 +256,10 @@ impl Recorder {
             step: simulation.step_index(),
             time: simulation.time(),
             results: Position {
-                history: self.history.to.length(),
-                blocks: self.blocks.to.length(),
-                probes: self.probes.length(),
-                contacts: self.contacts.length(),
+                history: self.history.to.extent(),
+                blocks: self.blocks.to.extent(),
+                probes: self.probes.extent(),
+                contacts: self.contacts.extent(),
                 frames,
                 clocks: [
                     self.history.clock.clone(),
@@ -324,6 +330,7 @@ impl Recorder {
         summary: &Summary,
     ) -> Result<(), ResultsError> {
         let time = run.time();
+        self.require_folder()?;
         let is_finite = run.history().is_finite();
         let due = [
             self.history.clock.due_at_end(time) && is_finite,
@@ -351,11 +358,24 @@ impl Recorder {
         Ok(())
     }
 
+    /// The folder is where it was: files in one that is not would be made anew, or grow unseen.
+    fn require_folder(&self) -> Result<(), ResultsError> {
+        match self.history.to.path().is_file() {
+            true => Ok(()),
+            false => Err(ResultsError::Gone {
+                path: self.folder.clone(),
+            }),
+        }
+    }
+
     fn write(
         &mut self,
         run: &mut impl Observed,
         [history, blocks, frames]: [bool; 3],
     ) -> Result<(), ResultsError> {
+        if history || blocks || frames {
+            self.require_folder()?;
+        }
         let ended = run.ended_contacts();
         if !ended.is_empty() {
             self.contacts.append(ended.iter().map(Row::from))?;

@@ -49,6 +49,12 @@ impl Recording {
         self.recorder.folder()
     }
 
+    /// Whether there is a checkpoint to go on from.
+    #[must_use]
+    pub fn has_checkpoint(&self) -> bool {
+        self.recorder.has_checkpoint()
+    }
+
     /// Writes what is due, and a checkpoint where the last is old enough; to be called at the
     /// start and after each step.
     ///

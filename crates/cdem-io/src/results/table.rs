@@ -1,8 +1,10 @@
 //! CSV files that grow by whole rows.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::Write as _;
+use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
 
 use super::error::ResultsError;
 use super::file::write_whole;
@@ -37,9 +39,65 @@ impl Row {
 pub(super) struct Table {
     path: PathBuf,
     file: File,
+    extent: Extent,
+}
+
+/// How far a file goes, and what it holds up to there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Extent {
     /// Bytes.
     length: u64,
+    /// Their CRC-32.
+    sum: u32,
 }
+
+impl Extent {
+    /// With these bytes behind.
+    fn with(self, bytes: &[u8]) -> Self {
+        let mut sum = crc32fast::Hasher::new_with_initial_len(self.sum, self.length);
+        sum.update(bytes);
+        Self {
+            length: self.length + bytes.len() as u64,
+            sum: sum.finalize(),
+        }
+    }
+
+    /// Whether a file of a folder goes that far and is as it was, or what is wrong.
+    pub(super) fn fits(self, folder: &Path, name: &Path) -> Result<(), String> {
+        let path = &folder.join(name);
+        let is = fs::metadata(path).map_or(0, |file| file.len());
+        if is < self.length {
+            let (length, name) = (self.length, name.display());
+            return Err(format!(
+                "counts on {length} bytes of {name}, which has {is}"
+            ));
+        }
+        let unreadable = |error: io::Error| format!("counts on {}: {error}", name.display());
+        let file = File::open(path).map_err(unreadable)?;
+        let mut file = BufReader::with_capacity(READ_AT_ONCE, file.take(self.length));
+        let mut found = Self::default();
+        loop {
+            let bytes = file.fill_buf().map_err(unreadable)?;
+            if bytes.is_empty() {
+                break;
+            }
+            let count = bytes.len();
+            found = found.with(bytes);
+            file.consume(count);
+        }
+        if found == self {
+            Ok(())
+        } else {
+            let name = name.display();
+            Err(format!(
+                "counts on {name} as it was, which has changed since"
+            ))
+        }
+    }
+}
+
+/// Bytes that are read in one go.
+const READ_AT_ONCE: usize = 1 << 16;
 
 impl Table {
     /// Creates the file with its header.
@@ -49,23 +107,23 @@ impl Table {
         let mut table = Self {
             path: path.to_owned(),
             file: file.map_err(|error| ResultsError::write(path, error))?,
-            length: 0,
+            extent: Extent::default(),
         };
         table.write(format!("{header}\n").as_bytes())?;
         Ok(table)
     }
 
-    /// Opens a file that goes on after so many bytes; what follows is dropped.
-    pub(super) fn reopen(path: &Path, length: u64) -> Result<Self, ResultsError> {
+    /// Opens a file that goes on after some extent; what follows is dropped.
+    pub(super) fn reopen(path: &Path, extent: Extent) -> Result<Self, ResultsError> {
         let open = || {
             let file = OpenOptions::new().append(true).open(path)?;
-            file.set_len(length)?;
+            file.set_len(extent.length)?;
             Ok(file)
         };
         Ok(Self {
             path: path.to_owned(),
             file: open().map_err(|error| ResultsError::write(path, error))?,
-            length,
+            extent,
         })
     }
 
@@ -74,9 +132,9 @@ impl Table {
         &self.path
     }
 
-    /// Bytes.
-    pub(super) fn length(&self) -> u64 {
-        self.length
+    /// How far it goes.
+    pub(super) fn extent(&self) -> Extent {
+        self.extent
     }
 
     /// Keeps other processes from it until it is closed, where the system can.
@@ -137,10 +195,10 @@ impl Table {
     fn write(&mut self, bytes: &[u8]) -> Result<(), ResultsError> {
         if let Err(error) = self.file.write_all(bytes) {
             // A row that is there in part is of no use; that it may stay is no second error.
-            let _ = self.file.set_len(self.length);
+            let _ = self.file.set_len(self.extent.length);
             return Err(ResultsError::write(&self.path, error));
         }
-        self.length += bytes.len() as u64;
+        self.extent = self.extent.with(bytes);
         Ok(())
     }
 }

@@ -106,15 +106,7 @@ impl Position {
             (PROBES.into(), self.probes),
             (contacts, self.contacts),
         ];
-        for (name, length) in tables {
-            let is = fs::metadata(folder.join(&name)).map_or(0, |file| file.len());
-            if is < length {
-                return Err(format!(
-                    "counts on {length} bytes of {}, which has {is}",
-                    name.display()
-                ));
-            }
-        }
-        Ok(())
+        let mut tables = tables.into_iter();
+        tables.try_for_each(|(name, extent)| extent.fits(folder, &name))
     }
 }

@@ -15,7 +15,7 @@ use crate::results::file::write_lasting;
 const MAGIC: &str = "cdem checkpoint ";
 
 /// Raised by every change of what is written: also of what `cdem` saves of a run.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Bytes of the checksum.
 const SUM: usize = 4;
@@ -50,8 +50,7 @@ fn parse<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, &[u8]), String> {
     let format = first.strip_prefix(MAGIC).ok_or("is no checkpoint")?;
     if format != FORMAT.to_string() {
         return Err(format!(
-            "is of format {format}, and this version of cdem reads format {FORMAT}: go on with the \
-             version that wrote it"
+            "is of format {format}, of another version of cdem: this one reads format {FORMAT}"
         ));
     }
     let (whole, sum) = bytes

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cadence::Clock;
 use super::error::ResultsError;
+use super::table::Extent;
 
 /// Name of the folder.
 pub(super) const FOLDER: &str = "checkpoints";
@@ -57,11 +58,11 @@ pub(super) struct State {
 /// How far results have been written.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Position {
-    /// Bytes of tables.
-    pub(super) history: u64,
-    pub(super) blocks: u64,
-    pub(super) probes: u64,
-    pub(super) contacts: u64,
+    /// Of tables.
+    pub(super) history: Extent,
+    pub(super) blocks: Extent,
+    pub(super) probes: Extent,
+    pub(super) contacts: Extent,
     /// Times of frames, s.
     pub(super) frames: Vec<f64>,
     /// When rows of history and blocks, and frames, are due next.
@@ -126,6 +127,11 @@ impl Checkpoints {
         self.has_start = false;
     }
 
+    /// Whether there is any state to go on from.
+    pub(super) fn has_state(&self) -> bool {
+        states(&self.folder).is_ok_and(|states| !states.is_empty())
+    }
+
     /// Whether the last one has been written.
     pub(super) fn is_ready(&self) -> bool {
         !self.is_writing.load(Ordering::Acquire)
@@ -154,7 +160,12 @@ impl Checkpoints {
 
 impl Checkpoint {
     fn write(self, folder: &Path) -> Result<(), ResultsError> {
-        fs::create_dir_all(folder).map_err(|error| ResultsError::write(folder, error))?;
+        match fs::create_dir(folder) {
+            Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+                return Err(ResultsError::write(folder, error));
+            }
+            _ => (),
+        }
         if let Some(start) = &self.start {
             start.write(&folder.join(START))?;
         }
