@@ -20,8 +20,11 @@ fn files(folder: &str, ending: Option<&str>) -> Vec<Vec<u8>> {
     paths.into_iter().map(read).collect()
 }
 
+/// A reader.
+type Read = fn(&[u8]);
+
 /// Gives a reader files as they are, cut short, and with some bytes changed.
-fn tease(files: &[Vec<u8>], read: fn(&[u8])) {
+fn tease(files: &[Vec<u8>], read: Read) {
     let mut random = Random(5);
     for file in files {
         read(file);
@@ -80,7 +83,7 @@ fn any_checkpoint_is_a_state_or_an_error() {
 /// What fuzzing has found so far: inputs that each take another way through a reader.
 #[test]
 fn inputs_that_fuzzing_has_found_are_read_or_refused() {
-    let targets: [(&str, fn(&[u8])); 4] = [
+    let targets: [(&str, Read); 4] = [
         ("scene", readers::scene),
         ("mesh", readers::mesh),
         ("start", readers::start),
