@@ -33,14 +33,15 @@ pub(crate) struct Impulses<const D: usize> {
 
 impl<const D: usize> Impulses<D> {
     pub(crate) fn new(nodes: usize) -> Self {
-        let zero = vec![[0.0; D]; nodes];
+        // Zeros that come from the system take no memory until something acts; copies do.
+        let zero = || vec![[0.0; D]; nodes];
         Self {
-            total: zero.clone(),
-            viscous: zero.clone(),
-            load: zero.clone(),
-            damping: zero.clone(),
-            contact: zero.clone(),
-            before: zero,
+            total: zero(),
+            viscous: zero(),
+            load: zero(),
+            damping: zero(),
+            contact: zero(),
+            before: zero(),
             relevelled: Vec::new(),
             interval: vec![0.0; nodes],
             shares: [Vec::new(), Vec::new()],
