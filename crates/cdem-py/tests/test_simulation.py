@@ -1,7 +1,9 @@
 """Simulations: stepped, looked at, changed between steps."""
 
+import copy
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 import time
@@ -59,7 +61,8 @@ def test_until_is_the_first_step_at_or_after_it(prisms):
 
 def test_a_callback_stops_the_run(prisms):
     simulation = cdem.Simulation(prisms)
-    simulation.run(callback=lambda s: bool(len(s.contacts)))
+    # What arrays are compared to is a boolean of NumPy.
+    simulation.run(callback=lambda s: np.bool_(len(s.contacts) > 0))
     assert 0.333 < simulation.time < 0.335
     contacts = simulation.contacts
     assert (contacts.main, contacts.target, contacts.type) == (["i"], ["j"], ["vertex-edge"])
@@ -142,10 +145,14 @@ def test_wrong_velocities_are_told_of(bar):
     for wrong in ([1.0], 1.0, [[1.0] * 4]):
         with pytest.raises(ValueError):
             simulation.set_velocities(wrong)
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match=r"each of \d+ points, not an array of shape \(3, 3\)"):
         simulation.velocities = np.zeros((3, 3))
-    with pytest.raises(KeyError):
+    with pytest.raises(ValueError, match="third component"):
+        simulation.set_velocities([0.0, 0.0, 1.0])
+    with pytest.raises(ValueError, match="no block 'bra'; the scene has 'bar'"):
         simulation.set_velocities([0.0, 0.0], block="bra")
+    with pytest.raises(AttributeError):
+        simulation.velocites = np.zeros((3, 3))
     with pytest.raises(cdem.StepError, match="finite"):
         simulation.velocities = [np.nan, 0.0]
     simulation.run()
@@ -169,7 +176,7 @@ def test_loads_that_are_set_push(bar):
     ("arguments", "error", "message"),
     [
         ({"load": "bar.xmax", "traction": [1.0]}, cdem.SceneError, "components"),
-        ({"load": "bar.xmax", "pressure": 1.0}, cdem.SceneError, "load"),
+        ({"load": "bar.xmax", "pressure": 1.0}, ValueError, "is a traction"),
         ({"load": "bar.xmax", "traction": ["1 m", 0.0]}, cdem.SceneError, "traction"),
         ({"load": "bar.xmin", "traction": [1.0, 0.0]}, ValueError, "the scene has 'bar.xmax'"),
         ({"load": "bar.xmax"}, ValueError, "either"),
@@ -264,6 +271,14 @@ def test_wrong_arguments_are_told_of(prisms):
         cdem.Simulation(prisms, threads=0)
     with pytest.raises(ValueError, match="every"):
         cdem.Simulation(prisms).run(every=0)
+    for until in (np.nan, -1.0):
+        with pytest.raises(ValueError, match="until"):
+            cdem.Simulation(prisms).run(until=until)
+    with pytest.raises(ValueError, match="count"):
+        cdem.Simulation(prisms).step(-1)
+    for copied in (copy.copy, copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="save"):
+            copied(cdem.Simulation(prisms))
 
 
 def _end_of(scene):

@@ -99,10 +99,6 @@ pub enum ResultsError {
     },
 }
 
-/// What to try where a folder is gone.
-const GONE: &str = "it was removed or moved while the run wrote to it: run the scene again, or go \
-                    on from the last checkpoint with `cdem resume` and the folder where it is now";
-
 /// Why a folder could not be set up for a run.
 #[derive(Debug)]
 pub struct Unprepared {
@@ -147,14 +143,20 @@ impl ResultsError {
                  file, report it as a defect"
             }
             Self::Frame { .. } => "run the scene again: the file is not as it was written",
-            Self::Gone { .. } => GONE,
+            Self::Gone { .. } => {
+                "it was removed or moved while the run wrote to it: run the scene again, or go on \
+                 from the last checkpoint with `cdem resume` and the folder where it is now"
+            }
             Self::Scene { .. } => "the scene of the results is not as it was written",
             Self::Read { .. } => "check that the folder exists and may be read",
             Self::Write { source, .. } => match source.kind() {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                     "make room on the disk, or write less: fewer frames or fields in [output]"
                 }
-                io::ErrorKind::NotFound => GONE,
+                io::ErrorKind::NotFound => {
+                    "name another folder with -o DIR; if this one was there, it was removed or \
+                     moved while the run wrote to it"
+                }
                 io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                     "name a folder that you may write to with -o DIR"
                 }

@@ -108,6 +108,9 @@ class Simulation:
     The bits are those that `cdem run` gives. With `record(DIR)` the files are, too.
     """
 
+    # A misspelt name that is set is an error.
+    __slots__ = ("_run", "_scene_path")
+
     def __init__(
         self,
         scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
@@ -161,6 +164,11 @@ class Simulation:
     ) -> None:
         self.close()
 
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        raise TypeError(
+            "a simulation is not copied or pickled: save() it to a folder, and load() it from there"
+        )
+
     def __repr__(self) -> str:
         return f"<cdem.Simulation: t = {self.time:.6g} s of {self._run.end:g} s>"
 
@@ -171,6 +179,8 @@ class Simulation:
 
         Raises `StepError`, and `ResultsError` if results cannot be written.
         """
+        if count < 0:
+            raise ValueError(f"steps are made forwards: count must be at least 0, got {count}")
         for _ in range(count):
             self._run.advance(math.inf, 1, math.inf)
 
@@ -186,7 +196,7 @@ class Simulation:
 
         until: time, s; the first coarse step at or after it is the last. The end if left out.
         callback: called with the simulation after each step, or after so many; if it returns
-            `True`, the run stops there.
+            `True` or NumPy's, the run stops there.
         every: coarse steps between two calls.
         progress: show how far the run is; if left out, in terminals and notebooks, where it
             takes more than two seconds.
@@ -197,6 +207,8 @@ class Simulation:
         if every < 1:
             raise ValueError(f"every must be at least 1, got {every}")
         until = math.inf if until is None else float(until)
+        if not until >= 0.0:
+            raise ValueError(f"until must be a time in seconds, at least 0; got {until}")
         with Progress(self._run, min(until, self._run.end), progress) as shown:
             left = every
             while True:
@@ -207,7 +219,8 @@ class Simulation:
                 left -= self._run.step_index - before
                 if callback is not None and left == 0:
                     left = every
-                    if callback(self) is True:
+                    answer = callback(self)
+                    if isinstance(answer, (bool, np.bool_)) and answer:
                         return
                 if is_there:
                     return
@@ -375,17 +388,29 @@ class Simulation:
 
         What is fixed or follows a boundary condition stays as it is. The energy and momentum
         that this brings are counted as external work and impulse. A checkpoint holds what has
-        become of it. Raises `StepError`, and `KeyError` for an unknown block.
+        become of it. Raises `StepError`, and `ValueError` for an unknown block, an array of
+        another shape, or a third component that is not 0 in 2-D.
         """
         velocities = self.velocities
-        chosen = self.blocks[block].points if block is not None else slice(None)
+        chosen = slice(None) if block is None else self._points_of(block)
         given = np.asarray(values, dtype=np.float64)
-        if given.ndim not in (1, 2) or given.shape[-1] not in (2, 3):
+        count = len(velocities[chosen])
+        if given.shape not in ((2,), (3,), (count, 2), (count, 3)):
             raise ValueError(
-                f"velocities are vectors of 2 or 3 components, not an array of {given.shape}"
+                f"velocities are one vector of 2 or 3 components, or one for each of {count} "
+                f"points, not an array of shape {given.shape}"
             )
+        if self.scene.dimension == 2 and np.any(given[..., 2:] != 0.0):
+            raise ValueError("in 2-D the third component of a velocity must be 0")
         velocities[chosen, : given.shape[-1]] = given
         self._run.set_velocities(velocities.ravel())
+
+    def _points_of(self, block: str) -> slice:
+        blocks = self.blocks
+        if block not in blocks:
+            known = ", ".join(map(repr, blocks))
+            raise ValueError(f"there is no block {block!r}; the scene has {known}")
+        return blocks[block].points
 
     def set_load(
         self,
@@ -402,13 +427,18 @@ class Simulation:
         traction: the same of a traction.
 
         Its work is counted as before. The scene tells of it, so that checkpoints do: up to now
-        the load is as it was, and then the new one. Raises `SceneError`.
+        the load is as it was, and then the new one. Raises `SceneError` for a value that cannot
+        be, and `ValueError` for a load that there is not, or one of the other kind.
         """
         given = [(k, v) for k, v in (("pressure", pressure), ("traction", traction)) if v is not None]
         if len(given) != 1:
             raise ValueError("give either a pressure or a traction")
         kind, value = given[0]
-        self._run.set_load(self._load_number(load), kind, json.dumps(_plain(value, kind, {})))
+        number = self._load_number(load)
+        if kind not in self.scene.load[number]:
+            other = "traction" if kind == "pressure" else "pressure"
+            raise ValueError(f"the load {load!r} is a {other}, and stays one")
+        self._run.set_load(number, kind, json.dumps(_plain(value, kind, {})))
 
     def _load_number(self, load: str | int) -> int:
         groups = [table.group for table in self.scene.load]
