@@ -1,7 +1,7 @@
 //! Elements in free flight: what the kernels of all shapes take, beside what the machine's
 //! memory gives in the same run.
 //!
-//! `cargo bench --bench kernels` takes about 200 000 elements of each shape,
+//! `cargo bench -p cdem-verify --bench kernels` takes about 200 000 elements of each shape,
 //! `-- 1e6` a million. On `RAYON_NUM_THREADS` threads. Writes `target/bench/kernels.json` too.
 
 #![allow(
