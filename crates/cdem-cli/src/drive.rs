@@ -7,10 +7,9 @@ use cdem::{Simulation, StepError};
 use cdem_io::results::{End, Recording, ResultsError, Status};
 
 use crate::closing::{self, Closing};
-use crate::failure::{Failure, Message, Outcome};
+use crate::failure::{COMMAND, Failure, Message, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::{Position, Progress};
-use crate::quantity::quantity;
 use crate::terminal::{complain, warn};
 
 /// What the closing summary compares.
@@ -62,23 +61,17 @@ struct Ended {
 }
 
 impl Ended {
-    fn done(reason: String) -> Self {
+    fn done(simulation: &Simulation) -> Self {
         Self {
-            end: End {
-                status: Status::Done,
-                reason,
-            },
+            end: End::done(simulation),
             failure: None,
             is_kept: false,
         }
     }
 
-    fn interrupted(time: f64) -> Self {
+    fn interrupted(simulation: &Simulation) -> Self {
         Self {
-            end: End {
-                status: Status::Interrupted,
-                reason: format!("interrupted at t = {}", quantity(time, "s")),
-            },
+            end: End::interrupted(simulation),
             failure: None,
             is_kept: true,
         }
@@ -90,12 +83,9 @@ impl Ended {
             (_, true) => "; then go on from the last checkpoint with `cdem resume`",
             (_, false) => "; then run the scene again: no checkpoint has been written yet",
         };
-        let help = format!("{}{then}", error.help());
+        let help = format!("{}{then}", error.help(&COMMAND));
         Self {
-            end: End {
-                status: Status::Stopped,
-                reason: error.to_string(),
-            },
+            end: End::stopped(error.to_string()),
             failure: Some(Failure::stopped(Message::new(error, help))),
             is_kept: false,
         }
@@ -104,10 +94,7 @@ impl Ended {
     fn unsound(error: &StepError) -> Self {
         let help = "the results up to there are whole; the last frame shows what happened";
         Self {
-            end: End {
-                status: Status::Stopped,
-                reason: error.to_string(),
-            },
+            end: End::stopped(error.to_string()),
             failure: Some(Failure::stopped(Message::new(error, help))),
             is_kept: true,
         }
@@ -176,10 +163,10 @@ impl Run {
             }
             self.times.output += observed.elapsed();
             if self.simulation.finished() {
-                break Ended::done(self.reason_of_end());
+                break Ended::done(&self.simulation);
             }
             if self.interrupt.asked() {
-                break Ended::interrupted(self.simulation.time());
+                break Ended::interrupted(&self.simulation);
             }
             if let Err(error) = self.recording.step(&mut self.simulation) {
                 break Ended::unsound(&error);
@@ -200,16 +187,6 @@ impl Run {
         let stopped = stopped.then(|| end.reason.clone());
         self.recording
             .keep(&self.simulation, self.times.wall, stopped)
-    }
-
-    fn reason_of_end(&self) -> String {
-        match &self.simulation.scene().time.stop_when {
-            Some(stop) if self.simulation.step_index() < self.simulation.step_count() => format!(
-                "time.stop_when: the kinetic energy has stayed below the threshold for {}",
-                quantity(stop.during, "s")
-            ),
-            _ => "reached the end".to_owned(),
-        }
     }
 
     fn position(&self) -> Position {
@@ -249,10 +226,10 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
 
 /// A folder that cannot be used; nothing has been written.
 pub(crate) fn wrong_folder(error: ResultsError) -> Failure {
-    Failure::wrong(Message::new(&error, error.help()))
+    Failure::wrong(Message::new(&error, error.help(&COMMAND)))
 }
 
 /// A disk that refuses in the middle of a run.
 pub(crate) fn full_disk(error: &ResultsError) -> Failure {
-    Failure::stopped(Message::new(error, error.help()))
+    Failure::stopped(Message::new(error, error.help(&COMMAND)))
 }

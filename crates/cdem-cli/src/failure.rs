@@ -3,7 +3,16 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use cdem_io::results::Front;
 use cdem_io::scene::SceneError;
+
+/// How advice of the libraries is followed with the command.
+pub(crate) const COMMAND: Front = Front {
+    naming: " with -o DIR",
+    force: "--force",
+    run: "`cdem run`",
+    resume: "`cdem resume`",
+};
 
 /// How the command ends, as the exit status says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

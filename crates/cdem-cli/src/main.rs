@@ -6,6 +6,7 @@ mod closing;
 mod drive;
 mod failure;
 mod interrupt;
+mod memory;
 mod new;
 mod progress;
 mod quantity;
@@ -24,6 +25,7 @@ use args::{Cli, Command};
 use failure::{Failure, Message, Outcome};
 
 fn main() -> ExitCode {
+    memory::give_back();
     let cli = Cli::parse();
     terminal::prepare();
     let ended = match cli.command {

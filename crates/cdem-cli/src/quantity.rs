@@ -1,17 +1,6 @@
-//! Numbers for people: SI prefixes, thousands, columns.
+//! Numbers for people: thousands, columns.
 
-use cdem::significant;
-
-/// A quantity with three or four digits and an SI prefix: "74.8 kJ".
-pub(crate) fn quantity(value: f64, unit: &str) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value} {unit}");
-    }
-    let power = (value.abs().log10() / 3.0 + 1e-12).floor().clamp(-5.0, 5.0);
-    let prefix = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"][(power + 5.0) as usize];
-    let number = significant(value / 1000_f64.powf(power), 4);
-    format!("{number} {prefix}{unit}")
-}
+pub(crate) use cdem::quantity;
 
 /// A count with thin groups of thousands: "1 234 567".
 pub(crate) fn count(value: u64) -> String {
@@ -60,23 +49,6 @@ pub(crate) fn columns(rows: &[Vec<String>]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantities_have_a_prefix_and_few_digits() {
-        for (value, text) in [
-            (0.0, "0 J"),
-            (1.0, "1 J"),
-            (999.96, "1000 J"),
-            (1000.0, "1 kJ"),
-            (-74_784.4, "-74.78 kJ"),
-            (5e-4, "500 µJ"),
-            (1.234_56e-3, "1.235 mJ"),
-            (3.2e20, "320000 PJ"),
-            (f64::NAN, "NaN J"),
-        ] {
-            assert_eq!(quantity(value, "J"), text);
-        }
-    }
 
     #[test]
     fn thousands_are_set_apart() {

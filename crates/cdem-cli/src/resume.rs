@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use cdem::{ResumeError, Simulation};
-use cdem_io::results::{Found, Recorder, Recording, Unfinished};
+use cdem::Simulation;
+use cdem_io::results::{Found, Recorder, Recording, ResultsError, Unfinished};
 
 use crate::args::ResumeArgs;
 use crate::drive::{Observation, Run, Times, full_disk, use_threads, wrong_folder};
@@ -26,11 +26,8 @@ pub(crate) fn resume(args: &ResumeArgs) -> Result<Outcome, Failure> {
 
 /// The run as it was; only then its results are touched.
 fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Run, Failure> {
-    if let Some(reason) = &unfinished.so_far.stopped {
-        return Err(Failure::stopped(Message::new(
-            format!("the run stopped itself, and cannot go on: {reason}"),
-            "change the scene and run it again, with --force to replace this run",
-        )));
+    if let Some(reason) = unfinished.so_far.stopped {
+        return Err(full_disk(&ResultsError::Stopped { reason }));
     }
     use_threads(args.threads)?;
     for passed_over in &unfinished.passed_over {
@@ -39,7 +36,9 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
     let mut simulation = Simulation::new(&unfinished.scene, unfinished.mesh)
         .map_err(|error| Failure::wrong(Message::new(&error, "")))?;
     let start = Observation::of(&mut simulation);
-    let simulation = simulation.resumed(&unfinished.run).map_err(unusable)?;
+    let simulation = simulation
+        .resumed(&unfinished.run)
+        .map_err(|error| wrong_folder(error.into()))?;
     let interrupt = Interrupt::listen()?;
     say(format_args!(
         "going on at t = {}, step {}",
@@ -61,11 +60,4 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
         },
         profile: args.profile,
     })
-}
-
-fn unusable(error: ResumeError) -> Failure {
-    Failure::wrong(Message::new(
-        format!("the last checkpoint cannot be used: {error}"),
-        "go on with the version of cdem that wrote it; if this is the one, report a defect",
-    ))
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use cdem::Simulation;
 use cdem::scene::{as_input, from_value};
-use cdem_io::results::{End, Folder, Found, Recorder, Recording, SoFar, Status, Unfinished};
+use cdem_io::results::{End, Folder, Found, Recorder, Recording, ResultsError, SoFar, Unfinished};
 use cdem_io::scene::SceneError;
 
 use crate::errors::Fault;
@@ -57,18 +57,13 @@ impl Driven {
             }
         };
         if let Some(reason) = unfinished.so_far.stopped {
-            return Err(Fault::Step(format!(
-                "the run stopped itself, and cannot go on: {reason}"
-            )));
+            return Err(ResultsError::Stopped { reason }.into());
         }
         let simulation = Simulation::new(&unfinished.scene, unfinished.mesh)
             .map_err(|error| Fault::Scene(error.to_string()))?;
-        let simulation = simulation.resumed(&unfinished.run).map_err(|error| {
-            Fault::Results(format!(
-                "the last checkpoint cannot be used: {error} (go on with the version of cdem that \
-                 wrote it; if this is the one, report a defect)"
-            ))
-        })?;
+        let simulation = simulation
+            .resumed(&unfinished.run)
+            .map_err(ResultsError::from)?;
         let mut so_far = unfinished.so_far;
         let warnings = so_far.warnings.clone();
         so_far.setup_seconds += began.elapsed().as_secs_f64();
@@ -126,7 +121,7 @@ impl Driven {
         match advanced {
             Ok(is_there) => {
                 if self.simulation.finished() {
-                    self.end(Status::Done, self.reason_of_end())?;
+                    self.end(&End::done(&self.simulation))?;
                 }
                 Ok(is_there)
             }
@@ -171,16 +166,15 @@ impl Driven {
         if is_kept && let Some(recording) = &mut self.recording {
             let _ = recording.keep(&self.simulation, self.wall, Some(reason.to_owned()));
         }
-        let _ = self.end(Status::Stopped, reason.to_owned());
+        let _ = self.end(&End::stopped(reason.to_owned()));
     }
 
     /// Ends the results, if any are written.
-    fn end(&mut self, status: Status, reason: String) -> Result<(), Fault> {
+    fn end(&mut self, end: &End) -> Result<(), Fault> {
         let Some(recording) = self.recording.take() else {
             return Ok(());
         };
-        let end = End { status, reason };
-        let summary = recording.summary(&mut self.simulation, self.wall, &end);
+        let summary = recording.summary(&mut self.simulation, self.wall, end);
         Ok(recording.finish(&mut self.simulation, &summary)?)
     }
 
@@ -192,8 +186,7 @@ impl Driven {
         let wall = self.wall;
         recording.observe(&mut self.simulation, || wall)?;
         recording.keep(&self.simulation, wall, None)?;
-        let reason = format!("interrupted at t = {} s", self.simulation.time());
-        self.end(Status::Interrupted, reason)
+        self.end(&End::interrupted(&self.simulation))
     }
 
     /// Writes a checkpoint.
@@ -235,16 +228,6 @@ impl Driven {
             recording.change_loads(&self.simulation)?;
         }
         Ok(())
-    }
-
-    fn reason_of_end(&self) -> String {
-        match &self.simulation.scene().time.stop_when {
-            Some(stop) if self.simulation.step_index() < self.simulation.step_count() => format!(
-                "time.stop_when: the kinetic energy has stayed below the threshold for {} s",
-                stop.during
-            ),
-            _ => "reached the end".to_owned(),
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use cdem_io::results::ResultsError as ResultsFault;
+use cdem_io::results::{Front, ResultsError as ResultsFault};
 use cdem_io::scene::SceneError as SceneFault;
 use cdem_io::setup::SetupError;
 use pyo3::PyErr;
@@ -13,6 +13,14 @@ pyo3::import_exception!(cdem.errors, SceneError);
 pyo3::import_exception!(cdem.errors, MeshError);
 pyo3::import_exception!(cdem.errors, StepError);
 pyo3::import_exception!(cdem.errors, ResultsError);
+
+/// How advice of the libraries is followed in Python.
+const PYTHON: Front = Front {
+    naming: "",
+    force: "force=True",
+    run: "`record()` or `cdem run`",
+    resume: "`Simulation.load()`",
+};
 
 /// What is wrong, before there is an exception: that needs the interpreter.
 #[derive(Debug)]
@@ -48,7 +56,11 @@ impl From<SetupError> for Fault {
 
 impl From<ResultsFault> for Fault {
     fn from(error: ResultsFault) -> Self {
-        Self::Results(format!("{error} ({})", error.help()))
+        let text = format!("{error} ({})", error.help(&PYTHON));
+        match error {
+            ResultsFault::Stopped { .. } => Self::Step(text),
+            _ => Self::Results(text),
+        }
     }
 }
 

@@ -21,5 +21,5 @@ mod _engine {
     #[pymodule_export]
     use super::run::Run;
     #[pymodule_export]
-    use super::scene::{Source, written};
+    use super::scene::{Source, schema, seconds, written};
 }

@@ -38,7 +38,9 @@ impl Mesh {
         }
         let kinds: Vec<CellKind> = cells
             .iter()
-            .map(|(kind, _)| kind_of(kind).ok_or_else(|| wrong(unknown(kind))))
+            .map(|(kind, _)| {
+                kind_of(kind).ok_or_else(|| wrong(format!("no cells of shape \"{kind}\" are read")))
+            })
             .collect::<Result<_, _>>()?;
         let mut memberships = Vec::new();
         for ((_, nodes), kind) in cells.iter().zip(&kinds) {
@@ -131,11 +133,4 @@ fn kind_of(name: &str) -> Option<CellKind> {
         "hex8" => CellKind::Element(ElementKind::Hex8),
         _ => return None,
     })
-}
-
-fn unknown(kind: &str) -> String {
-    format!(
-        "cells of kind \"{kind}\" are none that are read: tri3, quad4, tet4, wedge6, hex8, and \
-         line and vertex for groups, or meshio's names of these"
-    )
 }

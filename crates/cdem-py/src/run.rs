@@ -114,6 +114,12 @@ impl Run {
         self.locked(py).simulation.scene().time.end
     }
 
+    /// 2 in the plane, 3 in space.
+    #[getter]
+    fn dimension(&self, py: Python<'_>) -> usize {
+        self.locked(py).simulation.scene().dimension
+    }
+
     /// Coarse steps made.
     #[getter]
     fn step_index(&self, py: Python<'_>) -> u64 {

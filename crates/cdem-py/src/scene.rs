@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use cdem_io::scene::{self, SceneFile};
+use cdem_io::scene::{self, SceneError, SceneFile};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::errors::{Fault, guarded};
@@ -39,6 +40,19 @@ impl Source {
             .map_err(|error| Fault::Scene(format!("the scene cannot be read: {error}")))?;
         Ok(scene::check(value, &self.path)?)
     }
+}
+
+/// The JSON Schema of a scene, as text.
+#[pyfunction]
+pub(crate) fn schema() -> String {
+    cdem::scene::json_schema().to_string()
+}
+
+/// Seconds, of a text with a unit.
+#[pyfunction]
+pub(crate) fn seconds(text: &str) -> PyResult<f64> {
+    let read = cdem::scene::time(text.into()).map_err(SceneError::Unwritten);
+    read.map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// A scene as TOML, checked, every default filled in.

@@ -1,4 +1,4 @@
-"""What documents tell a reader to type in Python does what it should."""
+"""What documents tell a reader to type in Python does what they say."""
 
 import re
 import shutil
@@ -27,9 +27,16 @@ def place(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_code_of_a_page_runs_from_top_to_bottom(page, place):
-    blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(), flags=re.M | re.S)
+def test_code_of_a_page_runs_from_top_to_bottom(page, place, capsys):
+    """All in one session. What stands in a block of text right below a block of code is what that
+    prints.
+    """
+    pattern = r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?"
+    blocks = re.findall(pattern, page.read_text(), flags=re.M | re.S)
     assert blocks
     names = {}
-    for block in blocks:
-        exec(compile(block, str(page), "exec"), names)
+    for code, printed in blocks:
+        capsys.readouterr()
+        exec(compile(code, str(page), "exec"), names)
+        if printed:
+            assert capsys.readouterr().out == printed

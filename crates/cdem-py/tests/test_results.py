@@ -61,8 +61,10 @@ def test_a_folder_of_something_else_is_told_of(tmp_path):
 
 def test_results_are_replaced_only_when_asked(results, prisms):
     simulation = cdem.Simulation(prisms)
-    with pytest.raises(cdem.ResultsError, match="holds an earlier run"):
+    # Advice speaks of Python, not of the command.
+    with pytest.raises(cdem.ResultsError, match="holds an earlier run") as caught:
         simulation.record(results)
+    assert "(replace that run with force=True, or name another folder)" in str(caught.value)
     simulation.record(results, force=True)
     with pytest.raises(cdem.ResultsError, match="already"):
         simulation.record(results)
@@ -78,7 +80,8 @@ def test_a_run_saved_by_python_is_resumed_by_the_command(prisms, tmp_path, comma
     with cdem.Simulation(prisms) as simulation:
         simulation.record(part)
         simulation.run(until=0.3345)
-    assert cdem.read_results(part).summary["status"] == "interrupted"
+    summary = cdem.read_results(part).summary
+    assert (summary["status"], summary["reason"]) == ("interrupted", "interrupted at t = 334.5 ms")
     command("resume", part)
     assert files(part) == files(whole)
 
@@ -187,6 +190,8 @@ def test_frames_are_those_of_pyvista_or_else_of_meshio(results, monkeypatch):
     assert isinstance(frames[0], pyvista.UnstructuredGrid)
     monkeypatch.setattr("cdem.results.find_spec", lambda name: name != "pyvista")
     assert frames[0].points.shape == (6, 3)
+    with pytest.raises(IndexError, match=f"no frame {len(frames)}; the run has written {len(frames)}"):
+        frames[len(frames)]
 
 
 def test_the_state_is_that_of_the_last_frame(results, prisms):

@@ -30,8 +30,25 @@ def test_keys_are_attributes_and_items(bar):
     assert "velocity = [1.0, 0.0]" in bar.to_toml()
     del bar.block[0].velocity
     assert "velocity" not in bar.block[0]
-    with pytest.raises(AttributeError, match="`spin` is not set"):
-        bar.block[0].spin
+    with pytest.raises(AttributeError, match="`velocity` is not set"):
+        bar.block[0].velocity
+
+
+@pytest.mark.parametrize(
+    ("look", "message"),
+    [
+        (lambda s: s.titel, "no key 'titel'; did you mean 'title'?"),
+        (lambda s: s.time.begin, "time: there is no key 'begin'; there are 'end', 'safety', 'step'"),
+        (lambda s: s.block[0].shpe, "block: there is no key 'shpe'; did you mean 'shape'?"),
+        (lambda s: s.block[0].shape.box.mni, "box: there is no key 'mni'; did you mean 'min'?"),
+        (lambda s: s.block.add(name="a").shpe, "did you mean 'shape'?"),
+        (lambda s: s.copy().contact.pair.add().cohesio, "pair: .* did you mean 'cohesion'?"),
+        (lambda s: cdem.Table().end, "the key `end` is not set"),
+    ],
+)
+def test_keys_that_there_are_not_are_told_of(bar, look, message):
+    with pytest.raises(AttributeError, match=message.replace("?", r"\?")):
+        look(bar)
 
 
 def test_a_table_that_was_only_looked_at_says_nothing(prisms):
@@ -56,6 +73,13 @@ def test_copies_are_apart(bar):
         (lambda s: s.block[0].update(material="rok"), "block[0].material: "),
         (lambda s: s.block[0].update(name=object()), "block[0].name: a value of type object"),
         (lambda s: s.load[0].update(group="bar.xmaxx"), "load[0].group: "),
+        (lambda s: s.block[0].update(shape={"bx": 1}), "block[0].shape.bx: unknown key (did you mean `box`? The keys here are: box, polygon, size)"),
+        # Advice speaks of Python, not of files.
+        (lambda s: setattr(s, "block", {"name": "a"}), "block: expected an array, got a table (there may be several: write a list of dictionaries)"),
+        (lambda s: setattr(s, "time", [1]), "time: expected a table, got an array (there is one: write a dictionary, not a list)"),
+        (lambda s: setattr(s, "density", 1.0), "density: unknown key (it belongs in `material`)"),
+        (lambda s: s.block[0].update(shape=1), 'block[0].shape: expected a table, got 1 (for example: shape = {"box": {"min": [0, 0]'),
+        (lambda s: delattr(s, "block"), "block: this key is missing (a scene has at least one `block`)"),
     ],
 )
 def test_what_is_wrong_is_told_by_its_key(bar, change, message):
@@ -69,6 +93,11 @@ def test_what_is_wrong_is_told_by_its_key(bar, change, message):
 def test_a_scene_that_is_no_table_is_told_of():
     with pytest.raises(cdem.SceneError, match="dimension"):
         cdem.Simulation({})
+    for wrong in ([1], 1):
+        with pytest.raises(cdem.SceneError, match="made of a dictionary of its keys, not of type"):
+            cdem.Simulation(wrong)
+    with pytest.raises(cdem.SceneError, match=r"Scene\.read\(path\) reads a file"):
+        cdem.Scene("scene.toml")
     with pytest.raises(cdem.SceneError, match="cannot read the scene nowhere.toml"):
         cdem.Simulation("nowhere.toml")
 

@@ -51,7 +51,7 @@ def test_until_is_the_first_step_at_or_after_it(prisms):
     assert simulation.step_index == 200
     simulation.run(until=0.1)
     assert simulation.step_index == 200
-    simulation.run(until=0.1001)
+    simulation.run(until="100.1 ms")
     assert simulation.step_index == 201
     simulation.run()
     assert simulation.finished and simulation.time == simulation.end == 0.5
@@ -109,6 +109,7 @@ def test_fields_have_the_shapes_they_say(prisms):
         simulation.field("strain")
     numbers, nodes = simulation.cells.of_kind("tri3")
     assert numbers.tolist() == [0, 1] and nodes.shape == (2, 3)
+    assert np.array_equal(simulation.cells.of_kind("triangle")[1], nodes)
     assert len(simulation.to_meshio().points) == points
 
 
@@ -149,7 +150,7 @@ def test_wrong_velocities_are_told_of(bar):
         simulation.velocities = np.zeros((3, 3))
     with pytest.raises(ValueError, match="third component"):
         simulation.set_velocities([0.0, 0.0, 1.0])
-    with pytest.raises(ValueError, match="no block 'bra'; the scene has 'bar'"):
+    with pytest.raises(ValueError, match="no block 'bra'; did you mean 'bar'"):
         simulation.set_velocities([0.0, 0.0], block="bra")
     with pytest.raises(AttributeError):
         simulation.velocites = np.zeros((3, 3))
@@ -178,7 +179,7 @@ def test_loads_that_are_set_push(bar):
         ({"load": "bar.xmax", "traction": [1.0]}, cdem.SceneError, "components"),
         ({"load": "bar.xmax", "pressure": 1.0}, ValueError, "is a traction"),
         ({"load": "bar.xmax", "traction": ["1 m", 0.0]}, cdem.SceneError, "traction"),
-        ({"load": "bar.xmin", "traction": [1.0, 0.0]}, ValueError, "the scene has 'bar.xmax'"),
+        ({"load": "bar.xmin", "traction": [1.0, 0.0]}, ValueError, "no load 'bar.xmin'; did you mean 'bar.xmax'"),
         ({"load": "bar.xmax"}, ValueError, "either"),
     ],
 )
@@ -187,6 +188,15 @@ def test_wrong_loads_are_told_of(bar, arguments, error, message):
     with pytest.raises(error, match=message):
         simulation.set_load(**arguments)
     simulation.run()
+
+
+def test_one_of_several_loads_of_a_group_goes_by_its_number(bar):
+    bar.load.add(group="bar.xmax", traction=[0.0, 0.0])
+    simulation = cdem.Simulation(bar)
+    with pytest.raises(ValueError, match=r"2 loads 'bar.xmax'; give the number of one of \[0, 1\]"):
+        simulation.set_load("bar.xmax", traction=[1.0, 0.0])
+    simulation.set_load(1, traction=[1.0, 0.0])
+    assert [load.traction for load in simulation.scene.load] == [[0.0, 0.0], [1.0, 0.0]]
 
 
 def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
@@ -201,7 +211,7 @@ def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
     assert simulation.positions.shape == (22, 3)
     summary = cdem.read_results(tmp_path / "results").summary
     assert (summary["status"], summary["reason"]) == ("stopped", str(first.value))
-    with pytest.raises(cdem.StepError, match="cannot go on"):
+    with pytest.raises(cdem.StepError, match="cannot go on: .*run it again, with force=True"):
         cdem.Simulation.load(tmp_path / "results")
 
 
@@ -271,9 +281,15 @@ def test_wrong_arguments_are_told_of(prisms):
         cdem.Simulation(prisms, threads=0)
     with pytest.raises(ValueError, match="every"):
         cdem.Simulation(prisms).run(every=0)
-    for until in (np.nan, -1.0):
-        with pytest.raises(ValueError, match="until"):
+    for until in (np.nan, -1.0, "-1 s"):
+        with pytest.raises(ValueError, match="until must be"):
             cdem.Simulation(prisms).run(until=until)
+    with pytest.raises(ValueError, match='until: expected a time, but "1 m" is a length'):
+        cdem.Simulation(prisms).run(until="1 m")
+    with pytest.raises(KeyError, match="no block 'x'; there are 'i', 'j'"):
+        cdem.Simulation(prisms).blocks["x"]
+    with pytest.raises(ValueError, match="no shape of cells 'line'; there are 'tri3', 'quad4'"):
+        cdem.Simulation(prisms).cells.of_kind("line")
     with pytest.raises(ValueError, match="count"):
         cdem.Simulation(prisms).step(-1)
     for copied in (copy.copy, copy.deepcopy, pickle.dumps):

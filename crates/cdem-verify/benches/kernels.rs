@@ -2,7 +2,8 @@
 //! memory gives in the same run.
 //!
 //! `cargo bench -p cdem-verify --bench kernels` takes about 200 000 elements of each shape,
-//! `-- 1e6` a million. On `RAYON_NUM_THREADS` threads. Writes `target/bench/kernels.json` too.
+//! `-- 1e6` a million, `-- tet4 tri3` these shapes alone. On `RAYON_NUM_THREADS` threads.
+//! Writes `target/bench/kernels.json` too.
 
 #![allow(
     clippy::print_stdout,
@@ -37,38 +38,54 @@ const SHAPES: [(ElementKind, usize, usize); 5] = [
 ];
 
 fn main() -> std::io::Result<()> {
-    let mut words = std::env::args().filter_map(|word| word.parse::<f64>().ok());
-    let wanted = words.next().unwrap_or(2e5);
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let mut numbers = words.iter().filter_map(|word| word.parse::<f64>().ok());
+    let wanted = numbers.next_back().unwrap_or(2e5);
+    let is_asked = |name: &str| words.iter().any(|word| word == name);
+    let named = SHAPES.iter().any(|(kind, ..)| is_asked(kind.name()));
     let triad = triad();
     let threads = rayon::current_num_threads();
     println!("{threads} threads; triad {:.1} GB/s", triad / 1e9);
     println!(
-        "{:8} {:12} {:>9} {:>8} {:>11} {:>10} {:>7} {:>9}",
-        "shape", "kinematics", "elements", "ns", "million/s", "bytes each", "GB/s", "of triad"
+        "{:8} {:12} {:>9} {:>8} {:>11} {:>10} {:>7} {:>9} {:>16}",
+        "shape",
+        "kinematics",
+        "elements",
+        "ns",
+        "million/s",
+        "bytes each",
+        "GB/s",
+        "of triad",
+        "steps, million/s"
     );
     let mut rows = Vec::new();
     for (kind, points, pieces) in SHAPES {
+        if named && !is_asked(kind.name()) {
+            continue;
+        }
         for (kinematics, name) in [
             (Kinematics::Total, "total"),
             (Kinematics::Incremental, "incremental"),
         ] {
             let mut simulation = block(kind, kinematics, wanted / pieces as f64);
             let elements = simulation.overview().elements;
-            let each = rayon::scope(|_| seconds_of_an_update(&mut simulation));
+            let [each, whole] = rayon::scope(|_| seconds_of_an_update(&mut simulation));
             let bytes = bytes_moved(kind, points, kinematics, &simulation);
             println!(
-                "{:8} {name:12} {elements:9} {:8.2} {:11.2} {bytes:10.0} {:7.2} {:7.0} %",
+                "{:8} {name:12} {elements:9} {:8.2} {:11.2} {bytes:10.0} {:7.2} {:7.0} % {:16.2}",
                 kind.name(),
                 1e9 * each,
                 1e-6 / each,
                 1e-9 * bytes / each,
                 100.0 * bytes / each / triad,
+                1e-6 / whole,
             );
             rows.push(json!({
                 "shape": kind.name(),
                 "kinematics": name,
                 "elements": elements,
                 "updates_per_second": 1.0 / each,
+                "updates_per_second_of_steps": 1.0 / whole,
                 "bytes_moved": bytes,
                 "share_of_triad": bytes / each / triad,
             }));
@@ -95,24 +112,29 @@ fn block(kind: ElementKind, kinematics: Kinematics, cells: f64) -> Simulation {
     case.start()
 }
 
-/// What the forces of an element take in a step, s.
-fn seconds_of_an_update(simulation: &mut Simulation) -> f64 {
+/// What the forces of an element take in a step, and the whole step, s.
+fn seconds_of_an_update(simulation: &mut Simulation) -> [f64; 2] {
     let forces = |simulation: &Simulation| {
         let times = simulation.stage_times();
         let own = times.iter().find(|(stage, _)| *stage == Stage::Forces);
         own.map_or(0.0, |(_, time)| time.as_secs_f64())
     };
     simulation.time_stages();
-    let mut best = f64::INFINITY;
+    let mut best = [f64::INFINITY; 2];
     for _ in 0..TRIALS {
         let (before, updates) = (forces(simulation), simulation.element_updates());
+        let began = Instant::now();
         for _ in 0..10 {
             if let Err(error) = simulation.step() {
                 panic!("{error}");
             }
         }
         let made = (simulation.element_updates() - updates) as f64;
-        best = best.min((forces(simulation) - before) / made);
+        let whole = began.elapsed().as_secs_f64() / made;
+        best = [
+            best[0].min((forces(simulation) - before) / made),
+            best[1].min(whole),
+        ];
     }
     best
 }
@@ -129,7 +151,9 @@ fn bytes_moved(
     let rest = 8 * points * ((nodes - 1) * dimension + 1) + 2 * nodes;
     let record = match kinematics {
         Kinematics::Total => 0,
-        Kinematics::Incremental => 8 * (2 * nodes * dimension + points * dimension * dimension + 1),
+        Kinematics::Incremental => {
+            8 * ((nodes - 1) * dimension + points * dimension * (dimension + 1) / 2 + 1)
+        }
     };
     let overview = simulation.overview();
     let of_nodes = 8 * 3 * dimension * overview.nodes;

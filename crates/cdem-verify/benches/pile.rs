@@ -1,7 +1,7 @@
 //! A settled pile of one-element hexahedra: block-steps a second, and where the time goes.
 //!
-//! `cargo bench -p cdem-verify --bench pile -- 10 10 10` takes 10 × 10 × 10 blocks (6 × 6 × 6 without
-//! numbers), lets them fall for 4 s and measures the next tenth of a second;
+//! `cargo bench -p cdem-verify --bench pile -- 10 10 10` takes 10 × 10 × 10 blocks
+//! (6 × 6 × 6 without numbers), lets them fall for 4 s and measures the next tenth of a second;
 //! `-- 10 10 10 5.0 0.2` the next fifth after 5 s. On `RAYON_NUM_THREADS` threads. Writes
 //! `target/bench/pile.json` too. The settled pile is kept beside that, with the numbers in its
 //! name: the next run of the same goes on from there, so that two versions are compared on

@@ -2,12 +2,14 @@
 //! after every coarse step, so that nothing but numbers is ever reported; the
 //! elements and the ledger now and then, for they cost as much as a step.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::checkpoint::{ResumeError, require};
 use crate::element::Deformation;
 use crate::material::Elastic;
+use crate::model::AT_ONCE;
 use crate::number::{short, significant};
 use crate::sample::HistoryRow;
 use crate::scene::{Kinematics, Scene};
@@ -194,6 +196,32 @@ pub(crate) struct Health {
     pub(crate) warnings: Vec<String>,
 }
 
+/// Whether components of velocities and displacements are numbers, and no square of those is
+/// more than `most`: side by side, as registers take them.
+fn are_moderate(velocity: &[f64], displacement: &[f64], most: f64) -> bool {
+    const LANES: usize = 8;
+    let (mut sum, mut fastest) = ([0.0; LANES], [0.0_f64; LANES]);
+    let mut look = |velocity: &[f64], displacement: &[f64]| {
+        for (lane, (v, u)) in velocity.iter().zip(displacement).enumerate() {
+            let square = v * v;
+            // One sum finds what is not finite, wherever it is.
+            sum[lane] += square + u * u;
+            fastest[lane] = if square > fastest[lane] {
+                square
+            } else {
+                fastest[lane]
+            };
+        }
+    };
+    let (velocity, last_velocity) = velocity.as_chunks::<LANES>();
+    let (displacement, last_displacement) = displacement.as_chunks::<LANES>();
+    for (velocity, displacement) in velocity.iter().zip(displacement) {
+        look(velocity, displacement);
+    }
+    look(last_velocity, last_displacement);
+    sum.iter().sum::<f64>().is_finite() && fastest.iter().all(|&square| square <= most)
+}
+
 impl Health {
     /// Of a run at its start.
     pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene) -> Self {
@@ -221,17 +249,16 @@ impl Health {
 
     /// The look at velocities and displacements of every step.
     pub(crate) fn check_motion<const D: usize>(&self, run: &Run<D>) -> Result<(), StepError> {
-        // One sum finds what is not finite, wherever it is.
-        let (mut sum, mut fastest) = (0.0, 0.0_f64);
-        for (velocity, displacement) in run.state.velocity.iter().zip(&run.state.displacement) {
-            let square = dot(velocity, velocity);
-            sum += square + dot(displacement, displacement);
-            fastest = fastest.max(square);
-        }
-        let finite = f64::is_finite(sum);
-        if finite && fastest <= self.limit * self.limit {
+        let (velocity, displacement) = (&run.state.velocity, &run.state.displacement);
+        let chunks = velocity.par_chunks(AT_ONCE);
+        let chunks = chunks.zip(displacement.par_chunks(AT_ONCE));
+        // So fast a component at least has a node that runs away.
+        let most = self.limit * self.limit / D as f64;
+        if chunks.all(|(v, u)| are_moderate(v.as_flattened(), u.as_flattened(), most)) {
             return Ok(());
         }
+        let mut nodes = velocity.iter().zip(displacement);
+        let finite = nodes.all(|(v, u)| f64::is_finite(dot(v, v) + dot(u, u)));
         let symptom = if finite {
             run.runaway(self.limit)
         } else {
@@ -261,8 +288,11 @@ impl Health {
             if stretched[block] || (least..=most).contains(&worst) {
                 return;
             }
-            let (set, _) = run.model.place[run.model.elements(block).start + element];
-            if run.model.sets[set as usize].kinematics() == Kinematics::Total {
+            let (set, _) = run
+                .model
+                .place
+                .of(run.model.elements(block).start + element);
+            if run.model.sets[set].kinematics() == Kinematics::Total {
                 stretched[block] = true;
                 warnings.push(format!(
                     "block \"{}\": principal stretch {worst:.3} in element {element} at t = {:.4e} \
@@ -390,8 +420,8 @@ impl<const D: usize> Run<D> {
                 continue;
             }
             let number = element as usize - self.model.elements(block).start;
-            let (set, i) = self.model.place[element as usize];
-            let found = self.model.sets[set as usize].deformation(i as usize, displacement);
+            let (set, i) = self.model.place.of(element as usize);
+            let found = self.model.sets[set].deformation(i, displacement);
             let jacobian = found.min_jacobian;
             if jacobian.is_finite() && (jacobian <= 0.0 || found.min_stretch < FLAT) {
                 return Err(StepError::Inverted {

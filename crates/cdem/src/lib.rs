@@ -32,7 +32,7 @@ pub use checkpoint::ResumeError;
 pub use health::StepError;
 pub use mass::{MassError, MassFault, MassKind};
 pub use model::ModelError;
-pub use number::significant;
+pub use number::{quantity, significant};
 pub use profile::Stage;
 pub use simulation::{AnyMesh, BlockOverview, CollisionOverview, Overview, Simulation};
 pub use step::Corrections;

@@ -34,6 +34,22 @@ pub fn significant(value: f64, digits: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).to_owned()
 }
 
+/// A quantity with three or four digits and an SI prefix.
+///
+/// ```
+/// assert_eq!(cdem::quantity(74_784.4, "J"), "74.78 kJ");
+/// ```
+#[must_use]
+pub fn quantity(value: f64, unit: &str) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value} {unit}");
+    }
+    let power = (value.abs().log10() / 3.0 + 1e-12).floor().clamp(-5.0, 5.0);
+    let prefix = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"][(power + 5.0) as usize];
+    let number = significant(value / 1000_f64.powf(power), 4);
+    format!("{number} {prefix}{unit}")
+}
+
 fn without_zeros(text: &str) -> &str {
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.'),
@@ -68,6 +84,23 @@ mod tests {
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(significant(value, 4), text);
+        }
+    }
+
+    #[test]
+    fn quantities_have_a_prefix_and_few_digits() {
+        for (value, text) in [
+            (0.0, "0 J"),
+            (1.0, "1 J"),
+            (999.96, "1000 J"),
+            (1000.0, "1 kJ"),
+            (-74_784.4, "-74.78 kJ"),
+            (5e-4, "500 µJ"),
+            (1.234_56e-3, "1.235 mJ"),
+            (3.2e20, "320000 PJ"),
+            (f64::NAN, "NaN J"),
+        ] {
+            assert_eq!(quantity(value, "J"), text);
         }
     }
 

@@ -267,11 +267,13 @@ impl<const D: usize> Run<D> {
 
     /// Fields of the stress.
     pub(crate) fn stress_fields(&self, fields: &[Field]) -> Vec<FrameField> {
-        let stress_of = |&(set, i): &(u32, u32)| {
-            self.model.sets[set as usize].stress(i as usize, &self.state.displacement)
+        let stress_of = |element: usize| {
+            let (set, i) = self.model.place.of(element);
+            self.model.sets[set].stress(i, &self.state.displacement)
         };
-        let place = self.model.place.par_iter().with_min_len(SHARE);
-        let stress: Vec<[f64; 6]> = place.map(stress_of).collect();
+        let elements = 0..self.model.mesh.elements.len();
+        let elements = elements.into_par_iter().with_min_len(SHARE);
+        let stress: Vec<[f64; 6]> = elements.map(stress_of).collect();
         let field = |name, components: &'static [&'static str], values: Vec<f64>| FrameField {
             name,
             components,

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use cdem::ResumeError;
 use thiserror::Error;
 
 /// A results folder that cannot be used, or a disk that refuses.
@@ -61,6 +62,15 @@ pub enum ResultsError {
         /// What is wrong with it.
         why: String,
     },
+    /// The run had stopped itself at its last checkpoint.
+    #[error("the run stopped itself, and cannot go on: {reason}")]
+    Stopped {
+        /// Why it had.
+        reason: String,
+    },
+    /// The state in the last checkpoint does not fit the scene or the program.
+    #[error("the last checkpoint cannot be used: {0}")]
+    Unusable(#[from] ResumeError),
     /// A frame could not be read.
     #[error("the frame {} {why}", path.display())]
     Frame {
@@ -99,6 +109,19 @@ pub enum ResultsError {
     },
 }
 
+/// How a user follows advice, in the words of the front end that gives it.
+#[derive(Clone, Copy, Debug)]
+pub struct Front {
+    /// How to name another folder, after these words, if that needs to be said.
+    pub naming: &'static str,
+    /// What has an earlier run replaced.
+    pub force: &'static str,
+    /// What writes the results of a run.
+    pub run: &'static str,
+    /// What goes on from a checkpoint.
+    pub resume: &'static str,
+}
+
 /// Why a folder could not be set up for a run.
 #[derive(Debug)]
 pub struct Unprepared {
@@ -119,48 +142,60 @@ impl ResultsError {
         Self::Write { path, source }
     }
 
-    /// What to try.
+    /// What to try, by the means of a front end.
     #[must_use]
-    pub fn help(&self) -> &'static str {
+    pub fn help(&self, front: &Front) -> String {
+        let Front {
+            naming,
+            force,
+            run,
+            resume,
+        } = front;
         match self {
-            Self::NotFolder { .. } => "name another folder with -o DIR",
+            Self::NotFolder { .. } => format!("name another folder{naming}"),
             Self::EarlierRun { .. } => {
-                "replace that run with --force, or name another folder with -o DIR"
+                format!("replace that run with {force}, or name another folder{naming}")
             }
-            Self::Foreign { .. } => {
-                "name a new folder with -o DIR; --force replaces earlier runs, never anything else"
-            }
-            Self::HoldsScene { .. } => "name another folder with -o DIR, or move the scene",
-            Self::Busy { .. } => "wait until it is done, or name another folder with -o DIR",
-            Self::NoRun { .. } => "name the folder that `cdem run` wrote its results to",
-            Self::NoCheckpoint { .. } => {
-                "it was ended before the first one ([output] checkpoint, in seconds; 0: none): run \
-                 the scene again, with --force to replace that run"
-            }
-            Self::Checkpoint { .. } => {
+            Self::Foreign { .. } => format!(
+                "name a new folder{naming}; {force} replaces earlier runs, never anything else"
+            ),
+            Self::HoldsScene { .. } => format!("name another folder{naming}, or move the scene"),
+            Self::Busy { .. } => format!("wait until it is done, or name another folder{naming}"),
+            Self::NoRun { .. } => format!("name the folder that {run} wrote its results to"),
+            Self::NoCheckpoint { .. } => format!(
+                "it was ended before the first one (`output.checkpoint`, in seconds; 0: none): run \
+                 the scene again, with {force} to replace that run"
+            ),
+            Self::Checkpoint { .. } => format!(
                 "go on with the version of cdem that wrote it, if that is another one; else run the \
-                 scene again, with --force to replace that run, and if nothing has happened to the \
+                 scene again, with {force} to replace that run, and if nothing has happened to the \
                  file, report it as a defect"
+            ),
+            Self::Stopped { .. } => {
+                format!("change the scene and run it again, with {force} to replace this run")
             }
-            Self::Frame { .. } => "run the scene again: the file is not as it was written",
-            Self::Gone { .. } => {
+            Self::Unusable(_) => {
+                "go on with the version of cdem that wrote it; if this is the one, report a defect"
+                    .to_owned()
+            }
+            Self::Frame { .. } => {
+                "run the scene again: the file is not as it was written".to_owned()
+            }
+            Self::Gone { .. } => format!(
                 "it was removed or moved while the run wrote to it: run the scene again, or go on \
-                 from the last checkpoint with `cdem resume` and the folder where it is now"
-            }
-            Self::Scene { .. } => "the scene of the results is not as it was written",
-            Self::Read { .. } => "check that the folder exists and may be read",
+                 from the last checkpoint with {resume} and the folder where it is now"
+            ),
+            Self::Scene { .. } => "the scene of the results is not as it was written".to_owned(),
+            Self::Read { .. } => "check that the folder exists and may be read".to_owned(),
             Self::Write { source, .. } => match source.kind() {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    "make room on the disk, or write less: fewer frames or fields in [output]"
-                }
-                io::ErrorKind::NotFound => {
-                    "name another folder with -o DIR; if this one was there, it was removed or \
-                     moved while the run wrote to it"
+                    "make room on the disk, or write less: fewer `output.frames` or `output.fields`"
+                        .to_owned()
                 }
                 io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                    "name a folder that you may write to with -o DIR"
+                    format!("name a folder that you may write to{naming}")
                 }
-                _ => "check the disk, or name another folder with -o DIR",
+                _ => format!("check the disk, or name another folder{naming}"),
             },
         }
     }

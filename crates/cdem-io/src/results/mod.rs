@@ -20,7 +20,7 @@ mod vtk;
 use std::path::{Path, PathBuf};
 
 pub use checkpoint::SoFar;
-pub use error::{ResultsError, Unprepared};
+pub use error::{Front, ResultsError, Unprepared};
 pub use folder::Folder;
 pub(crate) use folder::{BLOCKS, CONTACTS, HISTORY, REPORT, SCENE, SUMMARY};
 pub use recorder::{Observed, Recorder};

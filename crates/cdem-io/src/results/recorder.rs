@@ -306,7 +306,12 @@ impl Recorder {
     /// # Errors
     /// If the disk refuses, or has refused an earlier frame.
     pub fn observe(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
-        self.background.look()?;
+        let written = self.background.look().and_then(|()| self.write_due(run));
+        // Where the folder is gone that is the reason, whichever file was first to miss it.
+        written.or_else(|error| self.require_folder().and(Err(error)))
+    }
+
+    fn write_due(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
         let time = run.time();
         let due = [
             self.history.clock.due(time),

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cdem::{Simulation, StepError};
+use cdem::{Simulation, StepError, quantity};
 
 use super::checkpoint::SoFar;
 use super::error::ResultsError;
@@ -29,6 +29,42 @@ pub struct End {
     pub status: Status,
     /// Why.
     pub reason: String,
+}
+
+impl End {
+    /// The run has come to its end.
+    #[must_use]
+    pub fn done(simulation: &Simulation) -> Self {
+        let reason = match &simulation.scene().time.stop_when {
+            Some(stop) if simulation.step_index() < simulation.step_count() => format!(
+                "time.stop_when: the kinetic energy has stayed below the threshold for {}",
+                quantity(stop.during, "s")
+            ),
+            _ => "reached the end".to_owned(),
+        };
+        Self {
+            status: Status::Done,
+            reason,
+        }
+    }
+
+    /// The user stops it where it is.
+    #[must_use]
+    pub fn interrupted(simulation: &Simulation) -> Self {
+        Self {
+            status: Status::Interrupted,
+            reason: format!("interrupted at t = {}", quantity(simulation.time(), "s")),
+        }
+    }
+
+    /// It stops itself.
+    #[must_use]
+    pub fn stopped(reason: String) -> Self {
+        Self {
+            status: Status::Stopped,
+            reason,
+        }
+    }
 }
 
 impl Recording {

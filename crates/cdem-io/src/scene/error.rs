@@ -85,7 +85,7 @@ impl Source {
     pub(super) fn at(&self, problem: Problem, span: Range<usize>) -> SceneProblem {
         let (line, column) = source::line_and_column(self.text(), span.start);
         SceneProblem {
-            help: problem.help.clone(),
+            help: problem.help.as_ref().map(|help| help.in_file.clone()),
             problem,
             line,
             column,
@@ -105,7 +105,8 @@ impl SceneProblem {
 
 /// A line for a problem without a file: its key, what is wrong, what to try.
 pub(super) fn line(problem: &Problem) -> String {
-    let help = problem.help.as_ref().map(|help| format!(" ({help})"));
+    let help = problem.help.as_ref();
+    let help = help.map(|help| format!(" ({})", help.in_program));
     format!("{problem}{}", help.unwrap_or_default())
 }
 

@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Mesh", "Run", "Source", "written"]
+__all__ = ["Mesh", "Run", "Source", "schema", "seconds", "written"]
 
 @final
 class Mesh:
@@ -48,6 +48,11 @@ class Run:
     def contacts(self, /) -> dict:
         """
         Live contact points now.
+        """
+    @property
+    def dimension(self, /) -> int:
+        """
+        2 in the plane, 3 in space.
         """
     @property
     def element_updates(self, /) -> int:
@@ -145,6 +150,16 @@ class Source:
     What a scene says: the text of a file, or the keys of a dictionary.
     """
     def __new__(cls, /, text: str, is_file: bool, path: str | PathLike[str]) -> Source: ...
+
+def schema() -> str:
+    """
+    The JSON Schema of a scene, as text.
+    """
+
+def seconds(text: str) -> float:
+    """
+    Seconds, of a text with a unit.
+    """
 
 def written(source: Source) -> str:
     """

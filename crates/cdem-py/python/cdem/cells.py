@@ -8,18 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from cdem._kinds import ELEMENTS, KINDS, kind_of
+from cdem._names import unknown
+
 if TYPE_CHECKING:
     import meshio
     import pyvista
-
-#: Of each shape meshio's name, nodes, and VTK's number.
-_SHAPES = {
-    "tri3": ("triangle", 3, 5),
-    "quad4": ("quad", 4, 9),
-    "tet4": ("tetra", 4, 10),
-    "wedge6": ("wedge", 6, 13),
-    "hex8": ("hexahedron", 8, 12),
-}
 
 
 class Cells:
@@ -35,15 +29,23 @@ class Cells:
     def __init__(self, kinds: list[str], connectivity: npt.NDArray[Any]) -> None:
         self.kinds = kinds
         self.connectivity = connectivity.astype(np.int64)
-        self.offsets = np.cumsum([0, *(_SHAPES[kind][1] for kind in kinds)])
+        self.offsets = np.cumsum([0, *(KINDS[kind].nodes for kind in kinds)])
 
     def __len__(self) -> int:
         return len(self.kinds)
 
     def of_kind(self, kind: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Numbers of the cells of a shape, and their points: n × nodes."""
-        numbers = np.flatnonzero(np.array(self.kinds) == kind)
-        nodes = np.arange(_SHAPES[kind][1])
+        """Numbers of the cells of a shape, and their points: n × nodes.
+
+        kind: `tri3`, `quad4`, `tet4`, `wedge6` or `hex8`, or meshio's name of it.
+
+        Raises `ValueError` for another name.
+        """
+        shape = kind_of(kind)
+        if shape is None or shape.name not in ELEMENTS:
+            raise ValueError(unknown("shape of cells", kind, ELEMENTS))
+        numbers = np.flatnonzero(np.array(self.kinds) == shape.name)
+        nodes = np.arange(shape.nodes)
         return numbers, self.connectivity[self.offsets[numbers][:, None] + nodes]
 
 
@@ -56,11 +58,11 @@ def to_meshio(
     """Points, cells and fields as a `meshio.Mesh`."""
     import meshio
 
-    kinds = [kind for kind in _SHAPES if kind in cells.kinds]
+    kinds = [kind for kind in ELEMENTS if kind in cells.kinds]
     chosen = {kind: cells.of_kind(kind) for kind in kinds}
     return meshio.Mesh(
         points,
-        [(_SHAPES[kind][0], nodes) for kind, (_, nodes) in chosen.items()],
+        [(KINDS[kind].meshio, nodes) for kind, (_, nodes) in chosen.items()],
         point_data=dict(point_fields),
         cell_data={
             name: [values[numbers] for numbers, _ in chosen.values()]
@@ -80,7 +82,7 @@ def to_pyvista(
 
     counts = np.diff(cells.offsets)
     padded = np.insert(cells.connectivity, cells.offsets[:-1], counts)
-    types = np.array([_SHAPES[kind][2] for kind in cells.kinds], dtype=np.uint8)
+    types = np.array([KINDS[kind].vtk for kind in cells.kinds], dtype=np.uint8)
     grid = pyvista.UnstructuredGrid(padded, types, points)
     for name, values in point_fields.items():
         grid.point_data[name] = values

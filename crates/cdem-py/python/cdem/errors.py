@@ -1,4 +1,4 @@
-"""What can go wrong. Messages are those of the command line."""
+"""What can go wrong. Messages are those of the command line, advice is for Python."""
 
 
 class Error(Exception):

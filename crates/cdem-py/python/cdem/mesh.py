@@ -11,26 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cdem import _engine
+from cdem._kinds import ELEMENTS, KINDS, kind_of
+from cdem._names import unknown
 from cdem.errors import MeshError
-
-#: Names of shapes that others use.
-_NAMES = {
-    "triangle": "tri3",
-    "quad": "quad4",
-    "tetra": "tet4",
-    "wedge": "wedge6",
-    "hexahedron": "hex8",
-}
-#: Nodes, dimension and Gmsh's number of each shape.
-_SHAPES = {
-    "vertex": (1, 0, 15),
-    "line": (2, 1, 1),
-    "tri3": (3, 2, 2),
-    "quad4": (4, 2, 3),
-    "tet4": (4, 3, 4),
-    "wedge6": (6, 3, 6),
-    "hex8": (8, 3, 5),
-}
 
 
 class Mesh:
@@ -68,10 +51,18 @@ class Mesh:
         """
         self.name = name
         self.points = self._points_of(points)
-        pairs = cells.items() if isinstance(cells, Mapping) else cells
+        pairs = list(cells.items() if isinstance(cells, Mapping) else cells)
+        if not all(map(_is_pair, pairs)):
+            raise MeshError(
+                f"{name}: cells are shapes with an array of each, as in {{'tri3': triangles}}"
+            )
         self.cells = [self._cells_of(kind, nodes) for kind, nodes in pairs]
         self.groups = {key: self._group_of(key, parts) for key, parts in (groups or {}).items()}
         self._engine_mesh(name)
+        if not any(len(nodes) for kind, nodes in self.cells if kind in ELEMENTS):
+            raise MeshError(
+                f"{name}: there are no elements; cells need some of shape {', '.join(ELEMENTS)}"
+            )
 
     @classmethod
     def of(cls, mesh: Any) -> Mesh:
@@ -113,7 +104,7 @@ class Mesh:
         for name, parts in self.groups.items():
             for (kind, _), members in zip(self.cells, parts, strict=True):
                 if len(members):
-                    tags.setdefault((name, _SHAPES[kind][1]), len(tags) + 1)
+                    tags.setdefault((name, KINDS[kind].dimension), len(tags) + 1)
         return tags
 
     def _element_lines(self, tags: Mapping[tuple[str, int], int]) -> Iterable[str]:
@@ -123,11 +114,11 @@ class Mesh:
             of_cell: list[list[int]] = [[] for _ in nodes]
             for name, parts in self.groups.items():
                 for cell in parts[entry].tolist():
-                    of_cell[cell].append(tags[name, _SHAPES[kind][1]])
+                    of_cell[cell].append(tags[name, KINDS[kind].dimension])
             for cell, points in zip(of_cell, (nodes + 1).tolist(), strict=True):
                 number += 1
                 for tag in cell or [0]:
-                    line = [number, _SHAPES[kind][2], 2, tag, tag, *points]
+                    line = [number, KINDS[kind].gmsh, 2, tag, tag, *points]
                     yield " ".join(map(str, line))
 
     def _points_of(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -138,30 +129,43 @@ class Mesh:
         return np.pad(array, ((0, 0), (0, 3 - array.shape[1])))
 
     def _cells_of(self, kind: str, nodes: npt.ArrayLike) -> tuple[str, npt.NDArray[np.int64]]:
-        kind = _NAMES.get(kind, kind)
+        shape = kind_of(kind)
         array = np.array(nodes)
-        if kind not in _SHAPES:
-            known = ", ".join(_SHAPES)
-            raise MeshError(f"{self.name}: cells of shape {kind!r} are not read; choose of {known}")
-        count = _SHAPES[kind][0]
+        if shape is None:
+            raise MeshError(f"{self.name}: {unknown('shape of cells', kind, KINDS)}")
+        count = shape.nodes
         if array.size == 0:
             array = np.empty((0, count), dtype=np.int64)
         if array.ndim != 2 or array.shape[1] != count or array.dtype.kind not in "iu":
-            shape = " × ".join(map(str, array.shape))
+            size = " × ".join(map(str, array.shape))
             raise MeshError(
-                f"{self.name}: cells of shape {kind} are an array of whole numbers, "
-                f"n × {count}, not {shape} of {array.dtype}"
+                f"{self.name}: cells of shape {shape.name} are an array of whole numbers, "
+                f"n × {count}, not {size} of {array.dtype}"
             )
-        return kind, array.astype(np.int64)
+        self._check_points_of(shape.name, array)
+        return shape.name, array.astype(np.int64)
+
+    def _check_points_of(self, kind: str, nodes: npt.NDArray[Any]) -> None:
+        """Refuses points that there are not; of any type, before numbers are cut to fit ours."""
+        count = len(self.points)
+        wrong = nodes[(nodes < 0) | (nodes >= count)]
+        if wrong.size == 0:
+            return
+        counts_from_1 = nodes.min() >= 1 and nodes.max() == count
+        hint = " (these seem to count from 1: subtract 1)" if counts_from_1 else ""
+        raise MeshError(
+            f"{self.name}: cells of shape {kind} have point {wrong[0]}; there are {count}, "
+            f"counted from 0{hint}"
+        )
 
     def _group_of(
         self, name: str, parts: Mapping[str, npt.ArrayLike] | Sequence[npt.ArrayLike]
     ) -> list[npt.NDArray[np.int64]]:
         if isinstance(parts, Mapping):
-            named = {_NAMES.get(kind, kind): numbers for kind, numbers in parts.items()}
+            named = {_name_of(kind): numbers for kind, numbers in parts.items()}
             kinds = [kind for kind, _ in self.cells]
-            if unknown := [kind for kind in named if kind not in kinds]:
-                raise MeshError(f"{self.name}: group {name!r} has cells of shape {unknown[0]}, the mesh none")
+            if missing := [kind for kind in named if kind not in kinds]:
+                raise MeshError(f"{self.name}: group {name!r} has cells of shape {missing[0]}, the mesh none")
             parts = [named.get(kind, ()) for kind in kinds]
         if len(parts) != len(self.cells):
             raise MeshError(
@@ -186,11 +190,22 @@ class Mesh:
                 chosen = [
                     (entry, numbers.tolist())
                     for entry, numbers in enumerate(parts)
-                    if len(numbers) and _SHAPES[self.cells[entry][0]][1] == dimension
+                    if len(numbers) and KINDS[self.cells[entry][0]].dimension == dimension
                 ]
                 if chosen:
                     groups.append((name, dimension, chosen))
         return _engine.Mesh(path, self.points.ravel(), cells, groups)
+
+
+def _is_pair(entry: object) -> bool:
+    """Whether this is a shape with its cells."""
+    return isinstance(entry, (tuple, list)) and len(entry) == 2 and isinstance(entry[0], str)
+
+
+def _name_of(kind: str) -> str:
+    """Our name of a shape; one that we have not is left as it is."""
+    shape = kind_of(kind)
+    return kind if shape is None else shape.name
 
 
 def _sets(mesh: Any) -> dict[str, list[npt.ArrayLike]]:
@@ -211,10 +226,8 @@ def _physical_groups(mesh: Any) -> dict[str, list[npt.ArrayLike]]:
         return {}
     groups: dict[str, list[npt.ArrayLike]] = {}
     for name, (tag, dimension) in mesh.field_data.items():
-        of_dimension = [
-            _SHAPES.get(_NAMES.get(block.type, block.type), (0, -1, 0))[1] == dimension
-            for block in mesh.cells
-        ]
+        kinds = [kind_of(block.type) for block in mesh.cells]
+        of_dimension = [kind is not None and kind.dimension == dimension for kind in kinds]
         groups[name] = [
             np.flatnonzero(tags == tag) if fits else np.empty(0, dtype=np.int64)
             for tags, fits in zip(physical, of_dimension, strict=True)

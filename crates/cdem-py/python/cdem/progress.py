@@ -1,12 +1,16 @@
-"""How far a run is, on one line of stderr: in terminals and notebooks."""
+"""How far a run is, on one line: of stderr, or in the output of a cell of a notebook."""
 
 from __future__ import annotations
 
 import sys
 import time
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from cdem import _engine
+
+if TYPE_CHECKING:
+    from IPython.display import DisplayHandle
 
 #: Seconds before a line is shown unasked, and between two.
 _PATIENCE = 2.0
@@ -24,7 +28,7 @@ class Progress:
         self._started = time.monotonic()
         self._shown = self._started + (_PATIENCE if wanted is None else 0.0)
         self._start = (run.step_index, run.time)
-        self._width = 0
+        self._shows = _LineOfNotebook() if _is_notebook() else _LineOfTerminal()
 
     def __enter__(self) -> Progress:
         return self
@@ -35,22 +39,16 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._width or self._is_asked_for:
-            self._print(self._line())
-            sys.stderr.write("\n")
+        if self._shows.is_begun or self._is_asked_for:
+            self._shows.show(self._line())
+            self._shows.end()
 
     def update(self) -> None:
         """Shows how far the run is, where it is time to."""
         now = time.monotonic()
         if self._is_wanted and now - self._shown >= _INTERVAL:
             self._shown = now
-            self._print(self._line())
-
-    def _print(self, line: str) -> None:
-        # Blanks wipe what is left of a longer line.
-        sys.stderr.write("\r" + line.ljust(self._width))
-        sys.stderr.flush()
-        self._width = len(line)
+            self._shows.show(self._line())
 
     def _line(self) -> str:
         step, began = self._start
@@ -64,6 +62,57 @@ class Progress:
         return f"{bar} {100 * share:3.0f} %  t = {now:.3g} of {self._until:g} s, {speed:,.0f} steps/s, {left}"
 
 
+class _LineOfTerminal:
+    """A line of stderr that is written over and over."""
+
+    def __init__(self) -> None:
+        self._width = 0
+
+    @property
+    def is_begun(self) -> bool:
+        return self._width > 0
+
+    def show(self, line: str) -> None:
+        # Blanks wipe what is left of a longer line.
+        sys.stderr.write("\r" + line.ljust(self._width))
+        sys.stderr.flush()
+        self._width = len(line)
+
+    def end(self) -> None:
+        sys.stderr.write("\n")
+
+
+class _LineOfNotebook:
+    """An output of a cell that is replaced over and over: a notebook keeps the last, where of a
+    stream it would keep them all.
+    """
+
+    def __init__(self) -> None:
+        self._handle: DisplayHandle | None = None
+
+    @property
+    def is_begun(self) -> bool:
+        return self._handle is not None
+
+    def show(self, line: str) -> None:
+        from IPython.display import DisplayHandle
+
+        if self._handle is None:
+            self._handle = DisplayHandle()
+            self._handle.display({"text/plain": line}, raw=True)
+        else:
+            self._handle.update({"text/plain": line}, raw=True)
+
+    def end(self) -> None:
+        """It stays as it is."""
+
+
 def _is_watched() -> bool:
     """Whether there is a terminal, or a notebook."""
-    return sys.stderr.isatty() or "ipykernel" in sys.modules
+    return sys.stderr.isatty() or _is_notebook()
+
+
+def _is_notebook() -> bool:
+    """Whether this runs in a kernel, which shows rich output."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")

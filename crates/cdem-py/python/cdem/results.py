@@ -39,7 +39,7 @@ class Results:
         if not is_run:
             raise ResultsError(
                 f"{self.folder} is not a folder of results "
-                "(name the folder that `cdem run` wrote its results to)"
+                "(name the folder that `record()` or `cdem run` wrote its results to)"
             )
 
     def __repr__(self) -> str:
@@ -147,7 +147,7 @@ class Frames(Sequence[Any]):
     def __getitem__(self, index: int | slice) -> Any:
         if isinstance(index, slice):
             return [_read(file) for file in self.files[index]]
-        return _read(self.files[index])
+        return _read(self._file(index))
 
     def __iter__(self) -> Iterator[Any]:
         return map(_read, self.files)
@@ -156,13 +156,18 @@ class Frames(Sequence[Any]):
         """A frame as a `meshio.Mesh`."""
         import meshio
 
-        return meshio.read(self.files[index])
+        return meshio.read(self._file(index))
 
     def pyvista(self, index: int) -> Any:
         """A frame as a grid of PyVista."""
         import pyvista
 
-        return pyvista.read(self.files[index])
+        return pyvista.read(self._file(index))
+
+    def _file(self, index: int) -> Path:
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"there is no frame {index}; the run has written {len(self)}")
+        return self.files[index]
 
 
 def _read(file: Path) -> Any:

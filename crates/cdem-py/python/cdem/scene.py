@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cdem import _engine
+from cdem._names import unknown
 from cdem.errors import SceneError
 from cdem.mesh import Mesh
 
@@ -25,29 +28,38 @@ class Table(dict[str, Any]):
     `scene.time["end"]`.
     """
 
+    _place: str | None = None
+    # The key that it stands under, "" of a scene as a whole, if that is known: for hints.
+
     def __getattr__(self, key: str) -> Any:
         if key.startswith("_"):
             raise AttributeError(key)
+        known = _known_keys().get(self._place or "", []) if self._place is not None else [key]
+        if key not in self and key not in known:
+            where = f"{self._place}: " if self._place else ""
+            raise AttributeError(where + unknown("key", key, known))
         if key == "pair" and key not in self:
-            self[key] = Tables()
+            self[key] = _wrapped(Tables(), key)
         try:
             return self[key]
         except KeyError:
             raise AttributeError(f"the key `{key}` is not set") from None
 
     def __setattr__(self, key: str, value: Any) -> None:
-        self[key] = _wrapped(value)
+        self[key] = _wrapped(value, key)
 
     def __delattr__(self, key: str) -> None:
         self.pop(key, None)
 
 
 class Tables(list[Table]):
-    """Tables of one kind, as `[[block]]`."""
+    """Tables of one kind, as `scene.block`."""
+
+    _place: str | None = None
 
     def add(self, **keys: Any) -> Table:
         """Adds a table with these keys, and returns it."""
-        self.append(_wrapped(keys))
+        self.append(_wrapped(keys, self._place))
         return self[-1]
 
 
@@ -74,10 +86,18 @@ class Scene:
 
         keys: the keys of a scene file; `version = 1` may be left out.
         directory: what paths of meshes are relative to.
+
+        Raises `SceneError` if `keys` is no dictionary.
         """
+        if not isinstance(keys, (Mapping, type(None))):
+            kind = type(keys).__name__
+            raise SceneError(
+                f"a scene is made of a dictionary of its keys, not of type {kind}; "
+                "Scene.read(path) reads a file"
+            )
         self.__dict__["_directory"] = Path(directory)
         self.__dict__["_file"] = None
-        table = _wrapped({"version": 1, **dict(keys or {}), **more})
+        table = _wrapped({"version": 1, **(keys or {}), **more}, "")
         self.__dict__["_keys"] = table
 
     @classmethod
@@ -106,7 +126,7 @@ class Scene:
         _engine.written(_engine.Source(text, True, path))
         scene = cls(directory=Path(path).parent)
         keys = tomllib.loads(text)
-        scene.__dict__["_keys"] = _wrapped(keys)
+        scene.__dict__["_keys"] = _wrapped(keys, "")
         # As long as it is as it was read, messages name its lines.
         scene.__dict__["_file"] = (text, Path(path), _plain(keys, "", {}))
         return scene
@@ -115,9 +135,9 @@ class Scene:
         if key.startswith("_"):
             raise AttributeError(key)
         if key not in self._keys and key in _TABLES:
-            self._keys[key] = Table()
+            self._keys[key] = _wrapped({}, key)
         if key not in self._keys and key in _LISTS:
-            self._keys[key] = Tables()
+            self._keys[key] = _wrapped(Tables(), key)
         return getattr(self._keys, key)
 
     def __setattr__(self, key: str, value: Any) -> None:
@@ -191,15 +211,34 @@ class Scene:
         return source, [(path, mesh._engine_mesh(path)) for path, mesh in meshes.items()]
 
 
-def _wrapped(value: Any) -> Any:
-    """Tables and lists of them in the types that give their keys as attributes."""
+@cache
+def _known_keys() -> dict[str, list[str]]:
+    """The keys of the tables of a scene, by the key that a table stands under; "" is the scene."""
+    schema = json.loads(_engine.schema())
+    tables = {name: table.get("properties", {}) for name, table in schema["$defs"].items()}
+    known = {"": list(schema["properties"])}
+    for table in (schema["properties"], *tables.values()):
+        for key, value in table.items():
+            for name in re.findall(r"#/\$defs/(\w+)", json.dumps(value)):
+                if tables[name]:
+                    known[key] = list(tables[name])
+    return known
+
+
+def _wrapped(value: Any, place: str | None) -> Any:
+    """Tables and lists of them in the types that give their keys as attributes.
+
+    place: the key that they stand under.
+    """
     if isinstance(value, Mapping):
-        table = Table()
-        for key, inner in value.items():
-            table[str(key)] = _wrapped(inner)
+        table = Table((str(key), _wrapped(inner, str(key))) for key, inner in value.items())
+        table.__dict__["_place"] = place
         return table
-    if isinstance(value, (list, tuple)) and value and all(isinstance(v, Mapping) for v in value):
-        return Tables(_wrapped(inner) for inner in value)
+    is_list = isinstance(value, Tables) or (isinstance(value, (list, tuple)) and len(value) > 0)
+    if is_list and all(isinstance(inner, Mapping) for inner in value):
+        tables = Tables(_wrapped(inner, place) for inner in value)
+        tables._place = place
+        return tables
     return value
 
 

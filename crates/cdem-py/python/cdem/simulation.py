@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdem import _engine
+from cdem._names import unknown
 from cdem.cells import Cells, to_meshio, to_pyvista
 from cdem.progress import Progress
 from cdem.scene import Scene, _plain
@@ -55,6 +56,13 @@ class Block:
     """Its points in the arrays of points."""
     cells: slice
     """Its cells in the arrays of cells."""
+
+
+class _Blocks(dict[str, Block]):
+    """Blocks by their names."""
+
+    def __missing__(self, name: object) -> Block:
+        raise KeyError(unknown("block", name, self))
 
 
 @dataclass(frozen=True)
@@ -186,7 +194,7 @@ class Simulation:
 
     def run(
         self,
-        until: float | None = None,
+        until: float | str | None = None,
         *,
         callback: Callable[[Simulation], object] | None = None,
         every: int = 1,
@@ -194,7 +202,8 @@ class Simulation:
     ) -> None:
         """Steps until a time, or to the end.
 
-        until: time, s; the first coarse step at or after it is the last. The end if left out.
+        until: time, s, or text with a unit such as `"0.2 ms"`; the first coarse step at or after
+            it is the last. The end if left out.
         callback: called with the simulation after each step, or after so many; if it returns
             `True` or NumPy's, the run stops there.
         every: coarse steps between two calls.
@@ -206,15 +215,15 @@ class Simulation:
         """
         if every < 1:
             raise ValueError(f"every must be at least 1, got {every}")
-        until = math.inf if until is None else float(until)
-        if not until >= 0.0:
+        last = math.inf if until is None else _seconds(until)
+        if not last >= 0.0:
             raise ValueError(f"until must be a time in seconds, at least 0; got {until}")
-        with Progress(self._run, min(until, self._run.end), progress) as shown:
+        with Progress(self._run, min(last, self._run.end), progress) as shown:
             left = every
             while True:
                 before = self._run.step_index
                 steps = left if callback is not None else 2**62
-                is_there = self._run.advance(until, steps, _LEG)
+                is_there = self._run.advance(last, steps, _LEG)
                 shown.update()
                 left -= self._run.step_index - before
                 if callback is not None and left == 0:
@@ -287,22 +296,27 @@ class Simulation:
 
     @property
     def blocks(self) -> dict[str, Block]:
-        """All blocks now, by name; parts of a split block as `i.1`, `i.2`, …"""
+        """All blocks now, by name; parts of a split block as `i.1`, `i.2`, … A name that there
+        is not raises a `KeyError` that tells those that there are.
+        """
         rows = self._run.blocks()
         vectors = {
             name: rows[name].reshape(-1, 3)
             for name in ("position", "velocity", "angular_velocity", "force")
         }
-        return {
-            name: Block(
+        return _Blocks(
+            (
                 name,
-                float(rows["mass"][i]),
-                points=slice(*rows["points"][i]),
-                cells=slice(*rows["cells"][i]),
-                **{key: value[i] for key, value in vectors.items()},
+                Block(
+                    name,
+                    float(rows["mass"][i]),
+                    points=slice(*rows["points"][i]),
+                    cells=slice(*rows["cells"][i]),
+                    **{key: value[i] for key, value in vectors.items()},
+                ),
             )
             for i, name in enumerate(rows["block"])
-        }
+        )
 
     @property
     def contacts(self) -> Contacts:
@@ -400,7 +414,7 @@ class Simulation:
                 f"velocities are one vector of 2 or 3 components, or one for each of {count} "
                 f"points, not an array of shape {given.shape}"
             )
-        if self.scene.dimension == 2 and np.any(given[..., 2:] != 0.0):
+        if self._run.dimension == 2 and np.any(given[..., 2:] != 0.0):
             raise ValueError("in 2-D the third component of a velocity must be 0")
         velocities[chosen, : given.shape[-1]] = given
         self._run.set_velocities(velocities.ravel())
@@ -408,8 +422,7 @@ class Simulation:
     def _points_of(self, block: str) -> slice:
         blocks = self.blocks
         if block not in blocks:
-            known = ", ".join(map(repr, blocks))
-            raise ValueError(f"there is no block {block!r}; the scene has {known}")
+            raise ValueError(unknown("block", block, blocks))
         return blocks[block].points
 
     def set_load(
@@ -434,19 +447,20 @@ class Simulation:
         if len(given) != 1:
             raise ValueError("give either a pressure or a traction")
         kind, value = given[0]
-        number = self._load_number(load)
-        if kind not in self.scene.load[number]:
-            other = "traction" if kind == "pressure" else "pressure"
-            raise ValueError(f"the load {load!r} is a {other}, and stays one")
+        number = self._load_number(load, kind)
         self._run.set_load(number, kind, json.dumps(_plain(value, kind, {})))
 
-    def _load_number(self, load: str | int) -> int:
-        groups = [table.group for table in self.scene.load]
+    def _load_number(self, load: str | int, kind: str) -> int:
+        loads = self.scene.load
+        groups = [table.group for table in loads]
         fitting = [i for i, group in enumerate(groups) if load in (i, group)]
-        if len(fitting) != 1:
-            known = ", ".join(map(repr, groups)) or "none"
-            count = "no load" if not fitting else f"{len(fitting)} loads (give a number)"
-            raise ValueError(f"there is {count} {load!r}; the scene has {known}")
+        if not fitting:
+            raise ValueError(unknown("load", load, groups))
+        if len(fitting) > 1:
+            raise ValueError(f"there are {len(fitting)} loads {load!r}; give the number of one of {fitting}")
+        if kind not in loads[fitting[0]]:
+            other = "traction" if kind == "pressure" else "pressure"
+            raise ValueError(f"the load {load!r} is a {other}, and stays one")
         return fitting[0]
 
     # ---- Keeping
@@ -494,6 +508,15 @@ def _count(threads: int | None) -> int:
     if threads is not None and not 1 <= threads <= 65535:
         raise ValueError(f"threads must be from 1 to 65535, got {threads}")
     return threads or 0
+
+
+def _seconds(until: float | str) -> float:
+    if not isinstance(until, str):
+        return float(until)
+    try:
+        return _engine.seconds(until)
+    except ValueError as error:
+        raise ValueError(f"until: {error}") from None
 
 
 def _contacts(rows: dict[str, Any]) -> Contacts:

@@ -20,60 +20,74 @@ use crate::scene::Kinematics;
 /// wrong after 1 rad in ten steps with 5 % strain; this form is
 /// 0.25 % wrong and of second order).
 ///
-/// An element's record: displacements relative to its first node and nodal
-/// forces at its last kick (N·D each), Cauchy stress of its Gauss points
-/// (Q·D·D), work done on it.
+/// Work is ½ V (P + P') : ∇Δu, P at rest being first Piola–Kirchhoff stress at the ends: what the
+/// nodal forces do on the way.
 pub(super) struct Incremental;
 
-/// A record, cut into its parts.
-struct Record<'a, const D: usize, T = f64> {
-    displacement: &'a [[T; D]],
-    force: &'a [[T; D]],
-    stress: &'a [[T; D]],
+/// What an element keeps from kick to kick.
+struct Record<const D: usize, const N: usize, const Q: usize, T = f64> {
+    /// Displacements relative to that of its first node, m.
+    displacement: Nodal<D, N, T>,
+    /// Cauchy stress of its Gauss points, Pa; of what is symmetric one half is kept.
+    stress: [Tensor<D, T>; Q],
+    /// Work done on it, J.
     work: T,
 }
 
-impl<'a, const D: usize, T: Real> Record<'a, D, T> {
+impl<const D: usize, const N: usize, const Q: usize, T: Real> Record<D, N, Q, T> {
+    /// Where stresses begin, and numbers of one.
+    const STRESS: usize = (N - 1) * D;
+    const POINT: usize = D * (D + 1) / 2;
+    const LENGTH: usize = Self::STRESS + Q * Self::POINT + 1;
+
     #[inline(always)]
-    fn of(nodes: usize, record: &'a [T]) -> Self {
-        let (vectors, work) = record.as_chunks::<D>();
-        let (displacement, rest) = vectors.split_at(nodes);
-        let (force, stress) = rest.split_at(nodes);
+    fn read(numbers: &[T]) -> Self {
+        let mut displacement = [[numbers[0].constant(0.0); D]; N];
+        for a in 1..N {
+            for k in 0..D {
+                displacement[a][k] = numbers[(a - 1) * D + k];
+            }
+        }
+        let mut stress = [[[numbers[0]; D]; D]; Q];
+        for q in 0..Q {
+            stress[q] = tensor::filled(|i, j| numbers[Self::entry(q, i, j)]);
+        }
         Self {
             displacement,
-            force,
             stress,
-            work: work[0],
+            work: numbers[Self::LENGTH - 1],
         }
     }
 
-    /// Cauchy stress of Gauss point `q`.
     #[inline(always)]
-    fn stress(&self, q: usize) -> Tensor<D, T> {
-        tensor::filled(|i, j| self.stress[q * D + i][j])
+    fn write(&self, numbers: &mut [T]) {
+        for a in 1..N {
+            for k in 0..D {
+                numbers[(a - 1) * D + k] = self.displacement[a][k];
+            }
+        }
+        for q in 0..Q {
+            for i in 0..D {
+                for j in i..D {
+                    numbers[Self::entry(q, i, j)] = self.stress[q][i][j];
+                }
+            }
+        }
+        numbers[Self::LENGTH - 1] = self.work;
     }
-}
 
-/// Makes these a record's displacements, forces and stresses, and adds to its work.
-#[inline(always)]
-fn keep<const D: usize, const N: usize, const Q: usize, T: Real>(
-    record: &mut [T],
-    (u, force): (&Nodal<D, N, T>, &Nodal<D, N, T>),
-    (stress, work): (&[Tensor<D, T>; Q], T),
-) {
-    let (vectors, total) = record.as_chunks_mut::<D>();
-    let (displacement, rest) = vectors.split_at_mut(N);
-    let (last_force, last_stress) = rest.split_at_mut(N);
-    displacement.copy_from_slice(u);
-    last_force.copy_from_slice(force);
-    last_stress.copy_from_slice(stress.as_flattened());
-    total[0] += work;
+    /// Place of a component of the stress of Gauss point `q`.
+    #[inline(always)]
+    fn entry(q: usize, i: usize, j: usize) -> usize {
+        let (i, j) = (i.min(j), i.max(j));
+        Self::STRESS + q * Self::POINT + i * (2 * D - i - 1) / 2 + j
+    }
 }
 
 impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Incremental {
     const KINEMATICS: Kinematics = Kinematics::Incremental;
 
-    const RECORD: usize = 2 * N * D + Q * D * D + 1;
+    const RECORD: usize = Record::<D, N, Q>::LENGTH;
 
     #[inline(always)]
     fn respond<T: Real>(
@@ -81,36 +95,34 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         u: &Nodal<D, N, T>,
         record: &mut [T],
     ) -> Nodal<D, N, T> {
-        let last = Record::<D, T>::of(N, record);
+        let mut own = Record::<D, N, Q, T>::read(record);
         let half = u[0][0].constant(0.5);
-        let (mut middle, mut step) = (*u, *u);
+        let mut way = *u;
         for a in 0..N {
             for k in 0..D {
-                let last = last.displacement[a][k];
-                middle[a][k] = half * (last + u[a][k]);
-                step[a][k] = u[a][k] - last;
+                way[a][k] = u[a][k] - own.displacement[a][k];
             }
         }
         let mut force = geometry::zero(u);
-        let mut stress = [[[half; D]; D]; Q];
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
-            let increment = current_gradient(&gradients, &middle, &step);
+            let last = geometry::gradient(&gradients, &own.displacement);
+            let step = geometry::gradient(&gradients, &way);
+            let middle = tensor::sum(&last, &tensor::scaled(half, &step));
+            let now = tensor::sum(&last, &step);
+            let increment = tensor::product(&step, &inverse(&middle));
             let added = element.lame().stress(&tensor::symmetric(&increment));
             let added = tensor::scaled(half, &added);
-            let turned = rotated(&tensor::sum(&last.stress(q), &added), &increment);
-            stress[q] = tensor::sum(&turned, &added);
-            let first_piola = first_piola(&stress[q], &gradients, u);
-            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
+            let before = first_piola(&own.stress[q], &last);
+            let turned = rotated(&tensor::sum(&own.stress[q], &added), &increment);
+            own.stress[q] = tensor::sum(&turned, &added);
+            let after = first_piola(&own.stress[q], &now);
+            own.work += half * volume * tensor::contraction(&tensor::sum(&before, &after), &step);
+            geometry::subtract_divergence(&mut force, &after, &gradients, volume);
         }
         geometry::balance(&mut force);
-        let mut work = half.constant(0.0);
-        for a in 0..N {
-            for k in 0..D {
-                work -= half * (last.force[a][k] + force[a][k]) * step[a][k];
-            }
-        }
-        keep(record, (u, &force), (&stress, work));
+        own.displacement = *u;
+        own.write(record);
         force
     }
 
@@ -124,9 +136,11 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         let mut force = geometry::zero(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
-            let rate = current_gradient(&gradients, u, velocity);
+            let h = geometry::gradient(&gradients, u);
+            let rate = geometry::gradient(&gradients, velocity);
+            let rate = tensor::product(&rate, &inverse(&h));
             let stress = element.lame().stress(&tensor::symmetric(&rate));
-            let first_piola = first_piola(&stress, &gradients, u);
+            let first_piola = first_piola(&stress, &h);
             geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
@@ -140,7 +154,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         record: &mut [T],
     ) -> T {
         <Self as Formulation<D, N, Q>>::respond(element, u, record);
-        Record::<D, T>::of(N, record).work
+        Record::<D, N, Q, T>::read(record).work
     }
 
     fn stress(
@@ -153,12 +167,13 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         let now = &mut now[..record.len()];
         now.copy_from_slice(record);
         <Self as Formulation<D, N, Q>>::respond(element, u, now);
-        let now = Record::<D>::of(N, now);
+        let now = Record::<D, N, Q>::read(now);
         let mut integral = StressIntegral::default();
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
-            let jacobian = tensor::determinant(&deformation_gradient(&gradients, u));
-            let kirchhoff = tensor::scaled(jacobian, &now.stress(q));
+            let h = geometry::gradient(&gradients, u);
+            let jacobian = tensor::determinant(&deformation_gradient(&h));
+            let kirchhoff = tensor::scaled(jacobian, &now.stress[q]);
             let across = moduli.out_of_plane * tensor::trace(&kirchhoff);
             integral.add(volume, jacobian, &kirchhoff, across);
         }
@@ -166,18 +181,18 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     }
 
     fn past(element: &Element<D, N, Q>, moduli: &Moduli, record: &[f64]) -> Option<Past<D>> {
-        let record = Record::<D>::of(N, record);
+        let own = Record::<D, N, Q>::read(record);
         let volume: f64 = element.volumes.iter().sum();
         let mean = |k: usize, l: usize| {
             let points = element.volumes.iter().enumerate();
-            let all = points.map(|(q, share)| share * record.stress[q * D + k][l]);
+            let all = points.map(|(q, share)| share * own.stress[q][k][l]);
             all.sum::<f64>() / volume
         };
-        let held = |(q, share): (usize, &f64)| share * moduli.energy(&record.stress(q));
+        let held = |(q, share): (usize, &f64)| share * moduli.energy(&own.stress[q]);
         let held: f64 = element.volumes.iter().enumerate().map(held).sum();
         Some(Past {
             stress: tensor::filled(mean),
-            excess: record.work - held,
+            excess: own.work - held,
             volume,
         })
     }
@@ -189,67 +204,53 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         u: &Nodal<D, N>,
         record: &mut [f64],
     ) {
-        let mut force = [[0.0; D]; N];
-        for q in 0..Q {
-            let (gradients, volume) = element.point(q);
-            let first_piola = first_piola(&past.stress, &gradients, u);
-            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
-        }
-        geometry::balance(&mut force);
         let volume: f64 = element.volumes.iter().sum();
-        let known = Record::<D>::of(N, record).work;
-        let work = volume * (past.excess / past.volume + moduli.energy(&past.stress)) - known;
-        keep(record, (u, &force), (&[past.stress; Q], work));
+        Record {
+            displacement: *u,
+            stress: [past.stress; Q],
+            work: volume * (past.excess / past.volume + moduli.energy(&past.stress)),
+        }
+        .write(record);
     }
 }
 
+/// F = I + H.
 #[inline(always)]
-fn deformation_gradient<const D: usize, const N: usize, T: Real>(
-    gradients: &Nodal<D, N, T>,
-    u: &Nodal<D, N, T>,
-) -> Tensor<D, T> {
-    tensor::sum(
-        &tensor::identity(u[0][0]),
-        &geometry::gradient(gradients, u),
-    )
+fn deformation_gradient<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
+    tensor::sum(&tensor::identity(h[0][0]), h)
 }
 
-/// Gradient of `field` on the configuration displaced by `u`.
+/// F⁻¹.
 #[inline(always)]
-fn current_gradient<const D: usize, const N: usize, T: Real>(
-    gradients: &Nodal<D, N, T>,
-    u: &Nodal<D, N, T>,
-    field: &Nodal<D, N, T>,
-) -> Tensor<D, T> {
-    let (inverse, _) = tensor::inverse(&deformation_gradient(gradients, u));
-    tensor::product(&geometry::gradient(gradients, field), &inverse)
+fn inverse<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
+    tensor::inverse(&deformation_gradient(h)).0
 }
 
-/// P = J σ F⁻ᵀ on the configuration displaced by `u`.
+/// P = J σ F⁻ᵀ.
 #[inline(always)]
-fn first_piola<const D: usize, const N: usize, T: Real>(
-    stress: &Tensor<D, T>,
-    gradients: &Nodal<D, N, T>,
-    u: &Nodal<D, N, T>,
-) -> Tensor<D, T> {
-    let (inverse, jacobian) = tensor::inverse(&deformation_gradient(gradients, u));
-    let scaled = tensor::scaled(jacobian, stress);
-    tensor::product_transposed(&scaled, &inverse)
+fn first_piola<const D: usize, T: Real>(stress: &Tensor<D, T>, h: &Tensor<D, T>) -> Tensor<D, T> {
+    tensor::product(stress, &tensor::cofactors(&deformation_gradient(h)))
 }
 
-/// Q σ Qᵀ with Q = (I − ½W)⁻¹ (I + ½W), W the skew part of the increment.
+/// Q σ Qᵀ, symmetric as σ is, with Q = (I − ½W)⁻¹ (I + ½W), W the skew part of the increment:
+/// I + 2 (½W + ½W·½W)/(1 + w·w), w being the axial vector of ½W.
 #[inline(always)]
 fn rotated<const D: usize, T: Real>(
     stress: &Tensor<D, T>,
     increment: &Tensor<D, T>,
 ) -> Tensor<D, T> {
     let like = increment[0][0];
-    let unit: Tensor<D, T> = tensor::identity(like);
-    let half = |sign: f64| -> Tensor<D, T> {
-        let spin = |i: usize, j: usize| like.constant(0.25) * (increment[i][j] - increment[j][i]);
-        tensor::filled(|i, j| unit[i][j] + like.constant(sign) * spin(i, j))
-    };
-    let (inverse, _) = tensor::inverse(&half(-1.0));
-    let rotation = tensor::product(&inverse, &half(1.0));
-    tensor::product_transposed(&tensor::product(&rotation, stress), &rotation)
+    let half: Tensor<D, T> =
+        tensor::filled(|i, j| like.constant(0.25) * (increment[i][j] - increment[j][i]));
+    let square = tensor::product(&half, &half);
+    let one = like.constant(1.0);
+    // w·w = −½ tr (½W)².
+    let share = like.constant(2.0) / (one - like.constant(0.5) * tensor::trace(&square));
+    let turn = tensor::scaled(share, &tensor::sum(&half, &square));
+    let rotation = tensor::sum(&tensor::identity(like), &turn);
+    let turned = tensor::product(&rotation, stress);
+    tensor::filled(|i, j| {
+        let (i, j) = (i.min(j), i.max(j));
+        tensor::contracted::<D, T>(|k| turned[i][k] * rotation[j][k])
+    })
 }

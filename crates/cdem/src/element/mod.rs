@@ -17,6 +17,7 @@ mod kick;
 mod lanes;
 mod nearby;
 mod part;
+mod places;
 mod set;
 pub(crate) mod shape;
 mod survey;
@@ -35,6 +36,7 @@ use total::Total;
 
 pub(crate) use frequency::{highest_frequency, stable_step};
 pub(crate) use kick::Shares;
+pub(crate) use places::Places;
 
 /// Most nodes of an element: a hexahedron's.
 pub(crate) const MAX_NODES: usize = 8;

@@ -114,15 +114,17 @@ impl Field {
         first: usize,
         (force, duration): (&Nodal<D, N, L::Number>, L::Number),
     ) {
+        let mut rows = [[Row::default(); D]; N];
         for a in 0..N {
-            let mut rows = [Row::default(); D];
             for k in 0..D {
-                lanes.store(duration * force[a][k], &mut rows[k], 0);
+                lanes.store(duration * force[a][k], &mut rows[a][k], 0);
             }
-            for lane in 0..L::COUNT {
+        }
+        for lane in 0..L::COUNT {
+            for a in 0..N {
                 let mut impulse = [0.0; 4];
                 for k in 0..D {
-                    impulse[k] = rows[k][lane];
+                    impulse[k] = rows[a][k][lane];
                 }
                 let own = &mut self.0[nodes[a][first + lane] as usize % NODES];
                 for k in 0..4 {

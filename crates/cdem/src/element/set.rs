@@ -14,7 +14,7 @@ use crate::scene::Kinematics;
 use crate::vector::sub;
 
 /// Most numbers in a record: of a hexahedron with incremental kinematics.
-pub(super) const MAX_RECORD: usize = 121;
+pub(super) const MAX_RECORD: usize = 70;
 
 /// How elements turn nodal displacements into forces.
 ///

@@ -20,7 +20,7 @@ pub(crate) fn filled<const D: usize, T: Copy>(entry: impl Fn(usize, usize) -> T)
 
 /// Σ term(k) over the components.
 #[inline(always)]
-fn contracted<const D: usize, T: Real>(term: impl Fn(usize) -> T) -> T {
+pub(super) fn contracted<const D: usize, T: Real>(term: impl Fn(usize) -> T) -> T {
     let mut sum = term(0);
     for k in 1..D {
         sum += term(k);
@@ -103,16 +103,23 @@ pub(crate) fn determinant<const D: usize, T: Real>(a: &Tensor<D, T>) -> T {
 pub(crate) fn inverse<const D: usize, T: Real>(a: &Tensor<D, T>) -> (Tensor<D, T>, T) {
     let determinant = determinant(a);
     let scale = determinant.constant(1.0) / determinant;
-    let inverse = filled(|i, j| {
-        let cofactor = if D == 2 {
-            let entry = a[1 - j][1 - i];
-            entry.constant(if i == j { 1.0 } else { -1.0 }) * entry
-        } else {
-            cofactor3(a, j, i)
-        };
-        cofactor * scale
-    });
-    (inverse, determinant)
+    (filled(|i, j| cofactor(a, j, i) * scale), determinant)
+}
+
+/// det a · a⁻ᵀ.
+#[inline(always)]
+pub(super) fn cofactors<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, T> {
+    filled(|i, j| cofactor(a, i, j))
+}
+
+#[inline(always)]
+fn cofactor<const D: usize, T: Real>(a: &Tensor<D, T>, i: usize, j: usize) -> T {
+    if D == 2 {
+        let entry = a[1 - i][1 - j];
+        entry.constant(if i == j { 1.0 } else { -1.0 }) * entry
+    } else {
+        cofactor3(a, i, j)
+    }
 }
 
 /// Cofactor (i, j) of a 3×3 tensor; cyclic indices carry the sign.

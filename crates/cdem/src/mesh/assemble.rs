@@ -87,6 +87,8 @@ pub fn assemble<const D: usize>(
         }
     }
     mesh.groups = members.finish(&sources.list);
+    mesh.nodes.shrink_to_fit();
+    mesh.elements.shrink_to_fit();
     Ok(mesh)
 }
 
@@ -141,13 +143,11 @@ fn push<const D: usize>(
             coordinates(at)
         ));
     }
-    for element in part.elements {
-        let nodes: Vec<_> = element
-            .nodes()
-            .iter()
-            .map(|&n| n + first_node as u32)
-            .collect();
-        mesh.elements.push(Element::new(element.kind, &nodes));
+    for mut element in part.elements {
+        for node in &mut element.nodes[..element.kind.node_count()] {
+            *node += first_node as u32;
+        }
+        mesh.elements.push(element);
     }
     mesh.nodes.extend(part.nodes);
     mesh.blocks.push(Block {

@@ -58,7 +58,7 @@ pub enum MeshError {
             known,
             "",
             "physical groups are made in Gmsh, and shapes have sides \
-         such as \"floor.ymax\"; a [[boundary]] may name a `block` instead"
+         such as \"floor.ymax\"; a boundary may name a `block` instead"
         )
     )]
     UnknownGroup {

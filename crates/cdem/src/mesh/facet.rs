@@ -155,8 +155,7 @@ impl<const D: usize> Mesh<D> {
 
     /// Works them out, for all that will ask: from here on the elements stay as they are.
     pub(crate) fn keep_boundary_facets(&mut self) {
-        let found = self.find_boundary_facets();
-        self.boundary.0.get_or_insert(found);
+        self.boundary.0 = Some(self.find_boundary_facets());
     }
 
     fn find_boundary_facets(&self) -> Vec<Facet> {

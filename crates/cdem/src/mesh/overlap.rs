@@ -1,5 +1,7 @@
 //! Blocks that lie in each other before anything has moved.
 
+use std::borrow::Cow;
+
 use super::box_tree::{Box, BoxTree, widened};
 use super::simplex::{Piece, crossing, distance_to, normal};
 use super::vector::{between, bounds, centre, distance};
@@ -46,7 +48,7 @@ pub fn overlap<const D: usize>(
     for (edge, blocks) in by_place(edges(mesh, &facets)) {
         search.probe_edge(edge, &blocks);
     }
-    for facet in facets {
+    for &facet in &*facets {
         search.probe_facet(facet);
     }
     search.deepest
@@ -129,7 +131,7 @@ struct Search<'a, const D: usize> {
     /// Elements that may lie in another block.
     elements: BoxTree<D>,
     /// Boundary facets of all blocks, sorted.
-    facets: Vec<Facet>,
+    facets: Cow<'a, [Facet]>,
     /// The same by place; numbers are indices into `facets`.
     facet_tree: BoxTree<D>,
     deepest: Option<Overlap<D>>,
@@ -162,7 +164,7 @@ impl<'a, const D: usize> Search<'a, D> {
         let elements = elements
             .map(|element| (mesh.element_box(element), element))
             .collect();
-        let facets = mesh.boundary_facets().into_owned();
+        let facets = mesh.boundary_facets();
         let boxes = facets.iter().map(|&facet| mesh.facet_box(facet));
         Self {
             mesh,

@@ -5,7 +5,7 @@ use super::pace::{CAREFUL, Pace};
 use super::prescribed::Prescribed;
 use super::{BlockData, Model, ModelError, State, inertia::Inertia, load::SurfaceLoad, names};
 use crate::contact::Contacts;
-use crate::element::{self, BlockProperties, ElementSet};
+use crate::element::{self, BlockProperties, ElementSet, Places};
 use crate::mass::{self, Masses};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, MeshError};
@@ -63,7 +63,7 @@ impl<const D: usize> Model<D> {
             prescribed: Vec::new(),
             warnings: Vec::new(),
             limits,
-            place: places(&sets, mesh.elements.len()),
+            place: Places::new(&sets, mesh.elements.len()),
             block_of: block_of(&mesh),
             mesh,
             sets,
@@ -95,7 +95,7 @@ impl<const D: usize> Model<D> {
         let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
         let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
         self.sets = foundation.all_sets(&self.mesh);
-        self.place = places(&self.sets, self.mesh.elements.len());
+        self.place = Places::new(&self.sets, self.mesh.elements.len());
         self.block_of = block_of(&self.mesh);
         let meshes = [&old, &self.mesh];
         remesh_inertia(&mut self.inertia, foundation, covers, meshes);
@@ -409,16 +409,6 @@ pub(crate) fn properties(scene: &Scene, source: usize) -> BlockProperties {
         material: material.expect("the scene check has found every material"),
         kinematics: block.kinematics,
     }
-}
-
-fn places<const D: usize>(sets: &[Box<dyn ElementSet<D>>], count: usize) -> Vec<(u32, u32)> {
-    let mut place = vec![(0, 0); count];
-    for (number, set) in sets.iter().enumerate() {
-        for (i, &element) in set.mesh_elements().iter().enumerate() {
-            place[element as usize] = (number as u32, i as u32);
-        }
-    }
-    place
 }
 
 fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {

@@ -151,6 +151,11 @@ impl<const D: usize> Inertia<D> {
         self.dense_of[node] != LUMPED
     }
 
+    /// Inverse masses, 1/kg by component, 0 where a node is held: where no block is dense.
+    pub(crate) fn lumped(&self) -> Option<&[[f64; D]]> {
+        self.dense.is_empty().then_some(&*self.inverse)
+    }
+
     /// Components of a node that are held.
     pub(crate) fn held(&self, node: usize) -> [bool; D] {
         match self.dense.get(self.dense_of[node] as usize) {
@@ -233,9 +238,9 @@ impl<const D: usize> Inertia<D> {
     /// velocity ← velocity + M⁻¹·impulse for the nodes `due`; the nodes of a
     /// dense block come together and in order.
     pub(crate) fn kick(&self, due: &[u32], impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
-        if self.dense.is_empty() && due.len() == velocity.len() {
+        if let Some(inverse) = self.lumped().filter(|_| due.len() == velocity.len()) {
             let all = velocity.par_iter_mut().with_min_len(AT_ONCE);
-            let all = all.zip(&self.inverse).zip(impulse);
+            let all = all.zip(inverse).zip(impulse);
             all.for_each(|((velocity, inverse), impulse)| {
                 for c in 0..D {
                     velocity[c] += inverse[c] * impulse[c];

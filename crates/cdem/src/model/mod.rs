@@ -19,7 +19,7 @@ use motion::Motion;
 use prescribed::Prescribed;
 
 use crate::contact::surface::Positions;
-use crate::element::ElementSet;
+use crate::element::{ElementSet, Places};
 use crate::mass::MassKind;
 use crate::mesh::Mesh;
 use crate::raw;
@@ -35,7 +35,7 @@ pub(crate) struct Model<const D: usize> {
     /// Elements by shape and kinematics; they keep their own stress history.
     pub(crate) sets: Vec<Box<dyn ElementSet<D>>>,
     /// Set and number within it of each element of the mesh.
-    pub(crate) place: Vec<(u32, u32)>,
+    pub(crate) place: Places,
     pub(crate) inertia: Inertia<D>,
     pub(crate) blocks: Vec<BlockData>,
     /// Block of each node.
@@ -140,9 +140,9 @@ impl<const D: usize> Model<D> {
 
     /// Strain energy of the elements of a block, J.
     pub(crate) fn strain_energy_of(&self, block: usize, displacement: &[[f64; D]]) -> f64 {
-        let elements = self.elements(block).map(|e| self.place[e]);
+        let elements = self.elements(block).map(|e| self.place.of(e));
         elements
-            .map(|(set, i)| self.sets[set as usize].strain_energy(i as usize, displacement))
+            .map(|(set, i)| self.sets[set].strain_energy(i, displacement))
             .sum()
     }
 }

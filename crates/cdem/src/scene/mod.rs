@@ -24,7 +24,7 @@ use crate::mesh::ElementKind;
 pub use export::as_input;
 pub use key_path::{KeyPath, Step};
 pub(crate) use problem::suggestion;
-pub use problem::{Place, Problem};
+pub use problem::{Help, Place, Problem};
 pub use schedule::{Linear, Schedule};
 pub use schema::json_schema;
 
@@ -45,6 +45,14 @@ pub fn from_value(value: serde_json::Value) -> Result<Scene, Vec<Problem>> {
         return Err(vec![problem.help(help)]);
     }
     check::check(&decode::decode(value)?)
+}
+
+/// A time, s, as keys of a scene take it: a number in seconds, or text with a unit.
+///
+/// # Errors
+/// What it is instead.
+pub fn time(value: serde_json::Value) -> Result<f64, Vec<Problem>> {
+    decode::decode(value).map(input::Quantity::<input::Duration>::si)
 }
 
 /// Whether `name` is that of a part of the split block `whole`: its name, a

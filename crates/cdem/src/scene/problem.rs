@@ -17,7 +17,16 @@ pub struct Problem {
     /// What is wrong and what was expected: one sentence, no full stop.
     pub message: String,
     /// What to try.
-    pub help: Option<String>,
+    pub help: Option<Help>,
+}
+
+/// What to try: scene files and programs write the same thing in different ways.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Help {
+    /// To one who writes a scene file.
+    pub in_file: String,
+    /// To one whose program makes a scene of dictionaries and lists.
+    pub in_program: String,
 }
 
 /// Which part of `key = value` a [`Problem`] is about.
@@ -53,11 +62,58 @@ impl Problem {
 
     /// The same problem with advice.
     #[must_use]
-    pub fn help(self, help: impl Into<String>) -> Self {
+    pub fn help(self, help: impl Into<Help>) -> Self {
         Self {
             help: Some(help.into()),
             ..self
         }
+    }
+}
+
+impl Help {
+    /// A sentence about the tables of a list, such as `[[block]]`.
+    pub(super) fn on_list(list: &str, sentence: impl Fn(&str) -> String) -> Self {
+        Self {
+            in_file: sentence(&format!("[[{list}]]")),
+            in_program: sentence(&format!("`{list}`")),
+        }
+    }
+
+    /// An example of a key with its value, `key = value`, after some words: inline tables of
+    /// TOML are dictionaries in a program.
+    pub(super) fn example(example: &str) -> Self {
+        let parts: Vec<&str> = example.split(" = ").collect();
+        let mut in_program = parts
+            .first()
+            .map_or_else(String::new, |key| format!("{key} = "));
+        for (i, part) in parts.iter().enumerate().skip(1) {
+            match part.rsplit_once(' ') {
+                Some((before, key)) if i + 1 < parts.len() => {
+                    in_program.push_str(&format!("{before} \"{key}\": "));
+                }
+                _ => in_program.push_str(part),
+            }
+        }
+        let in_program = in_program.replace("{ ", "{").replace(" }", "}");
+        Self {
+            in_file: format!("for example: {example}"),
+            in_program: format!("for example: {in_program}"),
+        }
+    }
+}
+
+impl From<String> for Help {
+    fn from(text: String) -> Self {
+        Self {
+            in_file: text.clone(),
+            in_program: text,
+        }
+    }
+}
+
+impl From<&str> for Help {
+    fn from(text: &str) -> Self {
+        text.to_owned().into()
     }
 }
 
@@ -129,6 +185,29 @@ mod tests {
         }
         for strange in ["E", "colour", ""] {
             assert_eq!(nearest(strange, keys), None, "{strange}");
+        }
+    }
+
+    #[test]
+    fn examples_are_dictionaries_in_a_program() {
+        for (file, program) in [
+            ("end = 1.0", "end = 1.0"),
+            (
+                "gravity = [0, -9.81], or in 3-D [0, 0, 1]",
+                "gravity = [0, -9.81], or in 3-D [0, 0, 1]",
+            ),
+            (
+                "shape = { box = { min = [0, 0], max = [2, 1] } }",
+                "shape = {\"box\": {\"min\": [0, 0], \"max\": [2, 1]}}",
+            ),
+            (
+                "velocity = { x = 1.0 }, which leaves y free",
+                "velocity = {\"x\": 1.0}, which leaves y free",
+            ),
+        ] {
+            let help = Help::example(file);
+            assert_eq!(help.in_file, format!("for example: {file}"));
+            assert_eq!(help.in_program, format!("for example: {program}"));
         }
     }
 

@@ -5,7 +5,7 @@ use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
 
-use super::input;
+use super::{Help, input};
 
 /// JSON Schema (draft 2020-12) of a scene file, with units and defaults.
 #[must_use]
@@ -49,27 +49,35 @@ fn tidy(schema: &mut Schema) {
 }
 
 /// Where a key belongs: keys often slip below the header of another table.
-pub(super) fn home(key: &str) -> Option<String> {
+pub(super) fn home(key: &str) -> Option<Help> {
     let schema = json_schema();
     let has = |table: &Value| table["properties"].get(key).is_some();
     if has(&schema) {
-        return Some("at the top, before the first [table]".to_owned());
+        return Some(Help {
+            in_file: "it belongs at the top, before the first [table]".to_owned(),
+            in_program: "it belongs to the scene itself".to_owned(),
+        });
     }
     let tables = [
-        ("Time", "in [time]"),
-        ("Material", "in [[material]]"),
-        ("Block", "in [[block]]"),
-        ("Boundary", "in [[boundary]]"),
-        ("Load", "in [[load]]"),
-        ("Contact", "in [contact]"),
-        ("Output", "in [output]"),
-        ("Probe", "in [[probe]]"),
+        ("Time", "[time]", "`time`"),
+        ("Material", "[[material]]", "`material`"),
+        ("Block", "[[block]]", "`block`"),
+        ("Boundary", "[[boundary]]", "`boundary`"),
+        ("Load", "[[load]]", "`load`"),
+        ("Contact", "[contact]", "`contact`"),
+        ("Output", "[output]", "`output`"),
+        ("Probe", "[[probe]]", "`probe`"),
     ];
     let found = tables
         .iter()
-        .filter(|(name, _)| has(&schema["$defs"][name]));
-    let places: Vec<&str> = found.map(|(_, place)| *place).collect();
-    (!places.is_empty()).then(|| places.join(" or "))
+        .filter(|(name, ..)| has(&schema["$defs"][name]));
+    let (headers, names): (Vec<_>, Vec<_>) = found
+        .map(|(_, header, name)| (format!("in {header}"), format!("in {name}")))
+        .unzip();
+    (!names.is_empty()).then(|| Help {
+        in_file: format!("it belongs {}", headers.join(" or ")),
+        in_program: format!("it belongs {}", names.join(" or ")),
+    })
 }
 
 #[cfg(test)]
@@ -78,15 +86,25 @@ mod tests {
 
     #[test]
     fn keys_have_a_home() {
-        for (key, place) in [
-            ("gravity", Some("at the top, before the first [table]")),
-            ("safety", Some("in [time]")),
-            ("checkpoint", Some("in [output]")),
-            ("model", Some("in [[material]] or in [contact]")),
-            ("colour", None),
+        for (key, in_file, in_program) in [
+            (
+                "gravity",
+                "at the top, before the first [table]",
+                "to the scene itself",
+            ),
+            ("safety", "in [time]", "in `time`"),
+            ("checkpoint", "in [output]", "in `output`"),
+            (
+                "model",
+                "in [[material]] or in [contact]",
+                "in `material` or in `contact`",
+            ),
         ] {
-            assert_eq!(home(key).as_deref(), place);
+            let help = home(key).expect(key);
+            assert_eq!(help.in_file, format!("it belongs {in_file}"));
+            assert_eq!(help.in_program, format!("it belongs {in_program}"));
         }
+        assert_eq!(home("colour"), None);
     }
 
     /// All values at any depth.

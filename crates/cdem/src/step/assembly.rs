@@ -93,6 +93,36 @@ impl Assembly {
         nodes.map(sum).collect_into_vec(sums);
     }
 
+    /// The same of all nodes.
+    pub(super) fn sum_all<const D: usize>(
+        &self,
+        coarsest: u8,
+        shares: &[[f64; D]],
+        sums: &mut [[f64; D]],
+    ) {
+        let sums = sums.par_iter_mut().with_min_len(AT_ONCE).enumerate();
+        sums.for_each(|(node, sum)| *sum = self.sum(node as u32, coarsest, shares));
+    }
+
+    /// Where they are all that acts: the same of all nodes, which takes their velocities from
+    /// `before` to after a kick of lumped masses, in one pass over memory.
+    pub(super) fn kick_all<const D: usize>(
+        &self,
+        (coarsest, shares): (u8, &[[f64; D]]),
+        inverse_mass: &[[f64; D]],
+        [sums, before, velocity]: [&mut [[f64; D]]; 3],
+    ) {
+        let sums = sums.par_iter_mut().with_min_len(AT_ONCE).enumerate();
+        let nodes = sums.zip(before).zip(velocity).zip(inverse_mass);
+        nodes.for_each(|((((node, sum), before), velocity), inverse)| {
+            *sum = self.sum(node as u32, coarsest, shares);
+            *before = *velocity;
+            for c in 0..D {
+                velocity[c] += inverse[c] * sum[c];
+            }
+        });
+    }
+
     #[inline]
     fn sum<const D: usize>(&self, node: u32, coarsest: u8, shares: &[[f64; D]]) -> [f64; D] {
         let node = node as usize;

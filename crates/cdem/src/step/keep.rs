@@ -105,9 +105,9 @@ impl<const D: usize> Run<D> {
         let first = self.model.nodes(block).start;
         let mut force = [[0.0; D]; MAX_NODES];
         let work = self.model.elements(block).map(|element| {
-            let (set, i) = self.model.place[element];
-            let set = &self.model.sets[set as usize];
-            set.force(i as usize, &self.state.displacement, &mut force);
+            let (set, i) = self.model.place.of(element);
+            let set = &self.model.sets[set];
+            set.force(i, &self.state.displacement, &mut force);
             let nodes = self.model.mesh.elements[element].nodes().iter().zip(&force);
             let power = nodes.map(|(&node, force)| dot(force, &velocities[node as usize - first]));
             self.state.element_interval[element] * power.sum::<f64>()

@@ -77,7 +77,8 @@ impl<const D: usize> Impulses<D> {
 
     /// Zeroes what a kick of `nodes` has left of what acts.
     pub(crate) fn clear(&mut self, nodes: &[u32], acting: Acting) {
-        self.relevelled.clear();
+        // Seldom there, and then of many elements: its memory goes with it.
+        self.relevelled = Vec::new();
         let zero = |array: &mut [[f64; D]]| {
             for &node in nodes {
                 array[node as usize] = [0.0; D];
@@ -143,6 +144,17 @@ impl<const D: usize> Model<D> {
         purpose: Purpose,
     ) {
         let (nodes, acting) = (substep.nodes(), self.acting(substep.time));
+        if !substep.plan.is_steady {
+            impulses.take_intervals(state, substep, purpose);
+        }
+        self.kick_elements(state, velocity, impulses, substep, purpose);
+        let lumped = self.inertia.lumped().filter(|_| substep.takes_all());
+        if let Some(inverse_mass) = lumped.filter(|_| !acting.anything()) {
+            let shares = (substep.coarsest, &*impulses.shares[0]);
+            let nodal = [&mut *impulses.total, &mut impulses.before, &mut *velocity];
+            substep.plan.assembly.kick_all(shares, inverse_mass, nodal);
+            return self.prescribe(state, velocity, substep, purpose);
+        }
         if substep.takes_all() {
             impulses.before.copy_from_slice(velocity);
         } else {
@@ -150,10 +162,7 @@ impl<const D: usize> Model<D> {
                 impulses.before[node as usize] = velocity[node as usize];
             }
         }
-        if !substep.plan.is_steady {
-            impulses.take_intervals(state, substep, purpose);
-        }
-        self.internal_forces(state, velocity, impulses, substep, purpose);
+        sum_shares(impulses, substep);
         self.loads(state, impulses, substep);
         if acting.gravity || acting.local_damping {
             self.body_forces(state, velocity, impulses, substep);
@@ -165,8 +174,8 @@ impl<const D: usize> Model<D> {
         self.prescribe(state, velocity, substep, purpose);
     }
 
-    /// Impulses of elements on the nodes that are due.
-    fn internal_forces(
+    /// Impulses of elements: the shares that the groups give their nodes.
+    fn kick_elements(
         &mut self,
         state: &mut State<D>,
         velocity: &[[f64; D]],
@@ -194,24 +203,6 @@ impl<const D: usize> Model<D> {
             });
             set.kick(&due, [&state.displacement, velocity], shares);
         }
-        let nodes = substep.nodes();
-        let [elastic, viscous] = &impulses.shares;
-        let sums = &mut impulses.sums;
-        assembly.sums(nodes, substep.coarsest, elastic, sums);
-        if substep.takes_all() {
-            std::mem::swap(&mut impulses.total, sums);
-        } else {
-            for (&node, sum) in nodes.iter().zip(&*sums) {
-                impulses.total[node as usize] = *sum;
-            }
-        }
-        if is_damped {
-            assembly.sums(nodes, substep.coarsest, viscous, sums);
-            for (&node, sum) in nodes.iter().zip(&*sums) {
-                impulses.viscous[node as usize] = *sum;
-                add_scaled(&mut impulses.total[node as usize], 1.0, sum);
-            }
-        }
     }
 
     /// Kick interval of each element, s, where some come from other levels; all are due.
@@ -235,9 +226,13 @@ impl<const D: usize> Model<D> {
             *interval = 0.5 * (last + next);
             state.element_interval[element] = next;
             if last != next {
-                let (set, i) = self.place[element];
+                let (set, i) = self.place.of(element);
                 let mut force = [[0.0; D]; MAX_NODES];
-                self.sets[set as usize].force(i as usize, &state.displacement, &mut force);
+                self.sets[set].force(i, &state.displacement, &mut force);
+                // So a run that begins at rest remembers nothing of its first kick.
+                if force == [[0.0; D]; MAX_NODES] {
+                    continue;
+                }
                 let less = nodes.iter().zip(&force);
                 let less = less.map(|(&node, force)| (node, scale(last - next, force)));
                 impulses.relevelled.extend(less);
@@ -447,6 +442,28 @@ impl<const D: usize> Model<D> {
                 }
             });
             ledger.book(Account::External, &reaction, &impulses.before[n], end(n));
+        }
+    }
+}
+
+/// Sums the shares of the nodes that are due.
+fn sum_shares<const D: usize>(impulses: &mut Impulses<D>, substep: &Substep) {
+    let (nodes, assembly) = (substep.nodes(), &substep.plan.assembly);
+    let [elastic, viscous] = &impulses.shares;
+    let sums = &mut impulses.sums;
+    if substep.takes_all() {
+        assembly.sum_all(substep.coarsest, elastic, &mut impulses.total);
+    } else {
+        assembly.sums(nodes, substep.coarsest, elastic, sums);
+        for (&node, sum) in nodes.iter().zip(&*sums) {
+            impulses.total[node as usize] = *sum;
+        }
+    }
+    if !viscous.is_empty() {
+        assembly.sums(nodes, substep.coarsest, viscous, sums);
+        for (&node, sum) in nodes.iter().zip(&*sums) {
+            impulses.viscous[node as usize] = *sum;
+            add_scaled(&mut impulses.total[node as usize], 1.0, sum);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::refine::ROUND_OFF;
 use crate::around::Around;
 use crate::contact::remesh::Sight;
 use crate::contact::surface::Positions;
-use crate::element::{ElementSet, Past};
+use crate::element::{ElementSet, Past, Places};
 use crate::mesh::{Element, Mesh};
 use crate::model::{Model, State};
 use crate::refinement::predecessors;
@@ -166,8 +166,8 @@ impl<const D: usize> Run<D> {
     fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
         let model = &mut self.model;
         for &block in blocks {
-            for (set, i) in model.elements(block).map(|e| model.place[e]) {
-                model.sets[set as usize].bring_up(i as usize, &state.displacement);
+            for (set, i) in model.elements(block).map(|e| model.place.of(e)) {
+                model.sets[set].bring_up(i, &state.displacement);
             }
         }
     }
@@ -193,13 +193,13 @@ impl<const D: usize> Run<D> {
 struct Elements<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     sets: Vec<Box<dyn ElementSet<D>>>,
-    place: Vec<(u32, u32)>,
+    place: Places,
 }
 
 impl<const D: usize> Elements<'_, D> {
     fn past(&self, element: u32) -> Option<Past<D>> {
-        let (set, i) = self.place[element as usize];
-        self.sets[set as usize].past(i as usize)
+        let (set, i) = self.place.of(element as usize);
+        self.sets[set].past(i)
     }
 
     fn corners(mesh: &Mesh<D>, element: usize) -> impl Iterator<Item = [f64; D]> {
@@ -212,20 +212,17 @@ impl<const D: usize> Model<D> {
     /// Gives elements the pasts of those that they have come of.
     fn remember(&mut self, old: &Elements<D>, origins: &Origins, displacement: &[[f64; D]]) {
         for (element, of) in origins.iter().enumerate() {
-            let (set, i) = self.place[element];
-            let set = &mut self.sets[set as usize];
+            let (set, i) = self.place.of(element);
+            let set = &mut self.sets[set];
             let own = Elements::corners(&self.mesh, element);
             if own.eq(Elements::corners(old.mesh, of[0] as usize)) {
-                let (old_set, old_i) = old.place[of[0] as usize];
-                set.set_record(
-                    i as usize,
-                    &old.sets[old_set as usize].record(old_i as usize),
-                );
+                let (old_set, old_i) = old.place.of(of[0] as usize);
+                set.set_record(i, &old.sets[old_set].record(old_i));
                 continue;
             }
             let known: Vec<Past<D>> = of.iter().filter_map(|&e| old.past(e)).collect();
             if let Some(past) = Past::of_all(&known) {
-                set.set_past(i as usize, &past, displacement);
+                set.set_past(i, &past, displacement);
             }
         }
     }

@@ -18,7 +18,7 @@
 
 use crate::around::Around;
 use crate::contact::{Interior, Jump};
-use crate::element::{ElementSet, MAX_NODES};
+use crate::element::{ElementSet, MAX_NODES, Places};
 use crate::mesh::Element;
 use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
@@ -28,7 +28,7 @@ use crate::vector::{add, dot, scale, sub};
 /// What a touch needs of the bodies.
 pub(crate) struct Split<'a, const D: usize> {
     pub(crate) sets: &'a [Box<dyn ElementSet<D>>],
-    pub(crate) place: &'a [(u32, u32)],
+    pub(crate) place: &'a Places,
     pub(crate) elements: &'a [Element],
     pub(crate) around: &'a Around,
     pub(crate) inertia: &'a Inertia<D>,
@@ -185,8 +185,8 @@ impl<const D: usize> Split<'_, D> {
     fn part(&self, element: u32, motion: &Motion<D>, remaining: f64) -> Part<D> {
         let zero = [[0.0; D]; MAX_NODES];
         let mut force = zero;
-        let (set, i) = self.place[element as usize];
-        self.sets[set as usize].force(i as usize, motion.displacement, &mut force);
+        let (set, i) = self.place.of(element as usize);
+        self.sets[set].force(i, motion.displacement, &mut force);
         let after = self.velocities(element, motion);
         Part {
             element,
@@ -211,8 +211,8 @@ impl<const D: usize> Split<'_, D> {
     /// −K·w of an element for velocities w of its nodes, N/s.
     fn force_rate(&self, element: u32, velocity: &Nodal<D>, motion: &Motion<D>) -> Nodal<D> {
         let mut rate = [[0.0; D]; MAX_NODES];
-        let (set, i) = self.place[element as usize];
-        self.sets[set as usize].force_rate(i as usize, motion.displacement, velocity, &mut rate);
+        let (set, i) = self.place.of(element as usize);
+        self.sets[set].force_rate(i, motion.displacement, velocity, &mut rate);
         rate
     }
 }

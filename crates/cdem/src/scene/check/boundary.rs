@@ -1,7 +1,9 @@
 //! Boundary conditions and loads.
 
 use super::super::input::{self, Varying};
-use super::super::{Boundary, BoundaryTarget, KeyPath, Load, LoadKind, Motion, Problem, Schedule};
+use super::super::{
+    Boundary, BoundaryTarget, Help, KeyPath, Load, LoadKind, Motion, Problem, Schedule,
+};
 use super::Check;
 use super::names::Sort;
 use super::value::OneOf;
@@ -29,7 +31,9 @@ impl Check {
             OneOf::Second(block) => {
                 if self.names.is_fixed(block) {
                     let problem = Problem::new(at.key("block"), "a fixed block does not move");
-                    let help = "leave out `fixed` of the block, or this [[boundary]]";
+                    let help = Help::on_list("boundary", |boundary| {
+                        format!("leave out `fixed` of the block, or this {boundary}")
+                    });
                     self.problems.push(problem.help(help));
                     return None;
                 }

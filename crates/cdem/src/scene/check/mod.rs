@@ -11,7 +11,7 @@ mod output;
 mod value;
 
 use super::input;
-use super::{Damping, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time};
+use super::{Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time};
 use names::Names;
 use value::{BELOW_ONE, NOT_NEGATIVE, POISSON, POSITIVE, SHARE};
 
@@ -57,10 +57,18 @@ impl Check {
             None => Some(Schedule::Constant(vec![0.0; self.dimension])),
             Some(gravity) => self.vector_schedule(&at.key("gravity"), gravity),
         };
-        let time = self.required(&at, "time", input.time.as_ref(), "[time]\nend = 1.0");
+        if input.time.is_none() {
+            let help = Help {
+                in_file: "for example: [time]\nend = 1.0".to_owned(),
+                in_program: "for example: time = {\"end\": 1.0}".to_owned(),
+            };
+            self.missing(&at, "time", help);
+        }
+        let time = input.time.as_ref();
         let time = time.and_then(|time| self.time(&at.key("time"), time));
         if input.block.is_empty() {
-            self.missing(&at, "block", "a scene has at least one [[block]]");
+            let help = Help::on_list("block", |block| format!("a scene has at least one {block}"));
+            self.missing(&at, "block", help);
         }
         let material = self.each(&at.key("material"), &input.material, Self::material);
         let block = self.each(&at.key("block"), &input.block, Self::block);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::input;
 use super::super::problem::suggestion;
-use super::super::{KeyPath, Problem, Split, is_part};
+use super::super::{Help, KeyPath, Problem, Split, is_part};
 use super::Check;
 
 /// The names that others may refer to.
@@ -115,9 +115,9 @@ impl Check {
         let word = sort.word();
         let known = self.names.all(sort);
         let help = if known.is_empty() {
-            format!("add a [[{word}]] with this name")
+            Help::on_list(word, |list| format!("add a {list} with this name"))
         } else {
-            suggestion(name, known)
+            suggestion(name, known).into()
         };
         let problem = Problem::new(path.clone(), format!("no {word} is named \"{name}\""));
         self.problems.push(problem.help(help));

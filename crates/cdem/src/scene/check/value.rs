@@ -4,7 +4,7 @@
 use super::super::input::{
     Angle, Dimension, Duration, Quantity, QuantityOr, Ratio, Row, Varying, VaryingVector,
 };
-use super::super::{KeyPath, Problem, Schedule};
+use super::super::{Help, KeyPath, Problem, Schedule};
 use super::Check;
 
 /// Numbers that a key accepts.
@@ -55,7 +55,7 @@ impl Check {
     }
 
     /// Reports a key that must be there.
-    pub(super) fn missing(&mut self, at: &KeyPath, key: &str, help: impl Into<String>) {
+    pub(super) fn missing(&mut self, at: &KeyPath, key: &str, help: impl Into<Help>) {
         let problem = Problem::new(at.key(key), "this key is missing");
         self.problems.push(problem.of_key().help(help));
     }
@@ -69,7 +69,7 @@ impl Check {
         example: &str,
     ) -> Option<T> {
         if value.is_none() {
-            self.missing(at, key, format!("for example: {example}"));
+            self.missing(at, key, Help::example(example));
         }
         value
     }

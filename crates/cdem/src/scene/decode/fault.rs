@@ -5,7 +5,7 @@ use std::fmt::{self, Display};
 use serde::de::{Error, Expected, Unexpected};
 
 use super::super::key_path::Step;
-use super::super::problem::{nearest, suggestion};
+use super::super::problem::{Help, nearest, suggestion};
 use super::super::schema::home;
 use super::super::{KeyPath, Problem};
 
@@ -16,7 +16,7 @@ pub(super) struct Fault {
     /// A key of the table at `path` that the problem is about.
     key: Option<String>,
     message: String,
-    help: Option<String>,
+    help: Option<Help>,
 }
 
 impl Fault {
@@ -26,8 +26,8 @@ impl Fault {
         self
     }
 
-    pub(super) fn help(mut self, help: String) -> Self {
-        self.help = Some(help);
+    pub(super) fn help(mut self, help: impl Into<Help>) -> Self {
+        self.help = Some(help.into());
         self
     }
 
@@ -41,7 +41,7 @@ impl Fault {
     pub(super) fn into_problem(self) -> Problem {
         let table = self.path.unwrap_or_default();
         let Some(key) = self.key else {
-            let example = || example(&table).map(|form| format!("for example: {form}"));
+            let example = || example(&table).map(Help::example);
             return Problem {
                 help: self.help.or_else(example),
                 ..Problem::new(table, self.message)
@@ -75,7 +75,8 @@ fn example(path: &KeyPath) -> Option<&'static str> {
         }
         ("block", "translate") => "translate = [1.0, 0.0], or in 3-D [1.0, 0.0, 0.0]",
         ("block", "shape") => {
-            "shape = { box = { min = [0, 0], max = [2, 1], divisions = [4, 2] } }"
+            "shape = { box = { min = [0, 0], max = [2, 1], divisions = [4, 2] } }, or in 2-D \
+             { polygon = [[0, 0], [1, 0], [0, 1]], size = 0.1 }"
         }
         ("block", "box") => "box = { min = [0, 0], max = [2, 1], divisions = [4, 2] }",
         ("block", "min" | "max") => "min = [0.0, 0.0]",
@@ -127,7 +128,7 @@ impl Error for Fault {
     fn custom<T: Display>(text: T) -> Self {
         let text = text.to_string();
         let (message, help) = match text.split_once('\n') {
-            Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
+            Some((message, help)) => (message.to_owned(), Some(help.into())),
             None => (text, None),
         };
         Self {
@@ -168,14 +169,20 @@ impl Error for Fault {
     fn unknown_field(key: &str, keys: &'static [&'static str]) -> Self {
         let known = || keys.iter().copied();
         let symbol = of_symbol(key).filter(|meant| keys.contains(meant));
-        let symbol = symbol.map(|meant| format!("did you mean `{meant}`?"));
+        let symbol = symbol.map(|meant| Help::from(format!("did you mean `{meant}`?")));
         let help = symbol.unwrap_or_else(|| match (nearest(key, known()), home(key)) {
             _ if key == "block" && known().any(|known| known == "pressure") => {
                 "did you mean `group`? Sides of a shape are groups, as in group = \"floor.ymax\""
-                    .to_owned()
+                    .into()
             }
-            (None, Some(home)) => format!("it belongs {home}"),
-            _ => suggestion(key, known()),
+            (None, Some(home)) => home,
+            // Of a few it is soon said what else there is.
+            (Some(meant), _) if keys.len() <= 4 => format!(
+                "did you mean `{meant}`? The keys here are: {}",
+                keys.join(", ")
+            )
+            .into(),
+            _ => suggestion(key, known()).into(),
         });
         Self::custom("unknown key").of_key(key).help(help)
     }

@@ -14,7 +14,7 @@ use serde::forward_to_deserialize_any;
 use serde_json::Value;
 
 use super::key_path::Step;
-use super::{KeyPath, Problem};
+use super::{Help, KeyPath, Problem};
 use fault::{Count, Fault, quoted};
 
 /// Reads `value` as a `T`.
@@ -150,7 +150,10 @@ impl<'a> Deserializer<'a> for Node<'a> {
             Value::Array(_) => {
                 let fault = self.wrong("a table");
                 Err(match self.path.steps() {
-                    [Step::Key(key)] => fault.help(format!("write [{key}], in single brackets")),
+                    [Step::Key(key)] => fault.help(Help {
+                        in_file: format!("write [{key}], in single brackets"),
+                        in_program: "there is one: write a dictionary, not a list".to_owned(),
+                    }),
                     _ => fault,
                 })
             }
@@ -163,13 +166,15 @@ impl<'a> Deserializer<'a> for Node<'a> {
             return self.deserialize_any(visitor);
         };
         let fault = self.wrong("an array");
-        Err(match self.path.steps() {
-            [Step::Key(key)] => fault.help(format!("write [[{key}]], in double brackets")),
-            [Step::Key(table), Step::Key(key)] => {
-                fault.help(format!("write [[{table}.{key}]], in double brackets"))
-            }
-            _ => fault,
-        })
+        let list = match self.path.steps() {
+            [Step::Key(key)] => key.clone(),
+            [Step::Key(table), Step::Key(key)] => format!("{table}.{key}"),
+            _ => return Err(fault),
+        };
+        Err(fault.help(Help {
+            in_file: format!("write [[{list}]], in double brackets"),
+            in_program: "there may be several: write a list of dictionaries".to_owned(),
+        }))
     }
 
     fn deserialize_enum<V: Visitor<'a>>(
