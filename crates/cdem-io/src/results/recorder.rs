@@ -275,7 +275,8 @@ impl Recorder {
             run: simulation.checkpoint(),
             results,
         });
-        self.background.begin(write)
+        let begun = self.background.begin(write);
+        self.explained(begun)
     }
 
     /// Waits until all frames and checkpoints so far have been written.
@@ -283,7 +284,8 @@ impl Recorder {
     /// # Errors
     /// If one could not be.
     pub fn wait(&mut self) -> Result<(), ResultsError> {
-        self.background.wait()
+        let written = self.background.wait();
+        self.explained(written)
     }
 
     /// The folder.
@@ -307,8 +309,7 @@ impl Recorder {
     /// If the disk refuses, or has refused an earlier frame.
     pub fn observe(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
         let written = self.background.look().and_then(|()| self.write_due(run));
-        // Where the folder is gone that is the reason, whichever file was first to miss it.
-        written.or_else(|error| self.require_folder().and(Err(error)))
+        self.explained(written)
     }
 
     fn write_due(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
@@ -350,13 +351,13 @@ impl Recorder {
         let sorted = self
             .contacts
             .sort_by_number(rows::CONTACTS_TIME_ON, log.as_deref());
-        let written = rows.and(contacts).and(sorted).and(beside);
+        let written = self.explained(rows.and(contacts).and(sorted).and(beside));
         let mut summary = summary.clone();
         if let (Err(error), Status::Done) = (&written, summary.status) {
             summary.status = Status::Stopped;
             summary.reason = error.to_string();
         }
-        written.and(summary.write(&self.folder.join(SUMMARY)))?;
+        self.explained(written.and(summary.write(&self.folder.join(SUMMARY))))?;
         if summary.status == Status::Done {
             checkpoint::remove_all(&self.folder)?;
         }
@@ -371,6 +372,11 @@ impl Recorder {
                 path: self.folder.clone(),
             }),
         }
+    }
+
+    /// Where the folder is gone that is the reason, whichever file was first to miss it.
+    fn explained(&self, written: Result<(), ResultsError>) -> Result<(), ResultsError> {
+        written.or_else(|error| self.require_folder().and(Err(error)))
     }
 
     fn write(

@@ -161,17 +161,16 @@ impl Table {
     /// the order in which they were written. Holds the whole table in memory. The table as it
     /// was goes to the path of a `log`, if one is asked for.
     pub(super) fn sort_by_number(
-        mut self,
+        &self,
         column: usize,
         log: Option<&Path>,
     ) -> Result<(), ResultsError> {
-        let sorted = self.path.clone();
         if let Some(log) = log {
             fs::rename(&self.path, log).map_err(|error| ResultsError::write(log, error))?;
-            self.path = log.to_owned();
         }
-        let read = |error: csv::Error| ResultsError::read(&self.path, error.into());
-        let mut reader = csv::Reader::from_path(&self.path).map_err(read)?;
+        let unsorted = log.unwrap_or(&self.path);
+        let read = |error: csv::Error| ResultsError::read(unsorted, error.into());
+        let mut reader = csv::Reader::from_path(unsorted).map_err(read)?;
         let header = reader.headers().map_err(read)?.clone();
         let mut rows = Vec::new();
         for row in reader.records() {
@@ -182,7 +181,7 @@ impl Table {
             rows.push((number, row));
         }
         rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        write_whole(&sorted, |out| {
+        write_whole(&self.path, |out| {
             let mut writer = csv::Writer::from_writer(out);
             writer.write_record(&header)?;
             for (_, row) in &rows {
