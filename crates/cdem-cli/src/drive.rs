@@ -9,6 +9,7 @@ use cdem_io::results::{End, Recording, ResultsError, Status};
 use crate::closing::{self, Closing};
 use crate::failure::{COMMAND, Failure, Message, Outcome};
 use crate::interrupt::Interrupt;
+use crate::memory;
 use crate::progress::{Position, Progress};
 use crate::terminal::{complain, warn};
 
@@ -104,6 +105,7 @@ impl Ended {
 impl Run {
     /// Steps, records, and tells how it went.
     pub(crate) fn finish(mut self) -> Outcome {
+        memory::while_stepping();
         if self.profile {
             self.simulation.time_stages();
         }

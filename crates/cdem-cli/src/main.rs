@@ -25,7 +25,7 @@ use args::{Cli, Command};
 use failure::{Failure, Message, Outcome};
 
 fn main() -> ExitCode {
-    memory::give_back();
+    memory::before_steps();
     let cli = Cli::parse();
     terminal::prepare();
     let ended = match cli.command {

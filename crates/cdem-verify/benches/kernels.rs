@@ -12,13 +12,13 @@
 )]
 
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Instant;
 
 use cdem::mesh::ElementKind;
 use cdem::scene::Kinematics;
 use cdem::{Simulation, Stage};
 use cdem_verify::load;
+use cdem_verify::timing::{keep, step};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -92,9 +92,7 @@ fn main() -> std::io::Result<()> {
         }
     }
     let result = json!({ "threads": threads, "triad_bytes_per_second": triad, "kernels": rows });
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/bench");
-    std::fs::create_dir_all(&folder)?;
-    std::fs::write(folder.join("kernels.json"), format!("{result:#}\n"))
+    keep("kernels", &result)
 }
 
 /// A box of about so many cells, on one level, that flies and spins a little.
@@ -125,9 +123,7 @@ fn seconds_of_an_update(simulation: &mut Simulation) -> [f64; 2] {
         let (before, updates) = (forces(simulation), simulation.element_updates());
         let began = Instant::now();
         for _ in 0..10 {
-            if let Err(error) = simulation.step() {
-                panic!("{error}");
-            }
+            step(simulation);
         }
         let made = (simulation.element_updates() - updates) as f64;
         let whole = began.elapsed().as_secs_f64() / made;

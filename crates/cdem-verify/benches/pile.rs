@@ -7,17 +7,13 @@
 //! name: the next run of the same goes on from there, so that two versions are compared on
 //! one pile. Remove `target/bench/*.settled` to have it settle anew.
 
-#![allow(
-    clippy::print_stdout,
-    clippy::disallowed_methods,
-    reason = "a benchmark tells what the clock says"
-)]
+#![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
 use std::path::Path;
-use std::time::Instant;
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
+use cdem_verify::timing::{Timed, folder, keep, step};
 use cdem_verify::{SEED, box_around, load, rocks_of};
 use serde_json::json;
 
@@ -30,13 +26,11 @@ fn main() -> std::io::Result<()> {
     let number = |k: usize, default| numbers.get(k).copied().unwrap_or(default);
     let across = [0, 1, 2].map(|k| number(k, 6.0) as usize);
     let (settled, measured) = (number(3, 4.0), number(4, 0.1));
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/bench");
-    std::fs::create_dir_all(&folder)?;
     let [x, y, z] = across;
-    let kept = folder.join(format!("pile-{x}-{y}-{z}-{settled}-{measured}.settled"));
+    let kept = folder()?.join(format!("pile-{x}-{y}-{z}-{settled}-{measured}.settled"));
     let fallen = rayon::scope(|_| settle(start(across, settled + measured), settled, &kept))?;
     let result = rayon::scope(|_| measure(fallen, across.iter().product()));
-    std::fs::write(folder.join("pile.json"), format!("{result:#}\n"))
+    keep("pile", &result)
 }
 
 /// Blocks `across`, falling for `end` seconds.
@@ -62,21 +56,10 @@ fn settle(mut simulation: Simulation, settled: f64, kept: &Path) -> std::io::Res
     Ok(simulation)
 }
 
-fn step(simulation: &mut Simulation) {
-    if let Err(error) = simulation.step() {
-        panic!("{error}");
-    }
-}
-
 /// Goes on to the end, and tells what that took.
 fn measure(mut simulation: Simulation, blocks: usize) -> serde_json::Value {
-    simulation.time_stages();
-    let (first, begun) = (simulation.step_index(), Instant::now());
-    while !simulation.finished() {
-        step(&mut simulation);
-    }
-    let spent = begun.elapsed().as_secs_f64();
-    let block_steps = ((simulation.step_index() - first) * blocks as u64) as f64;
+    let timed = Timed::of(&mut simulation, |_, _| false);
+    let rate = timed.block_rate(blocks);
     let contacts = simulation.live_contacts().len();
     let fastest = simulation.block_rows()[..blocks]
         .iter()
@@ -84,29 +67,25 @@ fn measure(mut simulation: Simulation, blocks: usize) -> serde_json::Value {
         .fold(0.0, f64::max);
     println!(
         "{blocks} blocks, {contacts} contacts, the fastest at {fastest:.1e} m/s, {} threads: \
-         {:.3e} block-steps a second",
+         {rate:.3e} block-steps a second",
         rayon::current_num_threads(),
-        block_steps / spent
     );
     println!("{:26} {:>8} {:>16}", "stage", "share", "of a block-step");
-    let mut stages = serde_json::Map::new();
-    for (stage, time) in simulation.stage_times() {
-        let time = time.as_secs_f64();
-        let each = time / block_steps;
+    for (stage, time) in &timed.stages {
+        let share = time / timed.seconds;
         println!(
             "{:26} {:6.1} % {:13.2} us",
             stage.name(),
-            100.0 * time / spent,
-            1e6 * each
+            100.0 * share,
+            1e6 * share / rate
         );
-        stages.insert(stage.name().to_owned(), json!(each));
     }
     json!({
         "blocks": blocks,
         "contacts": contacts,
         "fastest_block": fastest,
         "threads": rayon::current_num_threads(),
-        "block_steps_per_second": block_steps / spent,
-        "seconds_of_a_block_step": stages,
+        "block_steps_per_second": rate,
+        "share_of_stages": timed.shares(),
     })
 }

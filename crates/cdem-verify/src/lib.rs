@@ -15,6 +15,7 @@ mod random;
 pub mod readers;
 pub mod reference;
 mod rocks;
+pub mod timing;
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,7 @@ use cdem::{AnyMesh, Simulation};
 
 pub use balance::Balance;
 pub use overlap::deepest_overlap;
-pub use pieces::{Body, mesh_of};
+pub use pieces::{Body, mesh_of, stones_of};
 pub use random::Random;
 pub use rocks::{SEED, box_around, rocks, rocks_of, tetrahedra};
 
@@ -43,17 +44,29 @@ pub struct Case {
 /// With the message a user would get, if the scene is wrong.
 #[must_use]
 pub fn load(name: &str) -> Case {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../verification")
-        .join(name)
-        .join("scene.toml");
-    let file = match cdem_io::scene::read(&path) {
-        Ok(file) => file,
+    read(&Path::new("verification").join(name))
+}
+
+/// Reads `examples/<name>/scene.toml`.
+///
+/// # Panics
+/// With the message a user would get, if the scene is wrong.
+#[must_use]
+pub fn example(name: &str) -> Case {
+    read(&Path::new("examples").join(name))
+}
+
+/// The scene in a folder of the repository.
+fn read(folder: &Path) -> Case {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(folder);
+    match cdem_io::scene::read(&directory.join("scene.toml")) {
+        Ok(file) => Case {
+            scene: file.scene,
+            directory,
+        },
         Err(error) => panic!("{}", error.render(false)),
-    };
-    Case {
-        scene: file.scene,
-        directory: path.parent().map(Path::to_path_buf).unwrap_or_default(),
     }
 }
 

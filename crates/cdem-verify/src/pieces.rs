@@ -38,6 +38,21 @@ pub fn mesh_of(bodies: &[(&str, Body)]) -> RawMesh {
     mesh
 }
 
+/// Bodies that share no nodes, in no physical group.
+#[must_use]
+pub fn stones_of(bodies: impl IntoIterator<Item = Body>) -> RawMesh {
+    let mut mesh = RawMesh {
+        origin: "stones".to_owned(),
+        group_sets: vec![Vec::new()],
+        ..RawMesh::default()
+    };
+    for body in bodies {
+        body.add_to(&mut mesh, 0);
+    }
+    mesh.point_tags = (1..=mesh.points.len() as u64).collect();
+    mesh
+}
+
 impl Body {
     fn add_to(&self, mesh: &mut RawMesh, set: u32) {
         let mut numbers = BTreeMap::new();
