@@ -2,13 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use std::{mem, process};
 
 use cdem::Simulation;
-use cdem::scene::{as_input, from_value};
+use cdem::sample::FieldValues;
+use cdem::scene::{Field, as_input, from_value};
 use cdem_io::results::{End, Folder, Found, Recorder, Recording, ResultsError, SoFar, Unfinished};
 use cdem_io::scene::SceneError;
 
-use crate::errors::Fault;
+use crate::errors::{Fault, guarded};
+use crate::pool::pool;
 
 /// A simulation, and the results that it writes, if any.
 pub(crate) struct Driven {
@@ -19,8 +22,10 @@ pub(crate) struct Driven {
     /// Wall-clock time of the setup, and of steps.
     setup: Duration,
     wall: Duration,
-    /// Why the run has stopped itself, if it has.
-    failed: Option<String>,
+    /// Why it cannot go on, if it cannot.
+    failed: Option<Fault>,
+    /// The process whose results these are.
+    process: u32,
 }
 
 /// How far to go at most.
@@ -44,6 +49,7 @@ impl Driven {
             setup: began.elapsed(),
             wall: Duration::ZERO,
             failed: None,
+            process: process::id(),
         }
     }
 
@@ -52,7 +58,10 @@ impl Driven {
         let unfinished = match Unfinished::find(&folder)? {
             Found::Unfinished(unfinished) => *unfinished,
             Found::Done { reason } => {
-                let text = format!("the run in {} is done: {reason}", folder.display());
+                let text = format!(
+                    "the run in {} is done: {reason} (`read_results()` reads what it has written)",
+                    folder.display()
+                );
                 return Err(Fault::Results(text));
             }
         };
@@ -81,11 +90,40 @@ impl Driven {
             setup: began.elapsed(),
             wall: Duration::ZERO,
             failed: None,
+            process: process::id(),
         })
+    }
+
+    /// Refuses to go on from a state that is unphysical, or half made.
+    fn check(&self) -> Result<(), Fault> {
+        self.failed.clone().map_or(Ok(()), Err)
+    }
+
+    /// Does some work on so many threads. In a process that was forked this is a copy that
+    /// writes no results: neither the files nor the threads that write them are its own.
+    pub(crate) fn work<T: Send>(
+        &mut self,
+        threads: usize,
+        work: impl FnOnce(&mut Self) -> Result<T, Fault> + Send,
+    ) -> Result<T, Fault> {
+        if self.process != process::id() {
+            mem::forget(self.recording.take());
+            self.process = process::id();
+        }
+        let driven = &mut *self;
+        let done = pool(threads)?.install(|| guarded(|| work(driven)));
+        if let Err(fault @ Fault::Defect(_)) = &done {
+            // What is half made is not to be trusted: results end with what they have, and go
+            // on from their last checkpoint.
+            self.failed = Some(fault.clone());
+            self.recording = None;
+        }
+        done
     }
 
     /// Begins to write results.
     pub(crate) fn record(&mut self, folder: &Path, scene: &Path, force: bool) -> Result<(), Fault> {
+        self.check()?;
         if let Some(recording) = &self.recording {
             return Err(Fault::Results(format!(
                 "the run writes to {} already; close it first",
@@ -110,29 +148,21 @@ impl Driven {
         Ok(Recording::new(recorder, so_far))
     }
 
-    /// Steps and records; whether the time or the end is reached.
-    pub(crate) fn advance(&mut self, leg: Leg) -> Result<bool, Fault> {
-        if let Some(failed) = &self.failed {
-            return Err(Fault::Step(failed.clone()));
-        }
+    /// Steps and records; whether the time or the end is reached, and how many steps it made.
+    pub(crate) fn advance(&mut self, leg: Leg) -> Result<(bool, u64), Fault> {
+        self.check()?;
         let began = Instant::now();
+        let first = self.simulation.step_index();
         let advanced = self.steps(leg, began);
         self.wall += began.elapsed();
-        match advanced {
-            Ok(is_there) => {
-                if self.simulation.finished() {
-                    self.end(&End::done(&self.simulation))?;
-                }
-                Ok(is_there)
-            }
-            Err(fault) => {
-                if let Fault::Step(reason) | Fault::Results(reason) = &fault {
-                    let reason = reason.clone();
-                    self.stop(&reason, matches!(fault, Fault::Step(_)));
-                }
-                Err(fault)
-            }
+        if let Err(Fault::Step(reason) | Fault::Results(reason)) = &advanced {
+            self.stop(reason, matches!(advanced, Err(Fault::Step(_))));
         }
+        let is_there = advanced?;
+        if self.simulation.finished() {
+            self.end(&End::done(&self.simulation))?;
+        }
+        Ok((is_there, self.simulation.step_index() - first))
     }
 
     fn steps(&mut self, leg: Leg, began: Instant) -> Result<bool, Fault> {
@@ -159,12 +189,14 @@ impl Driven {
         }
     }
 
-    /// What a run that has stopped itself leaves behind. Its reason is on its way already, so
-    /// that a disk that refuses adds nothing to it.
-    fn stop(&mut self, reason: &str, is_kept: bool) {
-        self.failed = Some(reason.to_owned());
-        if is_kept && let Some(recording) = &mut self.recording {
-            let _ = recording.keep(&self.simulation, self.wall, Some(reason.to_owned()));
+    /// What a run leaves behind that has become unphysical, or whose disk refuses: from the
+    /// latter it may go on. Its reason is on its way already, so that a disk adds nothing to it.
+    fn stop(&mut self, reason: &str, is_unphysical: bool) {
+        if is_unphysical {
+            self.failed = Some(Fault::Step(reason.to_owned()));
+            if let Some(recording) = &mut self.recording {
+                let _ = recording.keep(&self.simulation, self.wall, Some(reason.to_owned()));
+            }
         }
         let _ = self.end(&End::stopped(reason.to_owned()));
     }
@@ -185,6 +217,9 @@ impl Driven {
         };
         let wall = self.wall;
         recording.observe(&mut self.simulation, || wall)?;
+        if self.simulation.finished() {
+            return self.end(&End::done(&self.simulation));
+        }
         recording.keep(&self.simulation, wall, None)?;
         self.end(&End::interrupted(&self.simulation))
     }
@@ -196,6 +231,7 @@ impl Driven {
         scene: &Path,
         force: bool,
     ) -> Result<(), Fault> {
+        self.check()?;
         let wall = self.wall;
         match (&mut self.recording, folder) {
             (Some(recording), None) => {
@@ -214,8 +250,47 @@ impl Driven {
         }
     }
 
+    /// Gives the points of a block, or all, other velocities: `values` in a row, of `components`
+    /// each, for one point that stands for all or for each.
+    pub(crate) fn set_velocities(
+        &mut self,
+        block: Option<&str>,
+        values: &[f64],
+        components: usize,
+    ) -> Result<(), Fault> {
+        self.check()?;
+        let field = self.simulation.field(Field::Velocity);
+        let FieldValues::Real(mut velocities) = field.values else {
+            unreachable!("velocities are real numbers");
+        };
+        let (velocities, _) = velocities.as_chunks_mut::<3>();
+        let points = match block {
+            None => 0..velocities.len(),
+            Some(name) => {
+                let mut ranges = self.simulation.block_ranges().into_iter();
+                let range = ranges.find(|range| range.name == name);
+                range.expect("a name that was looked up").points
+            }
+        };
+        let chosen = &mut velocities[points];
+        let given = values.len() / components;
+        if given != 1 && given != chosen.len() {
+            let count = chosen.len();
+            return Err(Fault::Value(format!(
+                "velocities are one vector, or one for each of {count} points; {given} were given"
+            )));
+        }
+        let each = values.chunks_exact(components).cycle();
+        for (velocity, value) in chosen.iter_mut().zip(each) {
+            velocity[..components].copy_from_slice(value);
+        }
+        self.simulation.set_velocities(velocities);
+        Ok(())
+    }
+
     /// Has a load push otherwise from now on.
     pub(crate) fn set_load(&mut self, number: usize, kind: &str, value: &str) -> Result<(), Fault> {
+        self.check()?;
         let unreadable = |error: serde_json::Error| Fault::Scene(format!("load: {error}"));
         let scene = as_input(self.simulation.scene());
         let mut input = serde_json::to_value(scene).map_err(unreadable)?;
@@ -223,18 +298,11 @@ impl Driven {
         let scene =
             from_value(input).map_err(|problems| Fault::from(SceneError::Unwritten(problems)))?;
         let new = &scene.load[number].kind;
-        self.simulation.set_load(number, new);
         if let Some(recording) = &mut self.recording {
-            recording.change_loads(&self.simulation)?;
+            // First, so that a disk that refuses leaves the run as it is.
+            recording.change_loads(&self.simulation.scene_with_load(number, new))?;
         }
+        self.simulation.set_load(number, new);
         Ok(())
-    }
-}
-
-/// Results that were not closed end as those of an interrupted run, to go on from.
-impl Drop for Driven {
-    fn drop(&mut self) {
-        // There is nobody to tell if the disk refuses.
-        let _ = self.close();
     }
 }

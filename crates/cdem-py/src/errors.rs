@@ -7,7 +7,7 @@ use cdem_io::results::{Front, ResultsError as ResultsFault};
 use cdem_io::scene::SceneError as SceneFault;
 use cdem_io::setup::SetupError;
 use pyo3::PyErr;
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 
 pyo3::import_exception!(cdem.errors, SceneError);
 pyo3::import_exception!(cdem.errors, MeshError);
@@ -23,12 +23,14 @@ const PYTHON: Front = Front {
 };
 
 /// What is wrong, before there is an exception: that needs the interpreter.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Fault {
     /// The scene.
     Scene(String),
     /// A mesh.
     Mesh(String),
+    /// An argument.
+    Value(String),
     /// The run has stopped itself.
     Step(String),
     /// A folder of results.
@@ -69,6 +71,7 @@ impl From<Fault> for PyErr {
         match fault {
             Fault::Scene(text) => SceneError::new_err(text),
             Fault::Mesh(text) => MeshError::new_err(text),
+            Fault::Value(text) => PyValueError::new_err(text),
             Fault::Step(text) => StepError::new_err(text),
             Fault::Results(text) => ResultsError::new_err(text),
             Fault::Threads(text) | Fault::Defect(text) => PyRuntimeError::new_err(text),

@@ -30,7 +30,11 @@ impl Mesh {
     ) -> PyResult<Self> {
         let wrong = |problem: String| Fault::Mesh(format!("{name}: {problem}"));
         let mut mesh = RawMesh::new(name);
-        mesh.points = points.as_slice()?.as_chunks().0.to_vec();
+        let (places, rest) = points.as_slice()?.as_chunks();
+        if !rest.is_empty() {
+            return Err(wrong("points are rows of three coordinates".to_owned()).into());
+        }
+        mesh.points = places.to_vec();
         mesh.point_tags = (0..mesh.points.len() as u64).collect();
         let is_lost = |point: &[f64; 3]| point.iter().any(|x| !x.is_finite());
         if let Some(lost) = mesh.points.iter().position(is_lost) {
@@ -44,6 +48,10 @@ impl Mesh {
             .collect::<Result<_, _>>()?;
         let mut memberships = Vec::new();
         for ((_, nodes), kind) in cells.iter().zip(&kinds) {
+            if nodes.len()? % kind.node_count() != 0 {
+                let each = kind.node_count();
+                return Err(wrong(format!("cells are rows of {each} points")).into());
+            }
             memberships.push(vec![Vec::new(); nodes.len()? / kind.node_count()]);
         }
         join(&mut mesh, groups, &mut memberships).map_err(wrong)?;
@@ -122,15 +130,25 @@ impl Sets {
     }
 }
 
+/// Shapes by their names, as scenes and results have them.
+const KINDS: [(&str, CellKind); 7] = [
+    ("vertex", CellKind::Point),
+    ("line", CellKind::Line),
+    ("tri3", CellKind::Element(ElementKind::Tri3)),
+    ("quad4", CellKind::Element(ElementKind::Quad4)),
+    ("tet4", CellKind::Element(ElementKind::Tet4)),
+    ("wedge6", CellKind::Element(ElementKind::Wedge6)),
+    ("hex8", CellKind::Element(ElementKind::Hex8)),
+];
+
 fn kind_of(name: &str) -> Option<CellKind> {
-    Some(match name {
-        "vertex" => CellKind::Point,
-        "line" => CellKind::Line,
-        "tri3" => CellKind::Element(ElementKind::Tri3),
-        "quad4" => CellKind::Element(ElementKind::Quad4),
-        "tet4" => CellKind::Element(ElementKind::Tet4),
-        "wedge6" => CellKind::Element(ElementKind::Wedge6),
-        "hex8" => CellKind::Element(ElementKind::Hex8),
-        _ => return None,
-    })
+    let known = KINDS.iter().find(|(known, _)| *known == name);
+    known.map(|&(_, kind)| kind)
+}
+
+/// Name of the shape of an element.
+pub(crate) fn name_of(kind: ElementKind) -> &'static str {
+    let known = KINDS.iter();
+    let mut names = known.filter(|(_, known)| *known == CellKind::Element(kind));
+    names.next().expect("all shapes have a name").0
 }

@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 
 use crate::driven::{Driven, Leg};
 use crate::errors::{Fault, guarded};
-use crate::mesh::Mesh;
+use crate::mesh::{self, Mesh};
 use crate::pool::pool;
 use crate::scene::Source;
 use crate::tables;
@@ -68,8 +68,14 @@ impl Run {
     }
 
     /// Steps until a time, s, the end, or for so many steps or seconds of wall-clock time;
-    /// whether that time or the end is reached.
-    fn advance(&self, py: Python<'_>, until: f64, steps: u64, seconds: f64) -> PyResult<bool> {
+    /// whether that time or the end is reached, and how many steps were made.
+    fn advance(
+        &self,
+        py: Python<'_>,
+        until: f64,
+        steps: u64,
+        seconds: f64,
+    ) -> PyResult<(bool, u64)> {
         let leg = Leg {
             until,
             steps,
@@ -126,22 +132,10 @@ impl Run {
         self.locked(py).simulation.step_index()
     }
 
-    /// Coarse steps of the whole run.
-    #[getter]
-    fn step_count(&self, py: Python<'_>) -> u64 {
-        self.locked(py).simulation.step_count()
-    }
-
     /// Length of the coarse step, s.
     #[getter]
     fn step_size(&self, py: Python<'_>) -> f64 {
         self.locked(py).simulation.overview().step
-    }
-
-    /// Updates of elements so far.
-    #[getter]
-    fn element_updates(&self, py: Python<'_>) -> u64 {
-        self.locked(py).simulation.element_updates()
     }
 
     /// Whether the end is reached.
@@ -223,12 +217,7 @@ impl Run {
 
     /// A field of points or cells, flat, and the number of its components.
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<(Bound<'py, PyAny>, usize)> {
-        let wanted = tables::field_of(name).ok_or_else(|| {
-            pyo3::exceptions::PyValueError::new_err(format!(
-                "there is no field \"{name}\": displacement, velocity, contact_force, stress, \
-                 von_mises, principal_stress, level"
-            ))
-        })?;
+        let wanted = tables::field_of(name)?;
         let field = self.work(py, |driven| Ok(driven.simulation.field(wanted)))?;
         let components = field.components.len().max(1);
         Ok((tables::field(py, field.values), components))
@@ -237,30 +226,23 @@ impl Run {
     /// Kinds of all cells, and the points of all of them in a row.
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<(Vec<&'static str>, Bound<'py, PyAny>)> {
         let (kinds, points) = self.work(py, |driven| Ok(driven.simulation.cells()))?;
-        let kinds = kinds.into_iter().map(tables::kind_name).collect();
+        let kinds = kinds.into_iter().map(mesh::name_of).collect();
         let points = numpy::IntoPyArray::into_pyarray(points, py);
         Ok((kinds, points.into_any()))
     }
 
-    /// Gives the points other velocities, m/s, flat.
+    /// Gives the points of a block, or all, other velocities, m/s: flat, of so many components
+    /// each.
     fn set_velocities(
         &self,
         py: Python<'_>,
-        velocities: PyReadonlyArray1<'_, f64>,
+        block: Option<String>,
+        values: PyReadonlyArray1<'_, f64>,
+        components: usize,
     ) -> PyResult<()> {
-        let velocities = velocities.as_slice()?.as_chunks().0.to_vec();
+        let values = values.as_slice()?.to_vec();
         self.work(py, |driven| {
-            let points = driven.simulation.positions().len();
-            if velocities.len() != points {
-                let given = velocities.len();
-                let text = format!("{given} velocities were given for {points} points");
-                return Err(Fault::Step(text));
-            }
-            if velocities.as_flattened().iter().any(|v| !v.is_finite()) {
-                return Err(Fault::Step("velocities must be finite numbers".to_owned()));
-            }
-            driven.simulation.set_velocities(&velocities);
-            Ok(())
+            driven.set_velocities(block.as_deref(), &values, components)
         })
     }
 
@@ -290,10 +272,22 @@ impl Run {
         let done = py.detach(|| {
             let locked = self.driven.lock();
             let mut locked = locked.unwrap_or_else(PoisonError::into_inner);
-            let driven = &mut *locked;
-            pool(self.threads)?.install(|| guarded(|| work(driven)))
+            locked.work(self.threads, work)
         });
         Ok(done?)
+    }
+}
+
+/// Results that were not closed end as those of an interrupted run, to go on from.
+impl Drop for Run {
+    fn drop(&mut self) {
+        let threads = self.threads;
+        let driven = self.driven.get_mut();
+        let driven = driven.unwrap_or_else(PoisonError::into_inner);
+        if driven.recording.is_some() {
+            // There is nobody to tell if the disk refuses.
+            Python::try_attach(|py| py.detach(|| driven.work(threads, Driven::close)).ok());
+        }
     }
 }
 

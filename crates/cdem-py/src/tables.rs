@@ -1,11 +1,12 @@
 //! Rows of a run as dictionaries and flat arrays.
 
-use cdem::mesh::ElementKind;
 use cdem::sample::{BlockRow, ContactFrame, ContactRow, FieldValues, HistoryRow};
 use cdem::scene::Field;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+use crate::errors::Fault;
 
 /// A row of the history by its columns; vectors are lists of three.
 pub(crate) fn history<'py>(py: Python<'py>, row: &HistoryRow) -> PyResult<Bound<'py, PyDict>> {
@@ -99,17 +100,8 @@ pub(crate) fn flat(
 }
 
 /// The field of a name, as scenes have it.
-pub(crate) fn field_of(name: &str) -> Option<Field> {
-    serde_json::from_value(name.into()).ok()
-}
-
-/// Name of an element shape, as scenes have it.
-pub(crate) fn kind_name(kind: ElementKind) -> &'static str {
-    match kind {
-        ElementKind::Tri3 => "tri3",
-        ElementKind::Quad4 => "quad4",
-        ElementKind::Tet4 => "tet4",
-        ElementKind::Wedge6 => "wedge6",
-        ElementKind::Hex8 => "hex8",
-    }
+pub(crate) fn field_of(name: &str) -> Result<Field, Fault> {
+    serde_json::from_value(name.into()).map_err(|error: serde_json::Error| {
+        Fault::Value(format!("there is no such field: {error}"))
+    })
 }

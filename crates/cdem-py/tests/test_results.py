@@ -1,6 +1,9 @@
 """Results, and checkpoints between Python and the command."""
 
+import shutil
 import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -8,7 +11,7 @@ import pandas
 import pytest
 
 import cdem
-from conftest import files
+from conftest import ROOT, files
 
 
 @pytest.fixture
@@ -57,6 +60,85 @@ def test_a_folder_of_something_else_is_told_of(tmp_path):
         cdem.read_results(tmp_path)
     with pytest.raises(cdem.ResultsError, match="is not a folder of results"):
         cdem.Simulation.load(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize(
+    ("name", "kept", "message"),
+    [
+        ("history.csv", 0, "history.csv is that of something else"),
+        ("contacts.csv", 0, "contacts.csv is empty"),
+        ("summary.json", 100, r"summary.json:\d+: "),
+        ("frames.pvd", 100, "cannot read .*frames.pvd"),
+    ],
+)
+def test_torn_files_are_told_of(results, name, kept, message):
+    (results / name).write_bytes((results / name).read_bytes()[:kept])
+    with pytest.raises(cdem.ResultsError, match=message):
+        read = cdem.read_results(results)
+        getattr(read, name.split(".")[0])
+
+
+def test_tables_that_are_no_tables_are_told_of(results):
+    path = results / "history.csv"
+    whole = path.read_text(encoding="utf-8")
+    lines = whole.splitlines(keepends=True)
+    for torn, message in (
+        (lines[0] + lines[1][:20] + "\n" + lines[2], r"history.csv:2: expected \d+ columns, got 2"),
+        (lines[0] + lines[1].replace("e", "x"), "column .*: could not convert"),
+    ):
+        path.write_text(torn, encoding="utf-8")
+        with pytest.raises(cdem.ResultsError, match=message):
+            _ = cdem.read_results(results).history
+    path.write_bytes(whole.encode() + b"\xff\n")
+    with pytest.raises(cdem.ResultsError, match="utf-8"):
+        _ = cdem.read_results(results).history
+
+
+def test_the_row_that_is_being_written_is_left_out(results):
+    path = results / "history.csv"
+    whole = cdem.read_results(results).history
+    path.write_bytes(path.read_bytes()[:-7])
+    assert cdem.read_results(results).history.equals(whole[:-1])
+
+
+def test_a_program_that_ends_leaves_results_to_go_on_from(tmp_path):
+    program = (
+        "import cdem, sys; simulation = cdem.Simulation(sys.argv[1], threads=1); "
+        "simulation.record(sys.argv[2]); simulation.run(until=0.1)"
+    )
+    scene = ROOT / "examples" / "two-prisms-2d" / "scene.toml"
+    call = [sys.executable, "-c", program, scene, tmp_path / "results"]
+    subprocess.run(call, check=True, timeout=60)
+    summary = cdem.read_results(tmp_path / "results").summary
+    assert (summary["status"], summary["threads"]) == ("interrupted", 1)
+    assert cdem.Simulation.load(tmp_path / "results").time == pytest.approx(0.1)
+
+
+def test_results_of_a_run_at_its_end_are_done(prisms, tmp_path):
+    simulation = cdem.Simulation(prisms)
+    simulation.run()
+    simulation.record(tmp_path / "results")
+    simulation.close()
+    assert cdem.read_results(tmp_path / "results").summary["status"] == "done"
+
+
+def test_a_run_whose_results_are_gone_may_be_kept_elsewhere(bar, tmp_path):
+    simulation = cdem.Simulation(bar)
+    simulation.record(tmp_path / "results")
+    simulation.step()
+    shutil.rmtree(tmp_path / "results")
+    before = simulation.scene.load[0].traction
+    with pytest.raises(cdem.ResultsError):
+        simulation.set_load("bar.xmax", traction=[1e5, 0.0])
+    assert simulation.scene.load[0].traction == before
+    with pytest.raises(cdem.ResultsError):
+        simulation.run()
+    assert simulation.folder is None
+    simulation.save(tmp_path / "elsewhere")
+    step = simulation.step_index
+    assert cdem.Simulation.load(tmp_path / "elsewhere").step_index == step
+    simulation.run()
+    assert simulation.finished
 
 
 def test_results_are_replaced_only_when_asked(results, prisms):

@@ -125,3 +125,30 @@ def test_errors_of_meshes_are_those_of_the_command(tmp_path, command, prisms):
     told = " ".join(command("check", tmp_path / "scene.toml", status=2).split())
     message = str(caught.value).split(": ", 1)[1].split(" (")[0]
     assert message.split(";")[0] in told
+
+
+def test_none_is_no_value(bar):
+    bar.block[0].velocity = None
+    with pytest.raises(cdem.SceneError, match=r"block\[0\].velocity: is None; leave the key out"):
+        bar.check()
+
+
+def test_a_mesh_that_is_none_is_told_of(bar):
+    del bar.block[0].shape
+    bar.block[0].mesh = np.zeros((3, 2))
+    with pytest.raises(cdem.MeshError, match="a path, a cdem.Mesh or a meshio.Mesh, not of type ndarray"):
+        cdem.Simulation(bar)
+
+
+def test_arrays_of_a_scene_are_its_own(bar):
+    velocity = np.array([1.0, 0.0])
+    bar.block[0].velocity = velocity
+    velocity[0] = 9.0
+    other = bar.copy()
+    other.block[0].velocity[0] = 2.0
+    assert bar.block[0].velocity.tolist() == [1.0, 0.0]
+
+
+def test_a_scene_that_cannot_be_written_is_told_of(bar, tmp_path):
+    with pytest.raises(cdem.SceneError, match="cannot write the scene .*nowhere"):
+        bar.write(tmp_path / "nowhere" / "scene.toml")

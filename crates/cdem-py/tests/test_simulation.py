@@ -55,8 +55,17 @@ def test_until_is_the_first_step_at_or_after_it(prisms):
     assert simulation.step_index == 201
     simulation.run()
     assert simulation.finished and simulation.time == simulation.end == 0.5
-    simulation.step()
+    with pytest.warns(UserWarning, match="the run is at its end, t = 0.5 s: no step is made"):
+        simulation.step()
     assert simulation.step_index == 1000
+    simulation.run()
+
+
+def test_a_time_after_the_end_is_told_of(prisms):
+    simulation = cdem.Simulation(prisms)
+    with pytest.warns(UserWarning, match=r"the scene ends at t = 0.5 s: .*before 10; raise time.end"):
+        simulation.run(until=10, callback=lambda s: True)
+    assert simulation.step_index == 1
 
 
 def test_a_callback_stops_the_run(prisms):
@@ -105,7 +114,7 @@ def test_fields_have_the_shapes_they_say(prisms):
     assert simulation.field("principal_stress").shape == (cells, 3)
     assert simulation.field("von_mises").shape == (cells,)
     assert simulation.field("level").dtype == np.int32
-    with pytest.raises(ValueError, match='there is no field "strain"'):
+    with pytest.raises(ValueError, match="there is no field 'strain'; there are 'displacement'"):
         simulation.field("strain")
     numbers, nodes = simulation.cells.of_kind("tri3")
     assert numbers.tolist() == [0, 1] and nodes.shape == (2, 3)
@@ -146,7 +155,7 @@ def test_wrong_velocities_are_told_of(bar):
     for wrong in ([1.0], 1.0, [[1.0] * 4]):
         with pytest.raises(ValueError):
             simulation.set_velocities(wrong)
-    with pytest.raises(ValueError, match=r"each of \d+ points, not an array of shape \(3, 3\)"):
+    with pytest.raises(ValueError, match="each of 22 points; 3 were given"):
         simulation.velocities = np.zeros((3, 3))
     with pytest.raises(ValueError, match="third component"):
         simulation.set_velocities([0.0, 0.0, 1.0])
@@ -154,9 +163,26 @@ def test_wrong_velocities_are_told_of(bar):
         simulation.set_velocities([0.0, 0.0], block="bra")
     with pytest.raises(AttributeError):
         simulation.velocites = np.zeros((3, 3))
-    with pytest.raises(cdem.StepError, match="finite"):
-        simulation.velocities = [np.nan, 0.0]
+    for wrong in ([np.nan, 0.0], [1j, 0.0], [True, False], ["1", "2"]):
+        with pytest.raises(ValueError, match="finite numbers"):
+            simulation.velocities = wrong
+    assert not simulation.velocities.any()
     simulation.run()
+
+
+def test_velocities_in_space_have_three_components():
+    simulation = cdem.Simulation(ROOT / "examples" / "two-prisms-3d" / "scene.toml")
+    before = simulation.velocities
+    with pytest.raises(ValueError, match="3 components"):
+        simulation.velocities = [0.0, 0.0]
+    assert np.array_equal(simulation.velocities, before)
+    simulation.set_velocities([1.0, 2.0, 3.0], block="i")
+    after, chosen = simulation.velocities, simulation.blocks["i"].points
+    # What is given is half a step from what is kept: round-off.
+    assert np.allclose(after[chosen], [1.0, 2.0, 3.0], rtol=1e-13)
+    rest = np.ones(len(after), dtype=bool)
+    rest[chosen] = False
+    assert np.array_equal(after[rest], before[rest])
 
 
 def test_loads_that_are_set_push(bar):
@@ -205,9 +231,19 @@ def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
     simulation.record(tmp_path / "results")
     with pytest.raises(cdem.StepError, match="t = .*bar") as first:
         simulation.run()
-    with pytest.raises(cdem.StepError) as second:
-        simulation.step()
-    assert str(first.value) == str(second.value)
+    # What has become unphysical neither goes on nor is kept.
+    for more in (
+        simulation.step,
+        simulation.save,
+        lambda: simulation.save(tmp_path / "checkpoint"),
+        lambda: simulation.record(tmp_path / "more"),
+        lambda: simulation.set_velocities([0.0, 0.0]),
+        lambda: simulation.set_load("bar.xmax", traction=[0.0, 0.0]),
+    ):
+        with pytest.raises(cdem.StepError) as second:
+            more()
+        assert str(first.value) == str(second.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["results"]
     assert simulation.positions.shape == (22, 3)
     summary = cdem.read_results(tmp_path / "results").summary
     assert (summary["status"], summary["reason"]) == ("stopped", str(first.value))
@@ -228,27 +264,37 @@ def test_other_threads_run_while_it_steps(prisms):
             count += 1
             time.sleep(1e-3)
 
-    thread = threading.Thread(target=tick)
+    thread = threading.Thread(target=tick, daemon=True)
     thread.start()
     # One call of the engine, half a second long.
     before = count
-    assert not simulation._run.advance(np.inf, 2**62, 0.5)
+    is_there, _ = simulation._run.advance(np.inf, 2**62, 0.5)
     after = count
     stop.set()
     thread.join()
+    assert not is_there
     # 500 of them on an idle machine.
     assert after - before > 20
 
 
 def test_two_threads_may_step_and_look(prisms):
+    alone = cdem.Simulation(prisms, threads=1)
+    rows = [alone.history]
+    alone.run(callback=lambda s: rows.append(s.history))
     simulation = cdem.Simulation(prisms, threads=2)
-    threads = [threading.Thread(target=simulation.run) for _ in range(2)]
+    called = []
+    run = {"every": 3, "callback": lambda s: called.append(s.step_index)}
+    threads = [threading.Thread(target=simulation.run, kwargs=run, daemon=True) for _ in range(2)]
     for thread in threads:
         thread.start()
+    looks = 0
     while any(thread.is_alive() for thread in threads):
-        assert np.isfinite(simulation.energies["kinetic_energy"])
-    alone = cdem.Simulation(prisms, threads=1)
-    alone.run()
+        row = simulation.history
+        assert row["kinetic_energy"] == rows[row["step"]]["kinetic_energy"]
+        looks += 1
+    assert looks > 0
+    # Each counts the steps that it has made.
+    assert len(called) in (332, 333)
     assert np.array_equal(simulation.positions, alone.positions)
 
 
@@ -292,6 +338,18 @@ def test_wrong_arguments_are_told_of(prisms):
         cdem.Simulation(prisms).cells.of_kind("line")
     with pytest.raises(ValueError, match="count"):
         cdem.Simulation(prisms).step(-1)
+    simulation = cdem.Simulation(prisms)
+    for wrong, name in (
+        (lambda: simulation.step("a"), "count"),
+        (lambda: cdem.Simulation(prisms, threads="2"), "threads"),
+        (lambda: simulation.run(until=[1]), "until"),
+        (lambda: simulation.run(callback=3), "callback"),
+    ):
+        with pytest.raises(TypeError, match=name):
+            wrong()
+    assert simulation.step_index == 0
+    with pytest.raises(cdem.SceneError, match="not of type NoneType"):
+        cdem.Simulation(None)
     for copied in (copy.copy, copy.deepcopy, pickle.dumps):
         with pytest.raises(TypeError, match="save"):
             copied(cdem.Simulation(prisms))
@@ -314,3 +372,39 @@ def test_processes_that_are_forked_have_threads_of_their_own(prisms):
     here.run()
     for positions in there:
         assert np.array_equal(positions, here.positions)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_forked_copy_writes_no_results(prisms, tmp_path):
+    """Neither when it steps nor when it goes: files and threads are those of its parent."""
+    whole = cdem.Simulation(prisms, threads=2)
+    whole.record(tmp_path / "whole")
+    whole.run()
+    simulation = cdem.Simulation(prisms, threads=2)
+    simulation.record(tmp_path / "results")
+    simulation.run(until=0.1)
+    simulation.save()
+    before = files(tmp_path / "results")
+    child = os.fork()
+    if child == 0:
+        simulation.run(until=0.4)
+        del simulation
+        os._exit(0)
+    deadline = time.monotonic() + 60.0
+    while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0):
+        if time.monotonic() > deadline:
+            os.kill(child, signal.SIGKILL)
+        time.sleep(0.01)
+    assert ended == (child, 0)
+    assert files(tmp_path / "results") == before
+    simulation.run()
+    assert files(tmp_path / "results") == files(tmp_path / "whole")
+
+
+def test_cells_and_contacts_tell_of_themselves_in_short(prisms):
+    simulation = cdem.Simulation(prisms)
+    assert repr(simulation.cells) == "<cdem.Cells: 2 tri3>"
+    assert repr(simulation.contacts) == "<cdem.Contacts: 0>"
+    simulation.run(until=0.334)
+    assert repr(simulation.contacts) == "<cdem.Contacts: 1: 1 i-j>"

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::mesh::ElementKind;
 use crate::sample::{BlockRow, FrameField};
-use crate::scene::{Field, LoadKind};
+use crate::scene::{Field, LoadKind, Scene};
 use crate::simulation::{Driven, Simulation, each};
 use crate::vector::{pad, scale, truncate};
 
@@ -77,25 +77,32 @@ impl Simulation {
         each!(mut self, driven => driven.set_velocities(velocities));
     }
 
-    /// Has a load of the scene push otherwise from now on. [`Self::scene`] tells of it: its load
-    /// is as it was up to now, and then the new one, so that a run resumed with that scene goes
-    /// on in the same way.
+    /// Has a load of the scene push otherwise from now on: [`Self::scene`] becomes
+    /// [`Self::scene_with_load`].
+    ///
+    /// # Panics
+    /// As there.
+    pub fn set_load(&mut self, number: usize, kind: &LoadKind) {
+        self.scene = self.scene_with_load(number, kind);
+        let kind = &self.scene.load[number].kind;
+        each!(mut self, driven => driven.set_load(number, kind));
+    }
+
+    /// The scene with a load that is as it was up to now, and then the one that is given, so
+    /// that a run resumed with that scene goes on as after [`Self::set_load`].
     ///
     /// # Panics
     /// If the scene has no load of this number, or one of the other kind.
-    pub fn set_load(&mut self, number: usize, kind: &LoadKind) {
+    #[must_use]
+    pub fn scene_with_load(&self, number: usize, kind: &LoadKind) -> Scene {
         let time = each!(self, driven => driven.run.time());
-        let kind = match (&self.scene.load[number].kind, kind) {
-            (LoadKind::Pressure(old), LoadKind::Pressure(new)) => {
-                LoadKind::Pressure(old.until(time, new))
-            }
-            (LoadKind::Traction(old), LoadKind::Traction(new)) => {
-                LoadKind::Traction(old.until(time, new))
-            }
+        let mut scene = self.scene.clone();
+        match (&mut scene.load[number].kind, kind) {
+            (LoadKind::Pressure(old), LoadKind::Pressure(new)) => *old = old.until(time, new),
+            (LoadKind::Traction(old), LoadKind::Traction(new)) => *old = old.until(time, new),
             _ => panic!("a pressure stays a pressure, and a traction a traction"),
-        };
-        each!(mut self, driven => driven.set_load(number, &kind));
-        self.scene.load[number].kind = kind;
+        }
+        scene
     }
 }
 

@@ -10,7 +10,7 @@ use crate::checkpoint::{ResumeError, require};
 use crate::element::Deformation;
 use crate::material::Elastic;
 use crate::model::AT_ONCE;
-use crate::number::{short, significant};
+use crate::number::{quantity, short, significant};
 use crate::sample::HistoryRow;
 use crate::scene::{Kinematics, Scene};
 use crate::step::Run;
@@ -295,11 +295,11 @@ impl Health {
             if run.model.sets[set].kinematics() == Kinematics::Total {
                 stretched[block] = true;
                 warnings.push(format!(
-                    "block \"{}\": principal stretch {worst:.3} in element {element} at t = {:.4e} \
-                     s; the material law of kinematics = \"total\" is meant for {least} to {most}: \
+                    "block \"{}\": principal stretch {worst:.3} in element {element} at t = {}; \
+                     the material law of kinematics = \"total\" is meant for {least} to {most}: \
                      judge this block's stresses with care, or try \"incremental\"",
                     run.model.mesh.blocks[block].name,
-                    run.time()
+                    quantity(run.time(), "s")
                 ));
             }
         })?;
@@ -326,9 +326,9 @@ impl Health {
         if outrun && !self.outrun {
             self.outrun = true;
             self.warnings.push(format!(
-                "blocks were thrown farther in the step before t = {:.4e} s than contacts had been \
+                "blocks were thrown farther in the step before t = {} than contacts had been \
                  looked for, and may have gone through others: try a smaller `time.step`",
-                number as f64 * run.model.step
+                quantity(number as f64 * run.model.step, "s")
             ));
         }
         let contacts = &*contacts;

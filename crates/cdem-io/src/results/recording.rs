@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use cdem::scene::Scene;
 use cdem::{Simulation, StepError, quantity};
 
 use super::checkpoint::SoFar;
@@ -144,12 +145,13 @@ impl Recording {
         self.recorder.wait()
     }
 
-    /// Takes note that the loads of the scene are others now: see [`Recorder::change_loads`].
+    /// Takes note that the loads of the scene are others from now on: see
+    /// [`Recorder::change_loads`].
     ///
     /// # Errors
     /// As there.
-    pub fn change_loads(&mut self, simulation: &Simulation) -> Result<(), ResultsError> {
-        self.recorder.change_loads(simulation.scene())
+    pub fn change_loads(&mut self, scene: &Scene) -> Result<(), ResultsError> {
+        self.recorder.change_loads(scene)
     }
 
     /// The summary of a run that ends here.

@@ -28,10 +28,10 @@ class Run:
         """
         A run at its start. `meshes` are those at hand, under the path that the scene names.
         """
-    def advance(self, /, until: SupportsFloat | SupportsIndex, steps: SupportsIndex, seconds: SupportsFloat | SupportsIndex) -> bool:
+    def advance(self, /, until: SupportsFloat | SupportsIndex, steps: SupportsIndex, seconds: SupportsFloat | SupportsIndex) -> tuple[bool, int]:
         """
         Steps until a time, s, the end, or for so many steps or seconds of wall-clock time;
-        whether that time or the end is reached.
+        whether that time or the end is reached, and how many steps were made.
         """
     def blocks(self, /) -> dict:
         """
@@ -53,11 +53,6 @@ class Run:
     def dimension(self, /) -> int:
         """
         2 in the plane, 3 in space.
-        """
-    @property
-    def element_updates(self, /) -> int:
-        """
-        Updates of elements so far.
         """
     @property
     def end(self, /) -> float:
@@ -115,14 +110,10 @@ class Run:
         Has a load push otherwise from now on: `kind` is "pressure" or "traction", `value` as
         JSON.
         """
-    def set_velocities(self, /, velocities: Incomplete) -> None:
+    def set_velocities(self, /, block: str | None, values: Incomplete, components: SupportsIndex) -> None:
         """
-        Gives the points other velocities, m/s, flat.
-        """
-    @property
-    def step_count(self, /) -> int:
-        """
-        Coarse steps of the whole run.
+        Gives the points of a block, or all, other velocities, m/s: flat, of so many components
+        each.
         """
     @property
     def step_index(self, /) -> int:

@@ -34,6 +34,10 @@ class Cells:
     def __len__(self) -> int:
         return len(self.kinds)
 
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{self.kinds.count(kind)} {kind}" for kind in ELEMENTS if kind in self.kinds)
+        return f"<cdem.Cells: {counts}>"
+
     def of_kind(self, kind: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Numbers of the cells of a shape, and their points: n × nodes.
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,21 +17,29 @@ from cdem._kinds import ELEMENTS, KINDS, kind_of
 from cdem._names import unknown
 from cdem.errors import MeshError
 
+_Array = TypeVar("_Array", bound=npt.NDArray[Any])
+
 
 class Mesh:
     """A mesh for blocks of a scene: points, cells and named groups of cells.
 
     Cells are elements, and where groups are wanted for boundary conditions and loads, lines
     (2-D) or faces (3-D) on their boundary; shapes go by our names (`tri3`, `quad4`, `tet4`,
-    `wedge6`, `hex8`, `line`, `vertex`) or meshio's, nodes in the order of Gmsh and VTK.
+    `wedge6`, `hex8`, `line`, `vertex`) or meshio's, nodes in the order of Gmsh and VTK. A load on
+    a group of elements acts on what they have of the boundary. Where several blocks have a group
+    of one name, `"a.top"` is what block `a` has of it.
+
+    A mesh stays as it was made: its arrays are read-only.
     """
 
     points: npt.NDArray[np.float64]
     """Places of the points, m before `scale`: an array of n × 3."""
-    cells: list[tuple[str, npt.NDArray[np.int64]]]
+    cells: tuple[tuple[str, npt.NDArray[np.int64]], ...]
     """Shapes, and the points of the cells of each: arrays of cells × nodes."""
-    groups: dict[str, list[npt.NDArray[np.int64]]]
+    groups: Mapping[str, tuple[npt.NDArray[np.int64], ...]]
     """Of each named group the numbers of its cells, for each entry of `cells`."""
+    name: str
+    """What messages call it."""
 
     def __init__(
         self,
@@ -43,21 +53,24 @@ class Mesh:
 
         points: n × 2 or n × 3.
         cells: shapes, and of each an array of cells × nodes, points counted from 0.
-        groups: names, and of each the numbers of its cells: a dictionary by shape, or an array
-            for each entry of `cells`.
+        groups: names, and of each its cells: a dictionary by shape, or an array for each entry of
+            `cells`; of the numbers of cells, or of a boolean for each.
         name: what messages call it.
 
         Raises `MeshError`.
         """
-        self.name = name
-        self.points = self._points_of(points)
+        # What has been checked stays as it is.
+        put = partial(object.__setattr__, self)
+        put("name", name)
+        put("points", self._points_of(points))
         pairs = list(cells.items() if isinstance(cells, Mapping) else cells)
         if not all(map(_is_pair, pairs)):
             raise MeshError(
                 f"{name}: cells are shapes with an array of each, as in {{'tri3': triangles}}"
             )
-        self.cells = [self._cells_of(kind, nodes) for kind, nodes in pairs]
-        self.groups = {key: self._group_of(key, parts) for key, parts in (groups or {}).items()}
+        put("cells", tuple(self._cells_of(kind, nodes) for kind, nodes in pairs))
+        named = {key: self._group_of(key, parts) for key, parts in (groups or {}).items()}
+        put("groups", MappingProxyType(named))
         self._engine_mesh(name)
         if not any(len(nodes) for kind, nodes in self.cells if kind in ELEMENTS):
             raise MeshError(
@@ -80,12 +93,18 @@ class Mesh:
         groups = _sets(mesh) or _physical_groups(mesh)
         return cls(mesh.points, cells, groups, name="meshio.Mesh")
 
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a mesh stays as it was made: make another for other {name}")
+
     def __repr__(self) -> str:
         cells = ", ".join(f"{len(nodes)} {kind}" for kind, nodes in self.cells)
         return f"<cdem.Mesh: {len(self.points)} points, {cells}>"
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the mesh as a Gmsh file (MSH 2.2), numbers in full."""
+        """Writes the mesh as a Gmsh file (MSH 2.2), numbers in full.
+
+        Raises `MeshError` where it cannot.
+        """
         lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames"]
         tags = self._tags()
         lines.append(str(len(tags)))
@@ -96,7 +115,10 @@ class Mesh:
         lines += ["$EndNodes", "$Elements"]
         elements = list(self._element_lines(tags))
         lines += [str(len(elements)), *elements, "$EndElements", ""]
-        Path(path).write_text("\n".join(lines), encoding="utf-8")
+        try:
+            Path(path).write_text("\n".join(lines), encoding="utf-8")
+        except OSError as error:
+            raise MeshError(f"cannot write the mesh {path}: {error}") from None
 
     def _tags(self) -> dict[tuple[str, int], int]:
         """Physical groups, by name and dimension, and their numbers."""
@@ -122,17 +144,27 @@ class Mesh:
                     yield " ".join(map(str, line))
 
     def _points_of(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        array = np.array(points, dtype=np.float64)
+        array = self._array_of("points", points)
+        if array.dtype.kind not in "iuf":
+            raise MeshError(f"{self.name}: points must be numbers, not {array.dtype}")
         if array.ndim != 2 or array.shape[1] not in (2, 3):
             shape = " × ".join(map(str, array.shape))
             raise MeshError(f"{self.name}: points must be an array of n × 2 or n × 3, not {shape}")
-        return np.pad(array, ((0, 0), (0, 3 - array.shape[1])))
+        padded = np.pad(array.astype(np.float64), ((0, 0), (0, 3 - array.shape[1])))
+        return _kept(padded)
+
+    def _array_of(self, what: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
+        """An array, of rows that are of one length."""
+        try:
+            return np.array(values)
+        except ValueError as error:
+            raise MeshError(f"{self.name}: {what} are no array: {error}") from None
 
     def _cells_of(self, kind: str, nodes: npt.ArrayLike) -> tuple[str, npt.NDArray[np.int64]]:
         shape = kind_of(kind)
-        array = np.array(nodes)
         if shape is None:
             raise MeshError(f"{self.name}: {unknown('shape of cells', kind, KINDS)}")
+        array = self._array_of(f"cells of shape {kind}", nodes)
         count = shape.nodes
         if array.size == 0:
             array = np.empty((0, count), dtype=np.int64)
@@ -143,7 +175,7 @@ class Mesh:
                 f"n × {count}, not {size} of {array.dtype}"
             )
         self._check_points_of(shape.name, array)
-        return shape.name, array.astype(np.int64)
+        return shape.name, _kept(array.astype(np.int64))
 
     def _check_points_of(self, kind: str, nodes: npt.NDArray[Any]) -> None:
         """Refuses points that there are not; of any type, before numbers are cut to fit ours."""
@@ -160,26 +192,56 @@ class Mesh:
 
     def _group_of(
         self, name: str, parts: Mapping[str, npt.ArrayLike] | Sequence[npt.ArrayLike]
-    ) -> list[npt.NDArray[np.int64]]:
+    ) -> tuple[npt.NDArray[np.int64], ...]:
         if isinstance(parts, Mapping):
-            named = {_name_of(kind): numbers for kind, numbers in parts.items()}
-            kinds = [kind for kind, _ in self.cells]
-            if missing := [kind for kind in named if kind not in kinds]:
-                raise MeshError(f"{self.name}: group {name!r} has cells of shape {missing[0]}, the mesh none")
-            parts = [named.get(kind, ()) for kind in kinds]
+            parts = self._by_entry(name, parts)
         if len(parts) != len(self.cells):
             raise MeshError(
                 f"{self.name}: group {name!r} has {len(parts)} arrays for {len(self.cells)} "
                 "entries of cells"
             )
-        arrays = [np.unique(np.asarray(numbers, dtype=np.int64)) for numbers in parts]
-        for (kind, nodes), numbers in zip(self.cells, arrays, strict=True):
-            if wrong := [n for n in numbers.tolist() if not 0 <= n < len(nodes)]:
+        entries = zip(self.cells, parts, strict=True)
+        return tuple(self._members_of(name, kind, len(nodes), part) for (kind, nodes), part in entries)
+
+    def _by_entry(self, name: str, parts: Mapping[str, npt.ArrayLike]) -> list[npt.ArrayLike]:
+        """What a group has of each entry of cells, by their shapes, each of which is there once."""
+        kinds = [kind for kind, _ in self.cells]
+        named: dict[str, npt.ArrayLike] = {}
+        for kind, members in parts.items():
+            shape = _name_of(kind)
+            if shape not in kinds:
+                raise MeshError(f"{self.name}: group {name!r} has cells of shape {kind}, the mesh none")
+            if kinds.count(shape) > 1 or shape in named:
                 raise MeshError(
-                    f"{self.name}: group {name!r} has cell {wrong[0]} of shape {kind}; there are "
-                    f"{len(nodes)}, counted from 0"
+                    f"{self.name}: cells of shape {shape} are there more than once: give group "
+                    f"{name!r} an array for each entry of cells"
                 )
-        return arrays
+            named[shape] = members
+        return [named.get(kind, ()) for kind in kinds]
+
+    def _members_of(
+        self, name: str, kind: str, count: int, members: npt.ArrayLike
+    ) -> npt.NDArray[np.int64]:
+        """Numbers of cells of a group, each once, of numbers or of a mask."""
+        what = f"group {name!r}: cells of shape {kind}"
+        array = self._array_of(what, members)
+        if array.size == 0:
+            return _kept(np.empty(0, dtype=np.int64))
+        if array.dtype.kind == "b" and array.shape == (count,):
+            return _kept(np.flatnonzero(array))
+        if array.dtype.kind not in "iu" or array.ndim != 1:
+            shape = " × ".join(map(str, array.shape))
+            raise MeshError(
+                f"{self.name}: {what} are their numbers, or a boolean for each of {count}; not "
+                f"{shape} of {array.dtype}"
+            )
+        wrong = array[(array < 0) | (array >= count)]
+        if wrong.size:
+            raise MeshError(
+                f"{self.name}: group {name!r} has cell {wrong[0]} of shape {kind}; there are "
+                f"{count}, counted from 0"
+            )
+        return _kept(np.unique(array).astype(np.int64))
 
     def _engine_mesh(self, path: str) -> _engine.Mesh:
         """The mesh as the engine takes it, under a path."""
@@ -195,6 +257,12 @@ class Mesh:
                 if chosen:
                     groups.append((name, dimension, chosen))
         return _engine.Mesh(path, self.points.ravel(), cells, groups)
+
+
+def _kept(array: _Array) -> _Array:
+    """An array that stays as it is."""
+    array.setflags(write=False)
+    return array
 
 
 def _is_pair(entry: object) -> bool:

@@ -23,8 +23,10 @@ class Progress:
     def __init__(self, run: _engine.Run, until: float, wanted: bool | None) -> None:
         self._run = run
         self._until = until
-        self._is_wanted = _is_watched() if wanted is None else wanted
-        self._is_asked_for = wanted is True
+        # Programs with windows may have no stderr.
+        can_show = sys.stderr is not None or _is_notebook()
+        self._is_wanted = can_show and (_is_watched() if wanted is None else wanted)
+        self._is_asked_for = can_show and wanted is True
         self._started = time.monotonic()
         self._shown = self._started + (_PATIENCE if wanted is None else 0.0)
         self._start = (run.step_index, run.time)
@@ -109,7 +111,7 @@ class _LineOfNotebook:
 
 def _is_watched() -> bool:
     """Whether there is a terminal, or a notebook."""
-    return sys.stderr.isatty() or _is_notebook()
+    return (sys.stderr is not None and sys.stderr.isatty()) or _is_notebook()
 
 
 def _is_notebook() -> bool:

@@ -17,10 +17,17 @@ from cdem.errors import ResultsError
 from cdem.scene import Scene
 
 
-class Results:
-    """Results of a run: histories as pandas or NumPy, frames as PyVista or meshio.
+#: What may be done about a file that is not as a run writes it.
+_TORN = "it is not as the run wrote it: load the run and go on, or run it again"
 
-    Files are read when they are asked for.
+
+class Results:
+    """Results of a run, which `read_results` makes: histories as pandas or NumPy, frames as
+    PyVista or meshio.
+
+    Files are read when they are asked for, those of a run in progress too; what they hold that
+    cannot be read raises `ResultsError`. Columns of tables are those of the files, in SI units:
+    vectors by component, as `vx`, `vy`, `vz`.
     """
 
     folder: Path
@@ -32,13 +39,14 @@ class Results:
         if self._tables not in ("pandas", "numpy"):
             raise ValueError(f"tables are 'pandas' or 'numpy', not {tables!r}")
         try:
-            with open(self.folder / "history.csv", encoding="utf-8") as file:
-                is_run = file.readline().startswith("step,time,kinetic_energy,")
-        except OSError:
-            is_run = False
+            with open(self.folder / "history.csv", "rb") as file:
+                what = "its history.csv is that of something else"
+                is_run = file.readline().startswith(b"step,time,kinetic_energy,")
+        except OSError as error:
+            what, is_run = f"history.csv: {error.strerror}", False
         if not is_run:
             raise ResultsError(
-                f"{self.folder} is not a folder of results "
+                f"{self.folder} is not a folder of results: {what} "
                 "(name the folder that `record()` or `cdem run` wrote its results to)"
             )
 
@@ -47,22 +55,28 @@ class Results:
 
     @property
     def history(self) -> Any:
-        """Energies, losses, momenta and numbers of contacts over time."""
+        """Energies, works and losses (J), momenta and impulse (N·s, N·m·s) and numbers of contacts
+        over time: the rows of `history.csv`, of which `Simulation.history` is one.
+        """
         return self._table("history.csv", whole=("step", "contacts", "refined_blocks", "elements"))
 
     @property
     def blocks(self) -> Any:
-        """Position, velocity, rotation and contact force of each block over time."""
+        """Position (m), velocity (m/s), angular velocity (rad/s) and contact force (N) of each
+        block over time.
+        """
         return self._table("blocks.csv", text=("block",))
 
     @property
     def contacts(self) -> Any:
-        """When and where each contact point began and ended, its forces and slip."""
+        """When (s) and where (m) each contact point began and ended, its forces (N), impulses
+        (N·s) and slip (m). One that lasts has no `time_off`.
+        """
         return self._table("contacts.csv", text=("main", "target", "type"), whole=("level",))
 
     @property
     def probes(self) -> Any:
-        """The motion of chosen points."""
+        """The motion of the probes of the scene: place and displacement (m), velocity (m/s)."""
         return self._table("probes.csv", text=("probe",))
 
     @property
@@ -71,7 +85,10 @@ class Results:
         path = self.folder / "summary.json"
         if not path.is_file():
             return {}
-        summary: dict[str, Any] = json.loads(self._text(path))
+        try:
+            summary: dict[str, Any] = json.loads(self._text(path))
+        except json.JSONDecodeError as error:
+            raise ResultsError(f"{path}:{error.lineno}: {error.msg}; {_TORN}") from None
         return summary
 
     @property
@@ -92,30 +109,52 @@ class Results:
     def _text(self, path: Path) -> str:
         try:
             return path.read_text(encoding="utf-8")
-        except OSError as error:
+        except (OSError, UnicodeDecodeError) as error:
             raise ResultsError(f"cannot read {path}: {error}") from None
 
     def _table(
         self, name: str, text: Sequence[str] = (), whole: Sequence[str] = ()
     ) -> Any:
-        """A table by its columns."""
-        rows = list(csv.reader(self._text(self.folder / name).splitlines()))
-        header, cells = rows[0], list(zip(*rows[1:], strict=True)) or [()] * len(rows[0])
+        """A table by its columns. A last row without its end, as of a run that is being written
+        or was killed, is left out.
+        """
+        header, rows = self._rows(self.folder / name)
+        cells = list(zip(*rows, strict=True)) or [()] * len(header)
         columns: dict[str, Any] = {}
         for column, values in zip(header, cells, strict=True):
             if column in text:
                 columns[column] = np.array(values, dtype=object if self._tables == "pandas" else str)
             else:
                 kind = np.int64 if column in whole else np.float64
-                columns[column] = np.array([value or "nan" for value in values]).astype(kind)
+                columns[column] = self._numbers(name, column, values, kind)
         if self._tables == "pandas":
             import pandas
 
             return pandas.DataFrame(columns)
-        table = np.empty(len(rows) - 1, dtype=[(key, value.dtype) for key, value in columns.items()])
+        table = np.empty(len(rows), dtype=[(key, value.dtype) for key, value in columns.items()])
         for key, value in columns.items():
             table[key] = value
         return table
+
+    def _rows(self, path: Path) -> tuple[list[str], list[list[str]]]:
+        """Names of columns, and the rows that are whole."""
+        lines = self._text(path).splitlines(keepends=True)
+        if lines and not lines[-1].endswith("\n"):
+            lines.pop()
+        if not lines:
+            raise ResultsError(f"{path} is empty; {_TORN}")
+        header, *rows = csv.reader(lines)
+        for line, row in enumerate(rows, 2):
+            if len(row) != len(header):
+                raise ResultsError(f"{path}:{line}: expected {len(header)} columns, got {len(row)}; {_TORN}")
+        return header, rows
+
+    def _numbers(self, name: str, column: str, values: Sequence[str], kind: type) -> Any:
+        """A column of numbers; those that are not there are not a number."""
+        try:
+            return np.array([value or "nan" for value in values]).astype(kind)
+        except ValueError as error:
+            raise ResultsError(f"{self.folder / name}: column {column}: {error}; {_TORN}") from None
 
 
 class Frames(Sequence[Any]):

@@ -89,16 +89,15 @@ class Scene:
 
         Raises `SceneError` if `keys` is no dictionary.
         """
-        if not isinstance(keys, (Mapping, type(None))):
-            kind = type(keys).__name__
-            raise SceneError(
-                f"a scene is made of a dictionary of its keys, not of type {kind}; "
-                "Scene.read(path) reads a file"
-            )
-        self.__dict__["_directory"] = Path(directory)
+        given = _keys_of(keys) if keys is not None else {}
+        self.__dict__["_directory"] = Path(directory).absolute()
         self.__dict__["_file"] = None
-        table = _wrapped({"version": 1, **(keys or {}), **more}, "")
-        self.__dict__["_keys"] = table
+        self.__dict__["_keys"] = _wrapped({"version": 1, **given, **more}, "")
+
+    @classmethod
+    def _of(cls, keys: Mapping[str, Any]) -> Scene:
+        """A scene of keys that there must be."""
+        return cls(_keys_of(keys))
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Scene:
@@ -174,41 +173,61 @@ class Scene:
         _engine.written(self._source()[0])
 
     def to_toml(self) -> str:
-        """The scene as the text of a file, every default filled in.
+        """The scene as the text of a file, every default filled in. Meshes of arrays have no
+        path that a text could name: `write` gives them one.
 
         Raises `SceneError`.
         """
-        return _engine.written(self._source()[0])
+        source, meshes = self._source()
+        if meshes:
+            raise SceneError(f"{next(iter(meshes))} is one of arrays, and has no file: write(path) writes it one")
+        return _engine.written(source)
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the scene to a file that `cdem run` takes, every default filled in, and the
-        meshes of arrays beside it, each under the name of its block.
+        meshes of arrays beside it: under the name of the scene and the number of the block, as
+        in wall-1.msh. Earlier files of these names are replaced.
 
-        Raises `SceneError`.
+        Raises `SceneError` and `MeshError`; what is wrong with the scene before there is a file.
         """
         path = Path(path)
         written = self.copy()
-        meshes: dict[int, str] = {}
-        for block in written._keys.get("block", ()):
+        meshes: dict[str, Mesh] = {}
+        names: dict[int, str] = {}
+        for number, block in enumerate(written._keys.get("block", ()), 1):
             mesh = block.get("mesh")
             if isinstance(mesh, (str, os.PathLike)):
                 where = (self._directory / mesh).resolve()
                 block["mesh"] = os.path.relpath(where, path.parent.resolve())
             elif mesh is not None:
-                name = meshes.setdefault(id(mesh), f"{block.get('name', 'mesh')}.msh")
-                Mesh.of(mesh).write(path.parent / name)
-                block["mesh"] = name
-        path.write_text(written.to_toml(), encoding="utf-8")
+                block["mesh"] = names.setdefault(id(mesh), f"{path.stem}-{number}.msh")
+                meshes[block["mesh"]] = Mesh.of(mesh)
+        text = written.to_toml()
+        for name, mesh in meshes.items():
+            mesh.write(path.parent / name)
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise SceneError(f"cannot write the scene {path}: {error}") from None
 
-    def _source(self) -> tuple[_engine.Source, list[tuple[str, _engine.Mesh]]]:
-        """The scene for the engine, and its meshes at hand with their paths."""
+    def _source(self) -> tuple[_engine.Source, dict[str, Mesh]]:
+        """The scene for the engine, and its meshes of arrays by the paths that it has for them."""
         meshes: dict[str, Mesh] = {}
         keys = _plain(self._keys, "", meshes)
         file = self._file
-        if file is not None and file[2] == keys:
-            return _engine.Source(file[0], True, file[1]), []
-        source = _engine.Source(json.dumps(keys), False, self._directory)
-        return source, [(path, mesh._engine_mesh(path)) for path, mesh in meshes.items()]
+        if file is not None and file[2] == keys and not meshes:
+            return _engine.Source(file[0], True, file[1]), {}
+        return _engine.Source(json.dumps(keys), False, self._directory), meshes
+
+
+def _keys_of(keys: Any) -> Mapping[str, Any]:
+    """The keys of a scene, which a dictionary has."""
+    if not isinstance(keys, Mapping):
+        raise SceneError(
+            f"a scene is made of a dictionary of its keys, not of type {type(keys).__name__}; "
+            "Scene.read(path) reads a file"
+        )
+    return keys
 
 
 @cache
@@ -239,7 +258,8 @@ def _wrapped(value: Any, place: str | None) -> Any:
         tables = Tables(_wrapped(inner, place) for inner in value)
         tables._place = place
         return tables
-    return value
+    # What becomes of an array elsewhere is not meant here.
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def _unwrapped(value: Any) -> Any:
@@ -248,13 +268,19 @@ def _unwrapped(value: Any) -> Any:
         return {key: _unwrapped(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
         return [_unwrapped(inner) for inner in value]
-    return value
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def _plain(value: Any, path: str, meshes: dict[str, Mesh]) -> Any:
-    """What JSON can say. Meshes of arrays go to `meshes`, and leave the path they stand under."""
-    if value is None or isinstance(value, (str, bool, int)):
+    """What JSON can say. Meshes of arrays go to `meshes`, and leave a name there."""
+    if isinstance(value, (str, bool, int)):
         return value
+    if value is None:
+        raise SceneError(f"{path}: is None; leave the key out, or delete it, to have its default")
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if re.fullmatch(r"block\[\d+\]\.mesh", path):
+        return _name_of(Mesh.of(value), path, meshes)
     if isinstance(value, (float, np.floating)):
         if not math.isfinite(value):
             raise SceneError(f"{path}: must be a finite number")
@@ -265,15 +291,15 @@ def _plain(value: Any, path: str, meshes: dict[str, Mesh]) -> Any:
         return {key: v for key, v in inner.items() if not (v in ({}, []) and key in (*_TABLES, *_LISTS, "pair"))}
     if isinstance(value, np.ndarray) or isinstance(value, np.generic):
         return _plain(value.tolist(), path, meshes)
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
     if isinstance(value, Sequence):
         return [_plain(v, f"{path}[{i}]", meshes) for i, v in enumerate(value)]
-    if path.endswith(".mesh"):
-        mesh = Mesh.of(value)
-        known = [name for name, other in meshes.items() if other is mesh]
-        name = known[0] if known else f"{mesh.name} {len(meshes) + 1}"
-        meshes[name] = mesh
-        return name
     kind = type(value).__name__
     raise SceneError(f"{path}: a value of type {kind} cannot be part of a scene")
+
+
+def _name_of(mesh: Mesh, path: str, meshes: dict[str, Mesh]) -> str:
+    """What a mesh of arrays that stands under `path` is called."""
+    known = [name for name, other in meshes.items() if other is mesh]
+    name = known[0] if known else f"{mesh.name} of {path.removesuffix('.mesh')}"
+    meshes[name] = mesh
+    return name

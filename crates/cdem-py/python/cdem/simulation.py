@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import operator
 import os
+import warnings
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -65,7 +69,7 @@ class _Blocks(dict[str, Block]):
         raise KeyError(unknown("block", name, self))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Contacts:
     """Contact points, an entry of each array for each of them: the columns of `contacts.csv`."""
 
@@ -103,6 +107,11 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.main)
 
+    def __repr__(self) -> str:
+        pairs = Counter(f"{main}-{target}" for main, target in zip(self.main, self.target, strict=True))
+        most = ", ".join(f"{count} {pair}" for pair, count in pairs.most_common(3))
+        return f"<cdem.Contacts: {len(self)}{': ' if most else ''}{most}{', …' * (len(pairs) > 3)}>"
+
 
 class Simulation:
     """A run of a scene: stepped, looked at, changed between steps.
@@ -117,7 +126,7 @@ class Simulation:
     """
 
     # A misspelt name that is set is an error.
-    __slots__ = ("_run", "_scene_path")
+    __slots__ = ("_meshes", "_run", "_scene_path")
 
     def __init__(
         self,
@@ -135,11 +144,13 @@ class Simulation:
         if isinstance(scene, (str, os.PathLike)):
             scene = Scene.read(scene)
         elif not isinstance(scene, Scene):
-            scene = Scene(scene)
-        source, meshes = scene._source()
+            scene = Scene._of(scene)
+        source, self._meshes = scene._source()
+        meshes = [(path, mesh._engine_mesh(path)) for path, mesh in self._meshes.items()]
         self._run = _engine.Run(source, meshes, _count(threads))
         file = scene._file
-        self._scene_path = file[1] if file is not None else scene.directory / "scene.toml"
+        path = file[1] if file is not None else scene.directory / "scene.toml"
+        self._scene_path = path.absolute()
 
     @classmethod
     def load(
@@ -158,7 +169,8 @@ class Simulation:
         """
         loaded = cls.__new__(cls)
         loaded._run = _engine.Run.load(folder, record, _count(threads))
-        loaded._scene_path = Path(folder) / "scene.toml"
+        loaded._meshes = {}
+        loaded._scene_path = Path(folder).absolute() / "scene.toml"
         return loaded
 
     def __enter__(self) -> Simulation:
@@ -183,14 +195,15 @@ class Simulation:
     # ---- Going on
 
     def step(self, count: int = 1) -> None:
-        """Makes coarse steps, but none beyond the end.
+        """Makes coarse steps, but none beyond the end, of which it warns.
 
         Raises `StepError`, and `ResultsError` if results cannot be written.
         """
-        if count < 0:
-            raise ValueError(f"steps are made forwards: count must be at least 0, got {count}")
-        for _ in range(count):
-            self._run.advance(math.inf, 1, math.inf)
+        for _ in range(_whole("count", count, 0)):
+            _, made = self._run.advance(math.inf, 1, math.inf)
+            if made == 0:
+                self._warn_of_end("no step is made")
+                return
 
     def run(
         self,
@@ -203,7 +216,7 @@ class Simulation:
         """Steps until a time, or to the end.
 
         until: time, s, or text with a unit such as `"0.2 ms"`; the first coarse step at or after
-            it is the last. The end if left out.
+            it is the last. The end if left out; of a time after it, it warns.
         callback: called with the simulation after each step, or after so many; if it returns
             `True` or NumPy's, the run stops there.
         every: coarse steps between two calls.
@@ -213,19 +226,19 @@ class Simulation:
         Ctrl-C stops after the step that is being made: the simulation can be looked at, saved,
         and go on. Raises `StepError`, and `ResultsError` if results cannot be written.
         """
-        if every < 1:
-            raise ValueError(f"every must be at least 1, got {every}")
+        every = _whole("every", every, 1)
+        if callback is not None and not callable(callback):
+            raise TypeError(f"callback must be a function of the simulation, got {callback!r}")
         last = math.inf if until is None else _seconds(until)
-        if not last >= 0.0:
-            raise ValueError(f"until must be a time in seconds, at least 0; got {until}")
+        if self._run.end * (1.0 + 1e-9) < last < math.inf:
+            self._warn_of_end(f"the run stops there, before {until}")
         with Progress(self._run, min(last, self._run.end), progress) as shown:
             left = every
             while True:
-                before = self._run.step_index
                 steps = left if callback is not None else 2**62
-                is_there = self._run.advance(last, steps, _LEG)
+                is_there, made = self._run.advance(last, steps, _LEG)
                 shown.update()
-                left -= self._run.step_index - before
+                left -= made
                 if callback is not None and left == 0:
                     left = every
                     answer = callback(self)
@@ -233,6 +246,12 @@ class Simulation:
                         return
                 if is_there:
                     return
+
+    def _warn_of_end(self, what: str) -> None:
+        end = f"the scene ends at t = {self._run.end:g} s"
+        if self.finished:
+            end = f"the run is at its end, t = {self.time:g} s"
+        warnings.warn(f"{end}: {what}; raise time.end of the scene to go on", stacklevel=3)
 
     @property
     def time(self) -> float:
@@ -263,8 +282,14 @@ class Simulation:
 
     @property
     def scene(self) -> Scene:
-        """The scene as run: every default filled in, loads as they have become."""
-        return Scene.parse(self._run.scene, self._scene_path)
+        """The scene as run: every default filled in, loads as they have become. Of a simulation
+        that was loaded, meshes of arrays are in the checkpoint, not in the scene.
+        """
+        scene = Scene.parse(self._run.scene, self._scene_path)
+        for block in scene.block if self._meshes else ():
+            if block.get("mesh") in self._meshes:
+                block.mesh = self._meshes[block.mesh]
+        return scene
 
     @property
     def warnings(self) -> list[str]:
@@ -367,6 +392,8 @@ class Simulation:
 
         Raises `ValueError` for another name.
         """
+        if name not in (fields := _fields()):
+            raise ValueError(unknown("field", name, fields))
         values, components = self._run.field(name)
         array: npt.NDArray[Any] = values if components == 1 else values.reshape(-1, components)
         return array
@@ -402,28 +429,31 @@ class Simulation:
 
         What is fixed or follows a boundary condition stays as it is. The energy and momentum
         that this brings are counted as external work and impulse. A checkpoint holds what has
-        become of it. Raises `StepError`, and `ValueError` for an unknown block, an array of
-        another shape, or a third component that is not 0 in 2-D.
+        become of it. Raises `ValueError` for an unknown block, an array of another shape, what
+        is no finite number, or a third component that is not 0 in 2-D; `StepError` if the run
+        has stopped itself.
         """
-        velocities = self.velocities
-        chosen = slice(None) if block is None else self._points_of(block)
-        given = np.asarray(values, dtype=np.float64)
-        count = len(velocities[chosen])
-        if given.shape not in ((2,), (3,), (count, 2), (count, 3)):
-            raise ValueError(
-                f"velocities are one vector of 2 or 3 components, or one for each of {count} "
-                f"points, not an array of shape {given.shape}"
-            )
-        if self._run.dimension == 2 and np.any(given[..., 2:] != 0.0):
-            raise ValueError("in 2-D the third component of a velocity must be 0")
-        velocities[chosen, : given.shape[-1]] = given
-        self._run.set_velocities(velocities.ravel())
+        names = () if block is None else self.blocks
+        if block is not None and block not in names:
+            raise ValueError(unknown("block", block, names))
+        given = self._velocities_of(values)
+        self._run.set_velocities(block, given.ravel(), given.shape[-1])
 
-    def _points_of(self, block: str) -> slice:
-        blocks = self.blocks
-        if block not in blocks:
-            raise ValueError(unknown("block", block, blocks))
-        return blocks[block].points
+    def _velocities_of(self, values: npt.ArrayLike) -> Vectors:
+        """One vector, or several, of as many components as velocities may have."""
+        dimension = self._run.dimension
+        given = np.asarray(values)
+        if given.ndim not in (1, 2) or given.shape[-1] not in (dimension, 3):
+            components = "2 or 3 components" if dimension == 2 else "3 components"
+            raise ValueError(
+                f"velocities are one vector of {components}, or one for each point, not an array "
+                f"of shape {given.shape}"
+            )
+        if given.dtype.kind not in "iuf" or not np.all(np.isfinite(given)):
+            raise ValueError("velocities must be finite numbers")
+        if dimension == 2 and np.any(given[..., 2:] != 0.0):
+            raise ValueError("in 2-D the third component of a velocity must be 0")
+        return given.astype(np.float64)
 
     def set_load(
         self,
@@ -469,7 +499,8 @@ class Simulation:
         self, folder: str | os.PathLike[str], *, force: bool = False
     ) -> None:
         """Writes results to a folder from now on, as `cdem run` does; tables begin at this
-        instant. They end with the run, with `close()`, or when the simulation goes.
+        instant. They end with the run, with `close()`, or when the simulation goes. A process
+        that is forked has a copy that writes nothing.
 
         force: replace the results of an earlier run, never anything else.
 
@@ -504,19 +535,40 @@ class Simulation:
         self._run.close()
 
 
+def _whole(name: str, number: int, least: int, most: float = math.inf) -> int:
+    """An argument that counts something."""
+    try:
+        whole = operator.index(number)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, got {number!r}") from None
+    if not least <= whole <= most:
+        bounds = f"at least {least}" if most == math.inf else f"from {least} to {most}"
+        raise ValueError(f"{name} must be {bounds}, got {number}")
+    return whole
+
+
 def _count(threads: int | None) -> int:
-    if threads is not None and not 1 <= threads <= 65535:
-        raise ValueError(f"threads must be from 1 to 65535, got {threads}")
-    return threads or 0
+    return 0 if threads is None else _whole("threads", threads, 1, 65535)
 
 
 def _seconds(until: float | str) -> float:
-    if not isinstance(until, str):
-        return float(until)
+    """A time that may be text with a unit."""
     try:
-        return _engine.seconds(until)
+        seconds = _engine.seconds(until) if isinstance(until, str) else float(until)
     except ValueError as error:
         raise ValueError(f"until: {error}") from None
+    except TypeError:
+        raise TypeError(f"until must be a time in seconds, or text with a unit; got {until!r}") from None
+    if not seconds >= 0.0:
+        raise ValueError(f"until must be a time in seconds, at least 0; got {until}")
+    return seconds
+
+
+@cache
+def _fields() -> list[str]:
+    """Names of fields, as scenes have them."""
+    schema = json.loads(_engine.schema())
+    return [field["const"] for field in schema["$defs"]["Field"]["oneOf"]]
 
 
 def _contacts(rows: dict[str, Any]) -> Contacts:

@@ -71,7 +71,8 @@ pub enum MeshError {
     },
     /// Several different groups have this name.
     #[error(
-        "group \"{name}\" is ambiguous: it is {}; give them different names in the mesh",
+        "group \"{name}\" is ambiguous: it is {}; give them different names in the mesh, \
+         or name the block too, as in \"block.{name}\"",
         origins.join(", and ")
     )]
     AmbiguousGroup {

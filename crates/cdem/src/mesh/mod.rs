@@ -23,6 +23,7 @@ pub(crate) mod tests;
 mod unjoined;
 mod vector;
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -86,33 +87,71 @@ pub(crate) struct Parts {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// The group called `name`.
+    /// The group called `name`, or what of it lies on one block: `block.name`.
     ///
     /// # Errors
     /// If there is none (with the most similar name), if several different
     /// groups of the mesh files have the name, or if it lies on no block.
-    pub fn group(&self, name: &str) -> Result<&Group, MeshError> {
+    pub fn group(&self, name: &str) -> Result<Cow<'_, Group>, MeshError> {
         let named = || self.groups.iter().filter(|group| group.name == name);
-        let used: Vec<_> = named().filter(|group| !group.nodes.is_empty()).collect();
-        match (used.as_slice(), named().next()) {
-            ([group], _) => Ok(group),
-            ([], None) => {
-                let mut known: Vec<_> = self.groups.iter().map(|g| g.name.clone()).collect();
-                known.dedup();
-                Err(MeshError::UnknownGroup {
-                    name: name.to_owned(),
-                    nearest: error::nearest(name, known.iter().map(String::as_str)),
-                    known,
-                })
+        let mut found: Vec<_> = named().map(Cow::Borrowed).collect();
+        if found.is_empty() {
+            found.extend(self.groups_at_blocks(name).map(Cow::Owned));
+        }
+        if found.is_empty() {
+            let mut known: Vec<_> = self.groups.iter().map(|g| g.name.clone()).collect();
+            known.dedup();
+            return Err(MeshError::UnknownGroup {
+                name: name.to_owned(),
+                nearest: error::nearest(name, known.iter().map(String::as_str)),
+                known,
+            });
+        }
+        let origin = found[0].origin.clone();
+        found.retain(|group| !group.nodes.is_empty());
+        if found.len() > 1 {
+            return Err(MeshError::AmbiguousGroup {
+                name: name.to_owned(),
+                origins: found.iter().map(|g| g.origin.clone()).collect(),
+            });
+        }
+        found.pop().ok_or_else(|| MeshError::EmptyGroup {
+            name: name.to_owned(),
+            origin,
+        })
+    }
+
+    /// What blocks have of groups, `name` being that of a block and of a group with a dot
+    /// between them; parts of a split block count as it.
+    fn groups_at_blocks(&self, name: &str) -> impl Iterator<Item = Group> {
+        let dots = name.match_indices('.');
+        let pairs = dots.map(|(dot, _)| (&name[..dot], &name[dot + 1..]));
+        pairs.flat_map(|(block, name)| {
+            let (nodes, elements) = self.extent(block);
+            let named = self.groups.iter().filter(move |group| group.name == name);
+            let is_there = !nodes.is_empty();
+            named
+                .filter(move |_| is_there)
+                .map(move |group| group.within(&nodes, &elements))
+        })
+    }
+
+    /// Nodes and elements of a block, or of all parts of a split one, which lie in a row; none
+    /// if there is no such block.
+    fn extent(&self, name: &str) -> (Range<u32>, Range<u32>) {
+        let mut parts: Vec<&Block> = self.blocks.iter().filter(|b| b.name == name).collect();
+        if parts.is_empty() {
+            let first = self.blocks.iter().find(|block| block.is_part_of(name));
+            let is_beside = |block: &&Block| first.is_some_and(|b| b.source == block.source);
+            parts.extend(self.blocks.iter().filter(is_beside));
+        }
+        match parts.as_slice() {
+            [] => (0..0, 0..0),
+            [first, ..] => {
+                let last = parts[parts.len() - 1];
+                let nodes = first.nodes.start..last.nodes.end;
+                (nodes, first.elements.start..last.elements.end)
             }
-            ([], Some(empty)) => Err(MeshError::EmptyGroup {
-                name: name.to_owned(),
-                origin: empty.origin.clone(),
-            }),
-            (several, _) => Err(MeshError::AmbiguousGroup {
-                name: name.to_owned(),
-                origins: several.iter().map(|g| g.origin.clone()).collect(),
-            }),
         }
     }
 }
@@ -176,6 +215,17 @@ pub struct Block {
     pub elements: Range<u32>,
 }
 
+impl Block {
+    /// Whether it is one of the parts of the split block of this name.
+    fn is_part_of(&self, name: &str) -> bool {
+        let number = self
+            .name
+            .strip_prefix(name)
+            .and_then(|n| n.strip_prefix('.'));
+        number.is_some_and(|number| number.parse::<usize>().is_ok())
+    }
+}
+
 /// A facet of an element: an edge in 2-D, a face in 3-D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Facet {
@@ -198,6 +248,23 @@ pub struct Group {
     pub origin: String,
     /// What else its nodes lie on.
     pub(crate) inside: Inside,
+}
+
+impl Group {
+    /// What of it lies on some nodes and elements; for loads and boundary conditions, which
+    /// need not know what is inside.
+    fn within(&self, nodes: &Range<u32>, elements: &Range<u32>) -> Self {
+        let on_nodes = self.nodes.iter().filter(|node| nodes.contains(node));
+        let facets = self.facets.iter();
+        let on_elements = facets.filter(|facet| elements.contains(&facet.element));
+        Self {
+            name: self.name.clone(),
+            nodes: on_nodes.copied().collect(),
+            facets: on_elements.copied().collect(),
+            origin: self.origin.clone(),
+            inside: Inside::default(),
+        }
+    }
 }
 
 /// What nodes of a group lie on that is no boundary facet: new nodes there belong to it.

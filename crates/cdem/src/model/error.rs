@@ -28,7 +28,7 @@ pub enum ModelError {
     /// A load needs facets.
     #[error(
         "group \"{group}\" has no boundary facets of a block that may move; a load acts on \
-         a physical group of edges (2-D) or faces (3-D) on the boundary"
+         a physical group of edges (2-D) or faces (3-D) on the boundary, or of elements that have some"
     )]
     NoFacets {
         /// Key of the scene.

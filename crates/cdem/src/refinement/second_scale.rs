@@ -11,7 +11,7 @@ use super::impacts::Impacts;
 use super::refined::refined;
 use super::zone::{GENTLE, GRADING, Zone};
 use crate::mesh::{Block, Mesh};
-use crate::number::{short, significant};
+use crate::number::{quantity, short, significant};
 use crate::scene::Zone as Extent;
 use crate::step::levels::MAX_LEVEL;
 use crate::vector::norm;
@@ -319,11 +319,11 @@ impl<const D: usize> SecondScale<D> {
             let [a, b] = found.blocks.map(|block| name(block as usize));
             format!(
                 "collisions that were foreseen to lose more than `energy_loss` = {} at the first \
-                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {:.4e} s, at {} m/s, to \
+                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {}, at {} m/s, to \
                  lose {} at most)",
                 short(self.energy_loss),
                 found.count,
-                found.time,
+                quantity(found.time, "s"),
                 significant(found.speed, 3),
                 significant(found.share, 2)
             )

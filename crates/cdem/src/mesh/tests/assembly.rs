@@ -307,6 +307,48 @@ fn group_names_are_checked_when_they_are_used() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
+#[test]
+fn a_group_may_be_asked_of_one_block() {
+    let raw = Plan::new(&[[0., 0.], [1., 0.], [0., 1.]])
+        .triangle([0, 1, 2], "base")
+        .edge([1, 2], "slope")
+        .raw;
+    let blocks = ["b", "b.c", "b2"].map(|name| block(name, file("m", None)));
+    let mesh = blocks_of::<2>(&raw, blocks.into()).expect("blocks");
+    let nodes = |name: &str| mesh.group(name).expect("a group").nodes.clone();
+    assert_eq!(nodes("slope"), [1, 2, 4, 5, 7, 8]);
+    assert_eq!(nodes("b.slope"), [1, 2]);
+    assert_eq!(nodes("b.c.slope"), [4, 5]);
+    assert_eq!(nodes("b2.slope"), [7, 8]);
+    assert_eq!(nodes("b2.base"), [6, 7, 8]);
+    let of_facets = mesh.group("b.c.slope").expect("a group").facets.clone();
+    assert_eq!(of_facets.len(), 1);
+    assert_eq!(of_facets[0].element, 1);
+    for wrong in ["b3.slope", "b.slop", "slope.b", ".slope", "b."] {
+        mesh.group(wrong).expect_err("no such block or group");
+    }
+}
+
+#[test]
+fn parts_of_a_split_block_have_its_groups() {
+    let raw = Plan::new(&[[0., 0.], [1., 0.], [0., 1.], [2., 0.], [3., 0.], [2., 1.]])
+        .triangle([0, 1, 2], "base")
+        .triangle([3, 4, 5], "base")
+        .edge([0, 1], "foot")
+        .edge([3, 4], "foot")
+        .raw;
+    let split = Block {
+        split: Split::Components,
+        ..block("b", file("m", None))
+    };
+    let other = block("c", file("m", None));
+    let mesh = blocks_of::<2>(&raw, vec![other, split]).expect("blocks");
+    let nodes = |name: &str| mesh.group(name).expect("a group").nodes.clone();
+    assert_eq!(nodes("b.foot"), [6, 7, 9, 10]);
+    assert_eq!(nodes("b.2.foot"), [9, 10]);
+    assert_eq!(nodes("c.foot"), [0, 1, 3, 4]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 

@@ -251,7 +251,7 @@ pub(crate) struct Cuboid {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Boundary {
-    /// Physical group of nodes, edges or faces.
+    /// Physical group of nodes, edges or faces. `block.group`: what one block has of it.
     pub(crate) group: Option<String>,
     /// Instead of a group: a block, with all its parts.
     pub(crate) block: Option<String>,
@@ -290,7 +290,8 @@ pub(crate) struct Components {
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["group"]))]
 pub(crate) struct Load {
-    /// Physical group of edges (2-D) or faces (3-D).
+    /// Physical group of edges (2-D) or faces (3-D), or of elements: their sides on the boundary.
+    /// `block.group`: what one block has of it.
     pub(crate) group: Option<String>,
     /// Pressure, Pa, a number or a table [[time, value], …]; inward positive;
     /// follows normal and area.
