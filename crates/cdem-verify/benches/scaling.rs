@@ -3,14 +3,15 @@
 //!
 //! `cargo bench -p cdem-verify --bench scaling` goes to a million elements and ten thousand
 //! stones, `-- all` to five million and a hundred thousand (some 3 GB, and minutes), each on
-//! one thread and on all. Writes `target/bench/scaling.json` too.
+//! one thread and on all; `-- stones` leaves out the bodies. Writes `target/bench/scaling.json`
+//! too, with the share of each stage.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
 use cdem_verify::timing::{Timed, keep, step};
-use cdem_verify::{Body, Random, SEED, box_around, load, stones_of};
+use cdem_verify::{columns, load};
 use serde_json::{Value, json};
 
 /// Elements of a body, about; the last with `all` alone.
@@ -27,14 +28,20 @@ const MESHED: (usize, usize) = (10, 5);
 const WARM_UP: u64 = 50;
 
 fn main() -> std::io::Result<()> {
-    let all = std::env::args().any(|word| word == "all");
+    let has = |wanted: &str| std::env::args().any(|word| word == wanted);
+    let all = has("all");
     let sizes = |count: usize| if all { count } else { count - 1 };
     println!(
         "{:28} {:>9} {:>9} {:>8} {:>12} {:>7}",
         "what", "size", "contacts", "threads", "a second", "ratio"
     );
     let mut rows = Vec::new();
-    for elements in &ELEMENTS[..sizes(ELEMENTS.len())] {
+    let bodies = if has("stones") {
+        0
+    } else {
+        sizes(ELEMENTS.len())
+    };
+    for elements in &ELEMENTS[..bodies] {
         let case = Series {
             what: "updates of a body",
             start: &|| body(*elements),
@@ -54,7 +61,7 @@ fn main() -> std::io::Result<()> {
             } else {
                 "steps of meshed stones"
             },
-            start: &|| columns(along, stories, pieces),
+            start: &|| standing(along, stories, pieces),
             is_enough: &|steps, spent| steps >= 20 && spent > 5.0,
             rate: &|_, timed| (count, timed.block_rate(count)),
         };
@@ -75,17 +82,22 @@ struct Series<'a> {
 impl Series<'_> {
     fn measure(&self, rows: &mut Vec<Value>) {
         let all = std::thread::available_parallelism().map_or(1, usize::from);
-        let mut alone = None;
+        let mut alone: Option<(u64, f64)> = None;
         for threads in if all > 1 { vec![1, all] } else { vec![1] } {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.unwrap_or_else(|error| panic!("{error}"));
-            let (size, contacts, rate) = pool.install(|| {
+            let (size, contacts, rate, timed) = pool.install(|| {
                 let mut simulation = (self.start)();
-                let timed = Timed::of(&mut simulation, self.is_enough);
+                // The same steps on all threads: others may have other impacts.
+                let timed = Timed::of(&mut simulation, |steps, spent| match alone {
+                    Some((wanted, _)) => steps >= wanted,
+                    None => (self.is_enough)(steps, spent),
+                });
                 let (size, rate) = (self.rate)(&simulation, &timed);
-                (size, simulation.live_contacts().len(), rate)
+                let contacts = simulation.live_contacts().len();
+                (size, contacts, rate, timed)
             });
-            let ratio = rate / *alone.get_or_insert(rate);
+            let ratio = rate / alone.get_or_insert((timed.steps, rate)).1;
             println!(
                 "{:28} {size:9} {contacts:9} {threads:8} {rate:12.3e} {ratio:7.2}",
                 self.what
@@ -97,6 +109,7 @@ impl Series<'_> {
                 "threads": threads,
                 "per_second": rate,
                 "over_one_thread": ratio,
+                "share_of_stages": timed.shares(),
             }));
         }
     }
@@ -111,45 +124,11 @@ fn body(elements: f64) -> Simulation {
     case.start()
 }
 
-/// Columns of stones, wide and narrow in turn, each turned a little, that have come to bear.
-fn columns(along: usize, stories: usize, pieces: usize) -> Simulation {
-    let mut case = load("rocks-in-a-box");
-    box_around(&mut case, [along, along, stories]);
-    let mut random = Random(SEED);
-    let places =
-        (0..along * along * stories).map(|i| [i % along, i / along % along, i / along / along]);
-    let stones: Vec<Body> = places
-        .map(|place| stone(place, pieces, &mut random))
-        .collect();
-    let mut simulation = case.start_from(|_| stones_of(stones.iter().cloned()));
+/// Columns of stones that have come to bear.
+fn standing(along: usize, stories: usize, pieces: usize) -> Simulation {
+    let mut simulation = columns(along, stories, pieces);
     for _ in 0..WARM_UP {
         step(&mut simulation);
     }
     simulation
-}
-
-/// A stone of a column, 1 m high.
-fn stone(place: [usize; 3], pieces: usize, random: &mut Random) -> Body {
-    let half = if place[2].is_multiple_of(2) {
-        0.45
-    } else {
-        0.4
-    };
-    let [x, y, z] = place.map(|k| k as f64);
-    let (sin, cos) = random.between(-0.05, 0.05).sin_cos();
-    let corners = [0.0, 1.0].iter().flat_map(|up| {
-        let around = [(-half, -half), (half, -half), (half, half), (-half, half)];
-        around.map(|(a, b)| {
-            [
-                x + 0.5 + cos * a - sin * b,
-                y + 0.5 + sin * a + cos * b,
-                z + up,
-            ]
-        })
-    });
-    Body {
-        kind: ElementKind::Hex8,
-        corners: corners.collect(),
-        pieces,
-    }
 }

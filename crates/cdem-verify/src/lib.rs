@@ -3,6 +3,7 @@
 //! judge a run of them.
 
 mod balance;
+mod columns;
 pub mod fit;
 mod halving;
 mod overlap;
@@ -25,6 +26,7 @@ use cdem::scene::{Geometry, Scene};
 use cdem::{AnyMesh, Simulation};
 
 pub use balance::Balance;
+pub use columns::columns;
 pub use overlap::deepest_overlap;
 pub use pieces::{Body, mesh_of, stones_of};
 pub use random::Random;

@@ -85,6 +85,36 @@ impl Stopwatch {
         }
     }
 
+    /// A watch for another thread, that goes if this one does.
+    pub(crate) fn beside(&self) -> Self {
+        Self {
+            last: self.last.map(|_| Instant::now()),
+            ..Self::default()
+        }
+    }
+
+    /// The time since the last call goes to stages as that of others does, of whatever threads.
+    pub(crate) fn lap_as<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
+        let Some(last) = &mut self.last else {
+            return;
+        };
+        let now = Instant::now();
+        let since = now - *last;
+        *last = now;
+        let of = |stage: usize| {
+            others
+                .clone()
+                .map(|other| other.spent[stage])
+                .sum::<Duration>()
+        };
+        let all: Duration = (0..self.spent.len()).map(of).sum();
+        if all > Duration::ZERO {
+            for stage in 0..self.spent.len() {
+                self.spent[stage] += since.mul_f64(of(stage).div_duration_f64(all));
+            }
+        }
+    }
+
     /// What a stage has had so far.
     pub(crate) fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]

@@ -11,7 +11,7 @@ use crate::contact::island::Setting;
 use crate::contact::live::Live;
 use crate::contact::overlaps::ordered;
 use crate::contact::surface::{Pair, Positions, Surface};
-use crate::model::motion::Motion;
+use crate::model::motion::Kicked;
 use crate::vector::norm;
 
 /// How far from a touch the main feature of a contact may be that says the same, over
@@ -49,7 +49,7 @@ impl<'a, const D: usize> Closed<'a, D> {
     pub(super) fn new(
         live: &'a [Live<D>],
         surface: &dyn Surface<D>,
-        (motion, at): (&Motion<D>, Positions<D>),
+        (motion, at): (&Kicked<D>, Positions<D>),
     ) -> Self {
         let place = |live: &'a Live<D>| Place {
             blocks: ordered(live.record.blocks),
@@ -78,7 +78,7 @@ impl<'a, const D: usize> Closed<'a, D> {
     pub(super) fn beside(
         &self,
         setting: &Setting<D>,
-        (motion, at): (&Motion<D>, Positions<D>),
+        (motion, at): (&Kicked<D>, Positions<D>),
         pair: Pair,
         duration: f64,
     ) -> impl Iterator<Item = &'a Live<D>> + Clone {
@@ -134,7 +134,7 @@ fn around_nodes<const D: usize>(
 /// The largest speed of nodes, m/s.
 fn fastest<'a, const D: usize>(
     nodes: impl IntoIterator<Item = &'a u32>,
-    motion: &Motion<D>,
+    motion: &Kicked<D>,
 ) -> f64 {
     let speeds = nodes
         .into_iter()

@@ -5,13 +5,14 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::contact::island::{AGAIN, Books, Island, MISS, Receive, Setting};
+use crate::contact::island::{AGAIN, Books, Island, MISS, Setting};
 use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::solve::{Constraint, RESIDUAL, shear_norm};
 use crate::contact::surface::{Pair, Positions};
 use crate::contact::system::SHARE;
 use crate::contact::touches::{Touches, Wanted};
-use crate::model::motion::Motion;
+use crate::model::motion::Kicked;
+use crate::vector::sub;
 
 /// Share of its contacts, one in so many, that must sink in for those closed before in the
 /// same kick to have the island solved once more. Fewer wait for the next kick: those are
@@ -27,12 +28,30 @@ struct Hold<const D: usize> {
     /// How often that has been asked for.
     again: usize,
     /// Nodes that they move, and their velocities before, m/s.
-    start: Vec<(u32, [f64; D])>,
+    start: AtNodes<D>,
+}
+
+/// Vectors at some nodes.
+pub(super) type AtNodes<const D: usize> = Vec<(u32, [f64; D])>;
+
+/// What has become of the contacts of an island in a kick.
+#[derive(Clone)]
+pub(super) struct Held<const D: usize> {
+    /// Contacts that have ended.
+    pub(super) ended: Vec<Record>,
+    /// Velocities of nodes of the island, m/s.
+    pub(super) velocity: AtNodes<D>,
+    /// Changes of the velocities of other nodes, m/s: of those that a contact has slid on to.
+    pub(super) beyond: AtNodes<D>,
+    /// What has been solved.
+    pub(super) constraints: Vec<Constraint<D>>,
+    /// Energies, and other sums.
+    pub(super) books: Books,
 }
 
 impl<const D: usize> Hold<D> {
     /// Gives the nodes the velocities that they had before.
-    fn undo(&self, motion: &mut Motion<D>) {
+    fn undo(&self, motion: &mut Kicked<D>) {
         for (node, velocity) in &self.start {
             motion.velocity[*node as usize] = *velocity;
         }
@@ -43,30 +62,30 @@ impl<const D: usize> Island<D> {
     /// After the kick of a substep: the impulses that keep closed pairs
     /// together, (11), or part them, (6)–(10). `before` are the velocities
     /// before the kick of `interval` seconds at `time`, which precedes a drift
-    /// of `drift` seconds.
-    pub(crate) fn hold(
+    /// of `drift` seconds. What comes of it goes to `books` and what is returned; velocities
+    /// stay.
+    pub(super) fn hold(
         &mut self,
         setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        motion: &mut Kicked<D>,
         before: &[[f64; D]],
         (time, interval, drift): (f64, f64, f64),
-        receive: Receive<D>,
-        books: &mut Books,
-    ) -> Vec<Record> {
+        mut books: Books,
+    ) -> Held<D> {
         let mut ended = Vec::new();
-        self.follow(setting, motion.positions(), &mut ended, books);
+        self.follow(setting, motion.positions(), &mut ended, &mut books);
         let timing = (time, interval, drift);
         let mut touches = std::mem::take(&mut self.touches);
-        let constraints = self.solve_held(setting, motion, &mut touches, timing, books);
+        let hold = self.solve_held(setting, motion, &mut touches, timing, &mut books);
+        let constraints = &hold.constraints;
         let least = setting.least_speed(drift);
-        for (live, constraint) in self.live.iter_mut().zip(&constraints) {
+        for (live, constraint) in self.live.iter_mut().zip(constraints) {
             let operator = &constraint.operator;
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);
             live.fresh = false;
             (live.impulse, live.interval) = (constraint.impulse, interval);
             live.record.count(&[0.0; D], &constraint.impulse);
-            operator.deliver(&constraint.impulse, &mut *receive);
             if constraint.slips(motion.velocity, least) {
                 live.slide();
                 live.record.slip += shear_norm(&new) * drift;
@@ -91,7 +110,31 @@ impl<const D: usize> Island<D> {
         });
         touches.go_on(self, setting, motion, (drift, !ended.is_empty()));
         self.touches = touches;
-        ended
+        let (velocity, beyond) = self.moved(&hold.start, motion.velocity);
+        hold.undo(motion);
+        Held {
+            ended,
+            velocity,
+            beyond,
+            constraints: hold.constraints,
+            books,
+        }
+    }
+
+    /// New velocities of nodes of the island, and by how much those of others are new, m/s;
+    /// both by nodes, as their velocities at the `start` are.
+    fn moved(&self, start: &[(u32, [f64; D])], velocity: &[[f64; D]]) -> (AtNodes<D>, AtNodes<D>) {
+        let mut nodes = self.nodes.iter().peekable();
+        let (mut own, mut beyond) = (Vec::with_capacity(start.len()), Vec::new());
+        for (node, old) in start {
+            while nodes.next_if(|own| *own < node).is_some() {}
+            let new = &velocity[*node as usize];
+            match nodes.next_if_eq(&node) {
+                Some(_) => own.push((*node, *new)),
+                None => beyond.push((*node, sub(new, old))),
+            }
+        }
+        (own, beyond)
     }
 
     /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
@@ -147,11 +190,11 @@ impl<const D: usize> Island<D> {
     fn solve_held(
         &mut self,
         setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        motion: &mut Kicked<D>,
         touches: &mut Touches,
         (time, interval, drift): (f64, f64, f64),
         books: &mut Books,
-    ) -> Vec<Constraint<D>> {
+    ) -> Hold<D> {
         let mut hold = Hold::default();
         let precision = (RESIDUAL, self.precision(setting, motion.positions(), drift));
         let mut before: Option<Vec<[f64; D]>> = None;
@@ -171,10 +214,10 @@ impl<const D: usize> Island<D> {
                     0
                 }
             };
-            before = Some(self.velocities(motion));
+            before = Some(self.velocities(motion.velocity));
             let closes = self.close_touching(setting, motion, touches, (time, drift, least), books);
             if !closes && !self.break_joints(setting, motion, &mut hold, (interval, drift)) {
-                return hold.constraints;
+                return hold;
             }
             hold.undo(motion);
         }
@@ -184,7 +227,7 @@ impl<const D: usize> Island<D> {
     fn ask_of_new(
         &mut self,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         hold: &mut Hold<D>,
         (interval, drift): (f64, f64),
         books: &mut Books,
@@ -209,7 +252,7 @@ impl<const D: usize> Island<D> {
     fn solve_for_gaps(
         &mut self,
         setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        motion: &mut Kicked<D>,
         hold: &mut Hold<D>,
         (precision, drift): ((f64, f64), f64),
         books: &mut Books,
@@ -240,7 +283,7 @@ impl<const D: usize> Island<D> {
     fn close_touching(
         &mut self,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         touches: &mut Touches,
         (time, drift, least): (f64, f64, usize),
         books: &mut Books,
@@ -263,7 +306,7 @@ impl<const D: usize> Island<D> {
     fn break_joints(
         &mut self,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         hold: &mut Hold<D>,
         (interval, drift): (f64, f64),
     ) -> bool {
@@ -288,7 +331,7 @@ impl<const D: usize> Island<D> {
     fn misses(
         &self,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         drift: f64,
         constraints: &[Constraint<D>],
     ) -> Option<Vec<f64>> {

@@ -160,6 +160,29 @@ impl Books {
         unsolved.into_iter().chain(hurried)
     }
 
+    /// Empty ones of the same kind, for another thread.
+    pub(super) fn beside(&self) -> Self {
+        Self {
+            at: self.at,
+            watch: self.watch.beside(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds others, that have been kept since the last lap on any number of threads.
+    pub(super) fn add<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
+        for other in others.clone() {
+            self.impact_loss += other.impact_loss;
+            self.friction_loss += other.friction_loss;
+            self.fracture_loss += other.fracture_loss;
+            self.touches += other.touches;
+            self.unsolved += other.unsolved;
+            self.residual = self.residual.max(other.residual);
+            self.hurried += other.hurried;
+        }
+        self.watch.lap_as(others.map(|other| &other.watch));
+    }
+
     /// Counts the time of work for a solve.
     pub(super) fn solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
         self.watch.lap(Stage::Geometry);
@@ -261,13 +284,13 @@ impl<const D: usize> Island<D> {
                 begun += self.touch(setting, moment, pair, time + elapsed);
             }
             books.touches += begun;
-            let before = self.velocities(motion);
+            let before = self.velocities(motion.velocity);
             let drift = (duration, duration - elapsed);
             self.meet(setting, motion, drift, bodies, receive, books);
             touches.update(
                 self,
                 setting,
-                motion,
+                &motion.kicked(),
                 (&before, begun > 0),
                 (Wanted::InDrift, (elapsed, duration)),
             );
@@ -313,8 +336,8 @@ impl<const D: usize> Island<D> {
     }
 
     /// Velocities of the nodes, m/s.
-    pub(super) fn velocities(&self, motion: &Motion<D>) -> Vec<[f64; D]> {
-        let of = |&node: &u32| motion.velocity[node as usize];
+    pub(super) fn velocities(&self, velocity: &[[f64; D]]) -> Vec<[f64; D]> {
+        let of = |&node: &u32| velocity[node as usize];
         self.nodes.iter().map(of).collect()
     }
 

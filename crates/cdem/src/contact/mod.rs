@@ -40,6 +40,7 @@ mod solve;
 mod solve_tests;
 pub(crate) mod surface;
 mod system;
+mod together;
 mod touches;
 
 use island::{Bodies, Books, Island, Receive, Setting};
@@ -48,6 +49,7 @@ use live::{Live, Moment, Record};
 use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
+use together::Due;
 
 use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
@@ -342,23 +344,11 @@ impl<const D: usize> Contacts<D> {
     ) {
         self.books.watch.skip();
         let setting = self.terms.setting(inertia);
-        for island in &mut self.islands {
-            let Some(timing) = island.nodes.first().and_then(|&node| timing(node)) else {
-                continue;
-            };
-            let books = &mut self.books;
-            let ended = match self.model {
-                ContactModel::Penalty => {
-                    island.press(&setting, motion, before, (time, timing.0), receive, books)
-                }
-                _ => {
-                    let timing = (time, timing.0, timing.1);
-                    island.hold(&setting, motion, before, timing, receive, books)
-                }
-            };
-            let ended = ended.into_iter();
-            self.ended.extend(ended.map(|record| record.ended(time)));
-        }
+        let kick = (before, time, timing);
+        let (islands, books) = (&mut self.islands, &mut self.books);
+        let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
+        self.ended
+            .extend(ended.into_iter().map(|record| record.ended(time)));
         self.books.watch.lap(Stage::Geometry);
     }
 
@@ -377,26 +367,11 @@ impl<const D: usize> Contacts<D> {
             at: Velocity::Before,
             ..Books::default()
         };
-        for island in &self.islands {
-            let Some(timing) = island.nodes.first().and_then(|&node| timing(node)) else {
-                continue;
-            };
-            let mut island = island.clone();
-            match self.model {
-                ContactModel::Penalty => drop(island.press(
-                    &setting,
-                    motion,
-                    before,
-                    (0.0, timing.0),
-                    receive,
-                    &mut books,
-                )),
-                _ => {
-                    let timing = (0.0, timing.0, timing.1);
-                    drop(island.hold(&setting, motion, before, timing, receive, &mut books));
-                }
-            }
-        }
+        let islands = &mut self.islands.clone();
+        let kick = (before, 0.0, timing);
+        hold_all(
+            self.model, islands, &setting, motion, kick, receive, &mut books,
+        );
         books
     }
 
@@ -542,6 +517,38 @@ impl<const D: usize> Contacts<D> {
             _ => 0.0,
         }
     }
+}
+
+/// Contact forces of the islands that are due in a kick: velocities before it, its time, s, and
+/// timing. Returns the contacts that have ended.
+fn hold_all<const D: usize>(
+    model: ContactModel,
+    islands: &mut [Island<D>],
+    setting: &Setting<D>,
+    motion: &mut Motion<D>,
+    (before, time, timing): (&[[f64; D]], f64, Timing),
+    receive: Receive<D>,
+    books: &mut Books,
+) -> Vec<Record> {
+    let due = islands.iter_mut().filter_map(|island| {
+        let (interval, drift) = timing(*island.nodes.first()?)?;
+        Some(Due {
+            island,
+            interval,
+            drift,
+        })
+    });
+    if model == ContactModel::Penalty {
+        let press = |due: Due<D>| {
+            let interval = (time, due.interval);
+            let island = due.island;
+            island.press(setting, motion, before, interval, &mut *receive, books)
+        };
+        return due.flat_map(press).collect();
+    }
+    let mut due: Vec<_> = due.collect();
+    let motion = &mut motion.kicked();
+    together::hold(&mut due, setting, motion, (before, time), receive, books)
 }
 
 /// Mass-proportional damping of a block of the scene, 1/s.

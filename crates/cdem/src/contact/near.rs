@@ -19,7 +19,7 @@
 use std::ops::Range;
 
 use crate::contact::surface::{Pair, Surface};
-use crate::model::motion::Motion;
+use crate::model::motion::Kicked;
 use crate::vector::dot;
 
 /// What round-off may add to distances and ways, over the tolerance; it is far
@@ -158,7 +158,7 @@ impl Near {
     }
 
     /// Takes the speeds of now, of the `nodes` of the island.
-    pub(super) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &Motion<D>) {
+    pub(super) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &Kicked<D>) {
         for body in &mut self.bodies {
             let velocities = nodes[body.nodes.clone()].iter();
             let velocities = velocities.map(|&node| &motion.velocity[node as usize]);

@@ -9,7 +9,7 @@ use crate::contact::orientation::Slack;
 use crate::contact::rightful::rightful;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::SHARE;
-use crate::model::motion::Motion;
+use crate::model::motion::Kicked;
 use crate::vector::{norm, sub};
 
 /// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th
@@ -73,7 +73,7 @@ impl Touches {
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         duration: f64,
     ) {
         self.touch.clear();
@@ -88,7 +88,7 @@ impl Touches {
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         (duration, parted): (f64, bool),
     ) {
         let is_open = |touch: Touch| match touch {
@@ -153,7 +153,7 @@ impl Touches {
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         (before, has_begun): (&[[f64; D]], bool),
         (wanted, interval): (Wanted, (f64, f64)),
     ) {
@@ -179,7 +179,7 @@ impl Touches {
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
-        motion: &Motion<D>,
+        motion: &Kicked<D>,
         (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
         again: impl Fn(&[u32], Touch, Pair) -> bool,
     ) {
@@ -256,7 +256,7 @@ enum Look {
 /// far apart its features are now, m, or less.
 fn look_at<const D: usize>(
     setting: &Setting<D>,
-    (motion, at): (&Motion<D>, Positions<D>),
+    (motion, at): (&Kicked<D>, Positions<D>),
     pair: Pair,
     (wanted, remaining): (Wanted, f64),
 ) -> (Look, f64) {
@@ -289,7 +289,7 @@ fn look_at<const D: usize>(
 fn touch<const D: usize>(
     closed: &Closed<D>,
     setting: &Setting<D>,
-    (motion, at): (&Motion<D>, Positions<D>),
+    (motion, at): (&Kicked<D>, Positions<D>),
     pair: Pair,
     (span, elapsed, duration): (f64, f64, f64),
 ) -> Touch {
@@ -353,7 +353,7 @@ fn owner<'a, const D: usize>(
 
 /// Most by which the nodes of the two features move against each other, m/s:
 /// their velocities as seen from one of them.
-fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &Motion<D>, pair: Pair) -> f64 {
+fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &Kicked<D>, pair: Pair) -> f64 {
     let of = |node: &u32| &motion.velocity[*node as usize];
     let (main, target) = (
         surface.main_nodes(pair.main),

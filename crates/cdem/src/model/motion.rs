@@ -17,10 +17,44 @@ pub(crate) struct Motion<'a, const D: usize> {
     pub(crate) velocity: &'a mut [[f64; D]],
 }
 
+/// Nodes between a kick and the drift after it: where they are, and how they are about to move.
+pub(crate) struct Kicked<'a, const D: usize> {
+    /// Current positions.
+    at: Positions<'a, D>,
+    /// Velocities, m/s.
+    pub(crate) velocity: &'a mut [[f64; D]],
+}
+
+impl<'a, const D: usize> Kicked<'a, D> {
+    /// Other velocities at the same positions.
+    pub(crate) fn with<'b>(&self, velocity: &'b mut [[f64; D]]) -> Kicked<'b, D>
+    where
+        'a: 'b,
+    {
+        Kicked {
+            at: self.at,
+            velocity,
+        }
+    }
+
+    /// Current positions.
+    pub(crate) fn positions(&self) -> Positions<'a, D> {
+        self.at
+    }
+}
+
 impl<const D: usize> Motion<'_, D> {
     /// Current positions.
     pub(crate) fn positions(&self) -> Positions<'_, D> {
         Positions::new(self.rest, self.displacement)
+    }
+
+    /// Nodes that do not move for now.
+    pub(crate) fn kicked(&mut self) -> Kicked<'_, D> {
+        Kicked {
+            at: Positions::new(self.rest, self.displacement),
+            velocity: self.velocity,
+        }
     }
 
     /// Moves `nodes` for `duration` at constant velocities, in compensated

@@ -76,8 +76,11 @@ const HELD_IN_MOTION: f64 = 4.0;
 const SERVES: f64 = 11.0;
 const SERVES_AT_REST: f64 = 500.0;
 
-/// Pairs that a thread looks at in a row.
+/// Pairs that a thread looks at in a row, pairs of which it sees whether it has to, and blocks
+/// of which it does.
 const AT_ONCE: usize = 256;
+const AT_A_GLANCE: usize = 8192;
+const BLOCKS_AT_ONCE: usize = 16;
 
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -92,6 +95,15 @@ struct Candidate {
     lacks: f64,
     /// Ways of both blocks up to which it counts as near, m; below 0 if it is not.
     held: f64,
+}
+
+/// Numbers of candidates, rising.
+#[derive(Default)]
+struct Glance {
+    /// Near for as far as their blocks have gone.
+    held: Vec<u32>,
+    /// To be looked at.
+    open: Vec<u32>,
 }
 
 /// What a search needs to know of the blocks.
@@ -379,24 +391,42 @@ impl<const D: usize> Search<D> {
     }
 
     fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        self.near.clear();
-        self.near.resize(self.candidates.len(), false);
-        self.found.clear();
         let ahead = self.blocks.iter();
         let ahead = ahead.map(|reach| reach.ahead(blocks.tolerance));
         let ahead: Vec<Ahead> = ahead.collect();
-        let mut numbers = Vec::new();
-        for (number, candidate) in (0..).zip(&self.candidates) {
-            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-            if a.way + b.way <= candidate.held {
-                self.near[number as usize] = true;
-                self.found.push(number);
-            } else if candidate.may_be_near(a, b) {
-                numbers.push(number);
-            }
+        let looked_at = self.glance(&ahead);
+        self.near.clear();
+        self.near.resize(self.candidates.len(), false);
+        self.found.clear();
+        for number in looked_at.iter().flat_map(|some| &some.held) {
+            self.near[*number as usize] = true;
+            self.found.push(*number);
         }
+        let numbers: Vec<u32> = looked_at
+            .iter()
+            .flat_map(|some| &some.open)
+            .copied()
+            .collect();
         let formed = blocks.surface.form(at, numbers.len());
         self.look(blocks, at.with(formed.as_ref()), &numbers);
+    }
+
+    /// What the ways of blocks tell of the candidates, some after the other.
+    fn glance(&self, ahead: &[Ahead]) -> Vec<Glance> {
+        let of_some = |(part, candidates): (usize, &[Candidate])| {
+            let mut glance = Glance::default();
+            for (number, candidate) in ((part * AT_A_GLANCE) as u32..).zip(candidates) {
+                let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+                if a.way + b.way <= candidate.held {
+                    glance.held.push(number);
+                } else if candidate.may_be_near(a, b) {
+                    glance.open.push(number);
+                }
+            }
+            glance
+        };
+        let some = self.candidates.par_chunks(AT_A_GLANCE).enumerate();
+        some.map(of_some).collect()
     }
 
     /// Finds out which of these candidates are near.
@@ -441,18 +471,18 @@ impl<const D: usize> Search<D> {
         let mut largest: Vec<f64> = self.blocks.iter().map(|reach| reach.share).collect();
         let mut joined = 0;
         while joined < self.found.len() {
-            for &number in &self.found[joined..] {
-                let of = self.candidates[number as usize].blocks;
+            for of in self.blocks_near(joined) {
                 if of.iter().all(|&block| !blocks.fixed[block as usize]) {
                     let [a, b] = of.map(|block| largest[together.root(block) as usize]);
                     together.join(of[0], of[1]);
                     largest[together.root(of[0]) as usize] = a.max(b);
                 }
             }
+            together.flatten();
             joined = self.found.len();
             let mut raised = Vec::new();
-            for &number in &self.found {
-                for block in self.candidates[number as usize].blocks {
+            for of in self.blocks_near(0) {
+                for block in of {
                     let share = &mut self.blocks[block as usize].share;
                     let most = largest[together.root(block) as usize];
                     if most > *share {
@@ -461,22 +491,33 @@ impl<const D: usize> Search<D> {
                     }
                 }
             }
-            for block in raised {
-                self.look_again(blocks, at, block);
-            }
+            self.look_again(blocks, at, &raised);
         }
     }
 
-    /// Looks at what has not been near to a block.
-    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, block: usize) {
+    /// Blocks of the pairs near from the `first` on, those of one pair but once in a row.
+    fn blocks_near(&self, first: usize) -> Vec<[u32; 2]> {
+        let found = self.found[first..].iter();
+        let mut pairs: Vec<_> = found
+            .map(|&number| self.candidates[number as usize].blocks)
+            .collect();
+        pairs.dedup();
+        pairs
+    }
+
+    /// Looks at what has not been near to some blocks.
+    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, raised: &[usize]) {
         let ahead = |block: u32| self.blocks[block as usize].ahead(blocks.tolerance);
         let open = |number: &&u32| {
             let candidate = &self.candidates[**number as usize];
             let [a, b] = candidate.blocks.map(ahead);
             !self.near[**number as usize] && candidate.may_be_near(a, b)
         };
-        let numbers = self.candidates_of(block).iter().filter(open);
-        let numbers: Vec<u32> = numbers.copied().collect();
+        let of_block = |&block: &usize| self.candidates_of(block).iter().filter(open).copied();
+        let of_all = raised.par_iter().with_min_len(BLOCKS_AT_ONCE);
+        let mut numbers: Vec<u32> = of_all.flat_map_iter(of_block).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
         self.look(blocks, at, &numbers);
     }
 }
