@@ -15,9 +15,11 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// Points of a task, at least, where there are more: some 15 µs of sweeping, for
-/// which it is worth it to call a thread.
+/// Points of a task, at least, where there are more: some 15 µs of sweeping.
 const TASK: usize = 64;
+
+/// Tasks of a colour, in points awake, for which threads are called.
+const CALLED_FOR: usize = 4;
 
 /// Groups of which a point each is visited in turn: a point of the same group waits for
 /// what the one before has made of its nodes.
@@ -191,7 +193,8 @@ impl Colours {
         let mut largest = [0.0; N];
         for tasks in &self.colours {
             let awake = self.begins[tasks.start]..self.begins[tasks.end];
-            let of_colour = if awake.len() <= self.task || tasks.len() == 1 {
+            let is_small = awake.len() <= CALLED_FOR * self.task;
+            let of_colour = if is_small || tasks.len() == 1 {
                 run(awake)
             } else {
                 let tasks = tasks.clone().into_par_iter();

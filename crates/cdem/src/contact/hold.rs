@@ -12,6 +12,7 @@ use crate::contact::surface::{Pair, Positions};
 use crate::contact::system::SHARE;
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::motion::Kicked;
+use crate::profile::Stage;
 use crate::vector::sub;
 
 /// Share of its contacts, one in so many, that must sink in for those closed before in the
@@ -112,6 +113,7 @@ impl<const D: usize> Island<D> {
         self.touches = touches;
         let (velocity, beyond) = self.moved(&hold.start, motion.velocity);
         hold.undo(motion);
+        books.watch.lap(Stage::Geometry);
         Held {
             ended,
             velocity,

@@ -12,8 +12,9 @@ use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
 
-/// Contacts that a thread takes at once, where each is on its own.
-pub(super) const SHARE: usize = 64;
+/// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
+/// some tens of them.
+pub(super) const SHARE: usize = 256;
 
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
