@@ -269,7 +269,8 @@ impl Driven {
             Some(name) => {
                 let mut ranges = self.simulation.block_ranges().into_iter();
                 let range = ranges.find(|range| range.name == name);
-                range.expect("a name that was looked up").points
+                let unknown = || Fault::Value(format!("there is no block \"{name}\""));
+                range.ok_or_else(unknown)?.points
             }
         };
         let chosen = &mut velocities[points];

@@ -130,25 +130,24 @@ impl Sets {
     }
 }
 
-/// Shapes by their names, as scenes and results have them.
-const KINDS: [(&str, CellKind); 7] = [
-    ("vertex", CellKind::Point),
-    ("line", CellKind::Line),
-    ("tri3", CellKind::Element(ElementKind::Tri3)),
-    ("quad4", CellKind::Element(ElementKind::Quad4)),
-    ("tet4", CellKind::Element(ElementKind::Tet4)),
-    ("wedge6", CellKind::Element(ElementKind::Wedge6)),
-    ("hex8", CellKind::Element(ElementKind::Hex8)),
-];
-
 fn kind_of(name: &str) -> Option<CellKind> {
-    let known = KINDS.iter().find(|(known, _)| *known == name);
-    known.map(|&(_, kind)| kind)
+    match name {
+        "vertex" => Some(CellKind::Point),
+        "line" => Some(CellKind::Line),
+        element => {
+            let kind = serde_json::from_value(element.into());
+            kind.ok().map(CellKind::Element)
+        }
+    }
 }
 
-/// Name of the shape of an element.
+/// Name of the shape of an element, as scenes have it.
 pub(crate) fn name_of(kind: ElementKind) -> &'static str {
-    let known = KINDS.iter();
-    let mut names = known.filter(|(_, known)| *known == CellKind::Element(kind));
-    names.next().expect("all shapes have a name").0
+    match kind {
+        ElementKind::Tri3 => "tri3",
+        ElementKind::Quad4 => "quad4",
+        ElementKind::Tet4 => "tet4",
+        ElementKind::Wedge6 => "wedge6",
+        ElementKind::Hex8 => "hex8",
+    }
 }

@@ -36,7 +36,6 @@ struct Hold<const D: usize> {
 pub(super) type AtNodes<const D: usize> = Vec<(u32, [f64; D])>;
 
 /// What has become of the contacts of an island in a kick.
-#[derive(Clone)]
 pub(super) struct Held<const D: usize> {
     /// Contacts that have ended.
     pub(super) ended: Vec<Record>,
@@ -63,8 +62,7 @@ impl<const D: usize> Island<D> {
     /// After the kick of a substep: the impulses that keep closed pairs
     /// together, (11), or part them, (6)–(10). `before` are the velocities
     /// before the kick of `interval` seconds at `time`, which precedes a drift
-    /// of `drift` seconds. What comes of it goes to `books` and what is returned; velocities
-    /// stay.
+    /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them is returned.
     pub(super) fn hold(
         &mut self,
         setting: &Setting<D>,

@@ -7,6 +7,7 @@ use crate::contact::hold::Held;
 use crate::contact::island::{Books, Island, Receive, Setting};
 use crate::contact::live::Record;
 use crate::model::motion::Kicked;
+use crate::vector::add_scaled;
 
 /// Parts of the islands for each thread: one that is done early takes up another's.
 const PARTS: usize = 4;
@@ -48,7 +49,7 @@ pub(super) fn hold<const D: usize>(
             held.collect::<Vec<_>>()
         };
         let each = due.par_chunks_mut(due.len().div_ceil(parts));
-        each.map(of_part).collect::<Vec<_>>().concat()
+        each.flat_map_iter(of_part).collect()
     } else {
         due.iter_mut().map(|due| hold(due, motion)).collect()
     };
@@ -57,7 +58,7 @@ pub(super) fn hold<const D: usize>(
         motion.velocity[*node as usize] = *velocity;
     }
     for (node, change) in held.iter().flat_map(|held| &held.beyond) {
-        crate::vector::add_scaled(&mut motion.velocity[*node as usize], 1.0, change);
+        add_scaled(&mut motion.velocity[*node as usize], 1.0, change);
     }
     for solved in held.iter().flat_map(|held| &held.constraints) {
         solved.operator.deliver(&solved.impulse, &mut *receive);

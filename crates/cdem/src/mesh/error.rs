@@ -72,7 +72,7 @@ pub enum MeshError {
     /// Several different groups have this name.
     #[error(
         "group \"{name}\" is ambiguous: it is {}; give them different names in the mesh, \
-         or name the block too, as in \"block.{name}\"",
+         or, if they are of different blocks, name the block too, as in \"block.{name}\"",
         origins.join(", and ")
     )]
     AmbiguousGroup {
