@@ -1,7 +1,11 @@
 //! Elements as the kernels read them: number by number, so many side by side.
 
+use super::ahead::ask_for;
 use super::geometry::{self, Element, Lame, Nodal, Points};
 use super::lanes::{Lanes, Row, Single, WIDTH};
+
+/// How many batches ahead the memory is asked: by then it has answered.
+const AHEAD: usize = 4;
 
 /// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
 #[derive(Debug, Default)]
@@ -87,6 +91,17 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
             gradients: points.map(|(gradients, _)| gradients),
             volumes: points.map(|(_, volume)| volume),
             lame,
+        }
+    }
+
+    /// Asks the memory for what will soon be read after a batch, with records of `size` numbers.
+    #[inline(always)]
+    pub(super) fn ask_ahead(&self, batch: usize, size: usize) {
+        let batch = batch + AHEAD;
+        if batch < self.len() {
+            let Batch { rest, records, .. } = self.batch(batch, size);
+            ask_for(rest);
+            ask_for(records);
         }
     }
 

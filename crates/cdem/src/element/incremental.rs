@@ -1,9 +1,9 @@
 //! The paper's (2): incremental kinematics with objective rotation of stress.
 
 use super::Past;
-use super::geometry::{self, Element, Moduli, Nodal, Points};
+use super::geometry::{self, Element, Lame, Moduli, Nodal, Points};
 use super::lanes::Real;
-use super::set::{Formulation, MAX_RECORD, StressIntegral};
+use super::set::{Formulation, MAX_RECORD, Record, StressIntegral};
 use super::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
@@ -24,105 +24,138 @@ use crate::scene::Kinematics;
 /// nodal forces do on the way.
 pub(super) struct Incremental;
 
-/// What an element keeps from kick to kick.
-struct Record<const D: usize, const N: usize, const Q: usize, T = f64> {
-    /// Displacements relative to that of its first node, m.
-    displacement: Nodal<D, N, T>,
-    /// Cauchy stress of its Gauss points, Pa; of what is symmetric one half is kept.
-    stress: [Tensor<D, T>; Q],
+/// Where the numbers of an element are in its record.
+struct Places<const D: usize, const N: usize, const Q: usize>;
+
+impl<const D: usize, const N: usize, const Q: usize> Places<D, N, Q> {
+    /// Where stresses begin, and numbers of one: of what is symmetric one half is kept.
+    const STRESS: usize = (N - 1) * D;
+    const POINT: usize = D * (D + 1) / 2;
     /// Work done on it, J.
+    const WORK: usize = Self::STRESS + Q * Self::POINT;
+
+    /// Of a component of the displacement of a node relative to that of the first, m.
+    #[inline(always)]
+    const fn displacement(a: usize, k: usize) -> usize {
+        (a - 1) * D + k
+    }
+
+    /// Of a component of the Cauchy stress of Gauss point `q`, Pa; `i` ≤ `j`.
+    #[inline(always)]
+    const fn stress(q: usize, i: usize, j: usize) -> usize {
+        Self::STRESS + q * Self::POINT + i * (2 * D - i - 1) / 2 + j
+    }
+}
+
+impl Incremental {
+    /// Displacements at the last kick, m.
+    #[inline(always)]
+    fn displacement<const D: usize, const N: usize, const Q: usize, T: Real>(
+        record: &(impl Record<T> + ?Sized),
+    ) -> Nodal<D, N, T> {
+        let mut displacement = [[record.get(0).constant(0.0); D]; N];
+        for a in 1..N {
+            for k in 0..D {
+                displacement[a][k] = record.get(Places::<D, N, Q>::displacement(a, k));
+            }
+        }
+        displacement
+    }
+
+    /// Cauchy stress of Gauss point `q`, Pa.
+    #[inline(always)]
+    fn stress<const D: usize, const N: usize, const Q: usize, T: Real>(
+        record: &(impl Record<T> + ?Sized),
+        q: usize,
+    ) -> Tensor<D, T> {
+        tensor::filled(|i, j| record.get(Places::<D, N, Q>::stress(q, i.min(j), i.max(j))))
+    }
+
+    #[inline(always)]
+    fn set_displacement<const D: usize, const N: usize, const Q: usize, T: Real>(
+        record: &mut (impl Record<T> + ?Sized),
+        displacement: &Nodal<D, N, T>,
+    ) {
+        for a in 1..N {
+            for k in 0..D {
+                record.set(Places::<D, N, Q>::displacement(a, k), displacement[a][k]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn set_stress<const D: usize, const N: usize, const Q: usize, T: Real>(
+        record: &mut (impl Record<T> + ?Sized),
+        q: usize,
+        stress: &Tensor<D, T>,
+    ) {
+        for i in 0..D {
+            for j in i..D {
+                record.set(Places::<D, N, Q>::stress(q, i, j), stress[i][j]);
+            }
+        }
+    }
+}
+
+/// What has come of one Gauss point on the way from the last kick to now.
+struct Arrived<const D: usize, T> {
+    /// Cauchy stress, Pa, and the first Piola–Kirchhoff stress.
+    stress: Tensor<D, T>,
+    first_piola: Tensor<D, T>,
+    /// Work done, J/m³.
     work: T,
 }
 
-impl<const D: usize, const N: usize, const Q: usize, T: Real> Record<D, N, Q, T> {
-    /// Where stresses begin, and numbers of one.
-    const STRESS: usize = (N - 1) * D;
-    const POINT: usize = D * (D + 1) / 2;
-    const LENGTH: usize = Self::STRESS + Q * Self::POINT + 1;
-
+impl<const D: usize, T: Real> Arrived<D, T> {
+    /// Of a point with `stress` and displacement gradient `last`, which has changed by `step`.
     #[inline(always)]
-    fn read(numbers: &[T]) -> Self {
-        let mut displacement = [[numbers[0].constant(0.0); D]; N];
-        for a in 1..N {
-            for k in 0..D {
-                displacement[a][k] = numbers[(a - 1) * D + k];
-            }
-        }
-        let mut stress = [[[numbers[0]; D]; D]; Q];
-        for q in 0..Q {
-            stress[q] = tensor::filled(|i, j| numbers[Self::entry(q, i, j)]);
-        }
+    fn of(lame: &Lame<T>, stress: &Tensor<D, T>, [last, step]: [&Tensor<D, T>; 2]) -> Self {
+        let half = last[0][0].constant(0.5);
+        let work_before = tensor::contraction(&first_piola(stress, last), step);
+        let middle = tensor::sum(last, &tensor::scaled(half, step));
+        let now = tensor::sum(last, step);
+        let increment = tensor::product(step, &inverse(&middle));
+        let added = lame.stress(&tensor::symmetric(&increment));
+        let added = tensor::scaled(half, &added);
+        let turned = rotated(&tensor::sum(stress, &added), &increment);
+        let stress = tensor::sum(&turned, &added);
+        let first_piola = first_piola(&stress, &now);
+        let work = half * (work_before + tensor::contraction(&first_piola, step));
         Self {
-            displacement,
             stress,
-            work: numbers[Self::LENGTH - 1],
+            first_piola,
+            work,
         }
-    }
-
-    #[inline(always)]
-    fn write(&self, numbers: &mut [T]) {
-        for a in 1..N {
-            for k in 0..D {
-                numbers[(a - 1) * D + k] = self.displacement[a][k];
-            }
-        }
-        for q in 0..Q {
-            for i in 0..D {
-                for j in i..D {
-                    numbers[Self::entry(q, i, j)] = self.stress[q][i][j];
-                }
-            }
-        }
-        numbers[Self::LENGTH - 1] = self.work;
-    }
-
-    /// Place of a component of the stress of Gauss point `q`.
-    #[inline(always)]
-    fn entry(q: usize, i: usize, j: usize) -> usize {
-        let (i, j) = (i.min(j), i.max(j));
-        Self::STRESS + q * Self::POINT + i * (2 * D - i - 1) / 2 + j
     }
 }
 
 impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Incremental {
     const KINEMATICS: Kinematics = Kinematics::Incremental;
 
-    const RECORD: usize = Record::<D, N, Q>::LENGTH;
+    const RECORD: usize = Places::<D, N, Q>::WORK + 1;
 
     #[inline(always)]
     fn respond<T: Real>(
         element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
-        record: &mut [T],
+        record: &mut (impl Record<T> + ?Sized),
     ) -> Nodal<D, N, T> {
-        let mut own = Record::<D, N, Q, T>::read(record);
-        let half = u[0][0].constant(0.5);
-        let mut way = *u;
-        for a in 0..N {
-            for k in 0..D {
-                way[a][k] = u[a][k] - own.displacement[a][k];
-            }
-        }
+        let last = Self::displacement::<D, N, Q, T>(record);
+        let way = less(u, &last);
         let mut force = geometry::zero(u);
+        let mut work = record.get(Places::<D, N, Q>::WORK);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
-            let last = geometry::gradient(&gradients, &own.displacement);
-            let step = geometry::gradient(&gradients, &way);
-            let middle = tensor::sum(&last, &tensor::scaled(half, &step));
-            let now = tensor::sum(&last, &step);
-            let increment = tensor::product(&step, &inverse(&middle));
-            let added = element.lame().stress(&tensor::symmetric(&increment));
-            let added = tensor::scaled(half, &added);
-            let before = first_piola(&own.stress[q], &last);
-            let turned = rotated(&tensor::sum(&own.stress[q], &added), &increment);
-            own.stress[q] = tensor::sum(&turned, &added);
-            let after = first_piola(&own.stress[q], &now);
-            own.work += half * volume * tensor::contraction(&tensor::sum(&before, &after), &step);
-            geometry::subtract_divergence(&mut force, &after, &gradients, volume);
+            let stress = Self::stress::<D, N, Q, T>(record, q);
+            let way = [&last, &way].map(|way| geometry::gradient(&gradients, way));
+            let arrived = Arrived::of(&element.lame(), &stress, way.each_ref());
+            Self::set_stress::<D, N, Q, T>(record, q, &arrived.stress);
+            work += volume * arrived.work;
+            geometry::subtract_divergence(&mut force, &arrived.first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
-        own.displacement = *u;
-        own.write(record);
+        Self::set_displacement::<D, N, Q, T>(record, u);
+        record.set(Places::<D, N, Q>::WORK, work);
         force
     }
 
@@ -151,10 +184,18 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     fn strain_energy<T: Real>(
         element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
-        record: &mut [T],
+        record: &(impl Record<T> + ?Sized),
     ) -> T {
-        <Self as Formulation<D, N, Q>>::respond(element, u, record);
-        Record::<D, N, Q, T>::read(record).work
+        let last = Self::displacement::<D, N, Q, T>(record);
+        let way = less(u, &last);
+        let mut work = record.get(Places::<D, N, Q>::WORK);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let stress = Self::stress::<D, N, Q, T>(record, q);
+            let way = [&last, &way].map(|way| geometry::gradient(&gradients, way));
+            work += volume * Arrived::of(&element.lame(), &stress, way.each_ref()).work;
+        }
+        work
     }
 
     fn stress(
@@ -167,13 +208,13 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         let now = &mut now[..record.len()];
         now.copy_from_slice(record);
         <Self as Formulation<D, N, Q>>::respond(element, u, now);
-        let now = Record::<D, N, Q>::read(now);
         let mut integral = StressIntegral::default();
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);
-            let jacobian = tensor::determinant(&deformation_gradient(&h));
-            let kirchhoff = tensor::scaled(jacobian, &now.stress[q]);
+            let jacobian = tensor::determinant(&tensor::with_unit(&h));
+            let stress = Self::stress::<D, N, Q, f64>(now, q);
+            let kirchhoff = tensor::scaled(jacobian, &stress);
             let across = moduli.out_of_plane * tensor::trace(&kirchhoff);
             integral.add(volume, jacobian, &kirchhoff, across);
         }
@@ -181,18 +222,21 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     }
 
     fn past(element: &Element<D, N, Q>, moduli: &Moduli, record: &[f64]) -> Option<Past<D>> {
-        let own = Record::<D, N, Q>::read(record);
+        let stress: [Tensor<D>; Q] =
+            std::array::from_fn(|q| Self::stress::<D, N, Q, f64>(record, q));
         let volume: f64 = element.volumes.iter().sum();
         let mean = |k: usize, l: usize| {
-            let points = element.volumes.iter().enumerate();
-            let all = points.map(|(q, share)| share * own.stress[q][k][l]);
+            let points = element.volumes.iter().zip(&stress);
+            let all = points.map(|(share, stress)| share * stress[k][l]);
             all.sum::<f64>() / volume
         };
-        let held = |(q, share): (usize, &f64)| share * moduli.energy(&own.stress[q]);
-        let held: f64 = element.volumes.iter().enumerate().map(held).sum();
+        let points = element.volumes.iter().zip(&stress);
+        let held: f64 = points
+            .map(|(share, stress)| share * moduli.energy(stress))
+            .sum();
         Some(Past {
             stress: tensor::filled(mean),
-            excess: own.work - held,
+            excess: record[Places::<D, N, Q>::WORK] - held,
             volume,
         })
     }
@@ -205,31 +249,40 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         record: &mut [f64],
     ) {
         let volume: f64 = element.volumes.iter().sum();
-        Record {
-            displacement: *u,
-            stress: [past.stress; Q],
-            work: volume * (past.excess / past.volume + moduli.energy(&past.stress)),
+        Self::set_displacement::<D, N, Q, f64>(record, u);
+        for q in 0..Q {
+            Self::set_stress::<D, N, Q, f64>(record, q, &past.stress);
         }
-        .write(record);
+        record[Places::<D, N, Q>::WORK] =
+            volume * (past.excess / past.volume + moduli.energy(&past.stress));
     }
 }
 
-/// F = I + H.
+/// a − b, node by node.
 #[inline(always)]
-fn deformation_gradient<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
-    tensor::sum(&tensor::identity(h[0][0]), h)
+fn less<const D: usize, const N: usize, T: Real>(
+    a: &Nodal<D, N, T>,
+    b: &Nodal<D, N, T>,
+) -> Nodal<D, N, T> {
+    let mut less = *a;
+    for node in 0..N {
+        for k in 0..D {
+            less[node][k] -= b[node][k];
+        }
+    }
+    less
 }
 
 /// F⁻¹.
 #[inline(always)]
 fn inverse<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
-    tensor::inverse(&deformation_gradient(h)).0
+    tensor::inverse(&tensor::with_unit(h)).0
 }
 
 /// P = J σ F⁻ᵀ.
 #[inline(always)]
 fn first_piola<const D: usize, T: Real>(stress: &Tensor<D, T>, h: &Tensor<D, T>) -> Tensor<D, T> {
-    tensor::product(stress, &tensor::cofactors(&deformation_gradient(h)))
+    tensor::product(stress, &tensor::cofactors(&tensor::with_unit(h)))
 }
 
 /// Q σ Qᵀ, symmetric as σ is, with Q = (I − ½W)⁻¹ (I + ½W), W the skew part of the increment:
@@ -239,15 +292,28 @@ fn rotated<const D: usize, T: Real>(
     stress: &Tensor<D, T>,
     increment: &Tensor<D, T>,
 ) -> Tensor<D, T> {
-    let like = increment[0][0];
-    let half: Tensor<D, T> =
-        tensor::filled(|i, j| like.constant(0.25) * (increment[i][j] - increment[j][i]));
-    let square = tensor::product(&half, &half);
-    let one = like.constant(1.0);
+    let one = increment[0][0].constant(1.0);
+    // Of what is skew the diagonal is nothing, and so are the terms with it. Adding −0 is what
+    // compilers may leave out.
+    let nothing = one.constant(-0.0);
+    let half: Tensor<D, T> = tensor::filled(|i, j| {
+        if i == j {
+            nothing
+        } else {
+            one.constant(0.25) * (increment[i][j] - increment[j][i])
+        }
+    });
+    let square: Tensor<D, T> = tensor::filled(|i, j| {
+        let mut sum = nothing;
+        for k in (0..D).filter(|&k| k != i && k != j) {
+            sum += half[i][k] * half[k][j];
+        }
+        sum
+    });
     // w·w = −½ tr (½W)².
-    let share = like.constant(2.0) / (one - like.constant(0.5) * tensor::trace(&square));
+    let share = one.constant(2.0) / (one - one.constant(0.5) * tensor::trace(&square));
     let turn = tensor::scaled(share, &tensor::sum(&half, &square));
-    let rotation = tensor::sum(&tensor::identity(like), &turn);
+    let rotation = tensor::with_unit(&turn);
     let turned = tensor::product(&rotation, stress);
     tensor::filled(|i, j| {
         let (i, j) = (i.min(j), i.max(j));

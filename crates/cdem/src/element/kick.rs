@@ -6,11 +6,11 @@ use std::marker::PhantomData;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::batch::{Abreast, Batch};
-use super::geometry::{Moduli, Nodal, Points};
+use super::geometry::Moduli;
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{Group, Part};
-use super::set::{Formulation, MAX_RECORD};
+use super::set::{Formulation, Record};
 use super::{Due, Interval};
 
 /// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
@@ -129,6 +129,7 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
             nearby.viscous.clear(group.nodes.len());
         }
         for batch in 0..group.batches.len() {
+            group.batches.ask_ahead(batch, F::RECORD);
             let intervals = self.intervals(group, batch);
             let Batch {
                 rest,
@@ -138,7 +139,13 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
             for first in (0..WIDTH).step_by(L::COUNT) {
                 let element = Abreast::new(lanes, (rest, first), moduli.lame);
                 let u = nearby.displacement.relative(lanes, nodes, first);
-                let force = self.respond(lanes, (&mut *records, first), &element, &u);
+                let mut records = Records {
+                    lanes,
+                    rows: &mut *records,
+                    first,
+                    is_kept: self.due.is_kept,
+                };
+                let force = F::respond(&element, &u, &mut records);
                 let duration = lanes.load(&intervals, first);
                 nearby.elastic.add(lanes, nodes, first, (&force, duration));
                 if is_damped {
@@ -158,31 +165,26 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
     }
 }
 
-impl<const D: usize, F> Kick<'_, D, F> {
-    /// Forces of elements side by side, N; brings their records up to now where these are kept.
+/// Records of elements side by side, from one of their rows on.
+struct Records<'a, L> {
+    lanes: L,
+    rows: &'a mut [Row],
+    first: usize,
+    /// Whether they change.
+    is_kept: bool,
+}
+
+impl<L: Lanes> Record<L::Number> for Records<'_, L> {
     #[inline(always)]
-    fn respond<L: Lanes, const N: usize, const Q: usize>(
-        &self,
-        lanes: L,
-        (records, first): (&mut [Row], usize),
-        element: &impl Points<D, N, Q, L::Number>,
-        u: &Nodal<D, N, L::Number>,
-    ) -> Nodal<D, N, L::Number>
-    where
-        F: Formulation<D, N, Q>,
-    {
-        let mut record = [lanes.splat(0.0); MAX_RECORD];
-        let record = &mut record[..F::RECORD];
-        for (number, row) in record.iter_mut().zip(&*records) {
-            *number = lanes.load(row, first);
+    fn get(&self, place: usize) -> L::Number {
+        self.lanes.load(&self.rows[place], self.first)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, number: L::Number) {
+        if self.is_kept {
+            self.lanes.store(number, &mut self.rows[place], self.first);
         }
-        let force = F::respond(element, u, record);
-        if self.due.is_kept {
-            for (number, row) in record.iter().zip(records) {
-                lanes.store(*number, row, first);
-            }
-        }
-        force
     }
 }
 

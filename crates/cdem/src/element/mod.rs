@@ -9,6 +9,7 @@
 //! So a far-off body loses no digits, and each element's impulses add up to
 //! zero to round-off.
 
+mod ahead;
 mod batch;
 mod frequency;
 mod geometry;

@@ -2,10 +2,10 @@
 
 use std::cell::RefCell;
 
-use super::MAX_NODES;
+use bytemuck::Zeroable;
+
 use super::geometry::Nodal;
 use super::lanes::{Lanes, Row, WIDTH};
-use super::part::PART;
 
 thread_local! {
     static NEARBY: RefCell<Nearby> = RefCell::default();
@@ -27,12 +27,13 @@ impl Nearby {
     }
 }
 
-/// Most nodes of a group: none of its elements may share any.
-const NODES: usize = PART * MAX_NODES;
+/// Numbers that a node of a group may have, more than there ever are: no access can be out of
+/// range, and memory that none uses is none.
+const NODES: usize = 1 << 16;
 
 /// A vector where one load gets it: components that there are not are 0.
-#[derive(Clone, Copy, Default)]
-#[repr(align(32))]
+#[derive(Clone, Copy, Default, Zeroable)]
+#[repr(C, align(32))]
 struct Wide([f64; 4]);
 
 /// Vectors at the nodes of a group, room for those of any: a number below 2ⁿ is seen to be
@@ -41,8 +42,7 @@ pub(super) struct Field(Box<[Wide; NODES]>);
 
 impl Default for Field {
     fn default() -> Self {
-        let zeros = vec![Wide::default(); NODES].into_boxed_slice();
-        Self(zeros.try_into().ok().expect("as many as there are"))
+        Self(bytemuck::allocation::zeroed_box())
     }
 }
 
@@ -97,7 +97,7 @@ impl Field {
     ) -> [L::Number; D] {
         let mut rows = [Row::default(); D];
         for lane in 0..L::COUNT {
-            let own = &self.0[nodes[first + lane] as usize % NODES];
+            let own = &self.0[nodes[first + lane] as usize];
             for k in 0..D {
                 rows[k][lane] = own.0[k];
             }
@@ -126,7 +126,7 @@ impl Field {
                 for k in 0..D {
                     impulse[k] = rows[a][k][lane];
                 }
-                let own = &mut self.0[nodes[a][first + lane] as usize % NODES];
+                let own = &mut self.0[nodes[a][first + lane] as usize];
                 for k in 0..4 {
                     own.0[k] += impulse[k];
                 }

@@ -16,10 +16,30 @@ use crate::vector::sub;
 /// Most numbers in a record: of a hexahedron with incremental kinematics.
 pub(super) const MAX_RECORD: usize = 70;
 
+/// What an element keeps from kick to kick: a row of numbers, or of numbers side by side.
+pub(super) trait Record<T> {
+    /// The number at a place.
+    fn get(&self, place: usize) -> T;
+
+    /// Replaces a number, unless this is only to be looked at.
+    fn set(&mut self, place: usize, number: T);
+}
+
+impl Record<f64> for [f64] {
+    #[inline(always)]
+    fn get(&self, place: usize) -> f64 {
+        self[place]
+    }
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, number: f64) {
+        self[place] = number;
+    }
+}
+
 /// How elements turn nodal displacements into forces.
 ///
-/// Nodal displacements and velocities are relative to the element's first
-/// node. A record is what an element keeps from kick to kick.
+/// Nodal displacements and velocities are relative to the element's first node.
 pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     Send + Sync
 {
@@ -33,7 +53,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     fn respond<T: Real>(
         element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
-        record: &mut [T],
+        record: &mut (impl Record<T> + ?Sized),
     ) -> Nodal<D, N, T>;
 
     /// What strain rates change of the nodal forces in a second, N/s; times β,
@@ -44,11 +64,11 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T>;
 
-    /// Strain energy, J; brings the record up to now.
+    /// Strain energy, J.
     fn strain_energy<T: Real>(
         element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
-        record: &mut [T],
+        record: &(impl Record<T> + ?Sized),
     ) -> T;
 
     /// Cauchy stress, integrated.
@@ -354,7 +374,7 @@ where
             max_stretch: 0.0,
         };
         for gradients in &self.element(i).gradients {
-            let f = tensor::sum(&tensor::identity(1.0), &geometry::gradient(gradients, &u));
+            let f = tensor::with_unit(&geometry::gradient(gradients, &u));
             let right_cauchy = tensor::transposed_product(&f, &f);
             let (low, high) = tensor::extreme_principal_values(&right_cauchy);
             extremes.min_jacobian = extremes.min_jacobian.min(tensor::determinant(&f));

@@ -10,7 +10,7 @@ use super::geometry::{self, Nodal, Points};
 use super::lanes::{Lanes, Real, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{PART, Part};
-use super::set::{Formulation, MAX_RECORD};
+use super::set::{Formulation, Record};
 use super::tensor;
 use super::total::green_lagrange;
 
@@ -26,7 +26,7 @@ pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const 
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
-        record: &mut [T],
+        record: &impl Record<T>,
     ) -> [T; A];
 }
 
@@ -43,7 +43,7 @@ where
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
-        record: &mut [T],
+        record: &impl Record<T>,
     ) -> [T; 1] {
         [F::strain_energy(element, displacement, record)]
     }
@@ -60,7 +60,7 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
-        _: &mut [T],
+        _: &impl Record<T>,
     ) -> [T; 2] {
         let one = displacement[0][0].constant(1.0);
         let (mut strains, mut changes) = (one.constant(0.0), one.constant(0.0));
@@ -68,13 +68,25 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
             let (gradients, _) = element.point(q);
             let h = geometry::gradient(&gradients, displacement);
             let strain = green_lagrange(&h);
-            let f = tensor::sum(&tensor::identity(one), &h);
-            let change = tensor::determinant(&f) - one;
+            let change = tensor::determinant(&tensor::with_unit(&h)) - one;
             strains += tensor::contraction(&strain, &strain);
             changes += change * change;
         }
         [strains, changes]
     }
+}
+
+/// Records of elements side by side, from one of their rows on, to be looked at.
+struct Seen<'a, L>(L, &'a [Row], usize);
+
+impl<L: Lanes> Record<L::Number> for Seen<'_, L> {
+    #[inline(always)]
+    fn get(&self, place: usize) -> L::Number {
+        self.0.load(&self.1[place], self.2)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, _: usize, _: L::Number) {}
 }
 
 /// Asks all elements of a set; `tell` gets their numbers and answers, part by part.
@@ -139,12 +151,7 @@ where
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
                     let element = Abreast::new(lanes, (rest, first), lame);
                     let u = field.relative(lanes, nodes, first);
-                    let mut record = [lanes.splat(0.0); MAX_RECORD];
-                    let record = &mut record[..W::RECORD];
-                    for (number, row) in record.iter_mut().zip(records) {
-                        *number = lanes.load(row, first);
-                    }
-                    let answer = W::answer(&element, &u, record);
+                    let answer = W::answer(&element, &u, &Seen(lanes, records, first));
                     for (number, row) in answer.into_iter().zip(&mut rows) {
                         lanes.store(number, row, first);
                     }

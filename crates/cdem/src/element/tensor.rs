@@ -34,10 +34,14 @@ pub(super) fn scaled<const D: usize, T: Real>(s: T, a: &Tensor<D, T>) -> Tensor<
     filled(|i, j| s * a[i][j])
 }
 
-/// The unit tensor of numbers like one.
+/// 1 + a.
 #[inline(always)]
-pub(crate) fn identity<const D: usize, T: Real>(like: T) -> Tensor<D, T> {
-    filled(|i, j| like.constant(if i == j { 1.0 } else { 0.0 }))
+pub(crate) fn with_unit<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, T> {
+    let mut sum = *a;
+    for i in 0..D {
+        sum[i][i] += a[i][i].constant(1.0);
+    }
+    sum
 }
 
 /// a + b.

@@ -2,7 +2,7 @@
 
 use super::geometry::{self, Element, Moduli, Nodal, Points};
 use super::lanes::Real;
-use super::set::{Formulation, StressIntegral};
+use super::set::{Formulation, Record, StressIntegral};
 use super::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
@@ -19,7 +19,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     fn respond<T: Real>(
         element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
-        _: &mut [T],
+        _: &mut (impl Record<T> + ?Sized),
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
         for q in 0..Q {
@@ -57,7 +57,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     fn strain_energy<T: Real>(
         element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
-        _: &mut [T],
+        _: &(impl Record<T> + ?Sized),
     ) -> T {
         let half = u[0][0].constant(0.5);
         let mut energy = half.constant(0.0);
@@ -80,7 +80,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);
-            let f = tensor::sum(&tensor::identity(1.0), &h);
+            let f = tensor::with_unit(&h);
             let second_piola = element.lame().stress(&green_lagrange(&h));
             let kirchhoff = tensor::product_transposed(&tensor::product(&f, &second_piola), &f);
             // F_zz = 1 in plane strain, so τ_zz = S_zz = ν (S_xx + S_yy).

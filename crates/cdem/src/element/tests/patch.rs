@@ -15,12 +15,10 @@ fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
 
 /// Cauchy stress of St Venant–Kirchhoff under F = I + H, as reported.
 fn exact_stress<const D: usize>(h: &Tensor<D>, plane: Plane) -> [f64; 6] {
-    let f = tensor::sum(&tensor::identity(1.0), h);
+    let f = tensor::with_unit(h);
     let green: Tensor<D> = {
         let c = tensor::transposed_product(&f, &f);
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| 0.5 * (c[i][j] - tensor::identity::<D, f64>(1.0)[i][j]))
-        })
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (c[i][j] - f64::from(i == j))))
     };
     let (mu, trace) = (rock().shear_modulus, tensor::trace(&green));
     let lambda = if D == 2 {
