@@ -290,7 +290,7 @@ impl<const D: usize> Island<D> {
             touches.update(
                 self,
                 setting,
-                &motion.kicked(),
+                &motion.kicked(None),
                 (&before, begun > 0),
                 (Wanted::InDrift, (elapsed, duration)),
             );

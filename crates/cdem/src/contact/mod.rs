@@ -8,6 +8,7 @@ mod colours;
 #[cfg(test)]
 mod exact;
 mod face;
+pub(crate) mod formed;
 mod grouping;
 mod hold;
 mod impact;
@@ -43,6 +44,7 @@ mod system;
 mod together;
 mod touches;
 
+use formed::Formed;
 use island::{Bodies, Books, Island, Receive, Setting};
 use law::Laws;
 use live::{Live, Moment, Record};
@@ -53,7 +55,7 @@ use together::Due;
 
 use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
-use crate::model::motion::Motion;
+use crate::model::motion::{Kicked, Motion};
 use crate::profile::Stage;
 use crate::scene::{ContactModel, Scene};
 use crate::step::kick::Velocity;
@@ -135,6 +137,8 @@ pub(crate) struct Contacts<const D: usize> {
     ended_before: usize,
     books: Books,
     max_penetration: f64,
+    /// What is known of the surface in a kick, for its storage.
+    formed: Option<Formed<D>>,
 }
 
 /// What does not change but with the mesh, once contacts are closed for t = 0.
@@ -255,6 +259,7 @@ impl<const D: usize> Contacts<D> {
             ended_before: 0,
             books: Books::default(),
             max_penetration: 0.0,
+            formed: None,
         }
     }
 
@@ -342,10 +347,16 @@ impl<const D: usize> Contacts<D> {
         timing: Timing,
         receive: Receive<D>,
     ) {
+        if self.islands.is_empty() {
+            return;
+        }
         self.books.watch.skip();
         let setting = self.terms.setting(inertia);
         let kick = (before, time, timing);
         let (islands, books) = (&mut self.islands, &mut self.books);
+        let contacts = islands.iter().map(|island| island.live.len()).sum();
+        self.formed = setting.surface.form(contacts, self.formed.take());
+        let motion = &mut motion.kicked(self.formed.as_ref());
         let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
         self.ended
             .extend(ended.into_iter().map(|record| record.ended(time)));
@@ -369,6 +380,8 @@ impl<const D: usize> Contacts<D> {
         };
         let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
+        let formed = setting.surface.form(self.live().count(), None);
+        let motion = &mut motion.kicked(formed.as_ref());
         hold_all(
             self.model, islands, &setting, motion, kick, receive, &mut books,
         );
@@ -525,7 +538,7 @@ fn hold_all<const D: usize>(
     model: ContactModel,
     islands: &mut [Island<D>],
     setting: &Setting<D>,
-    motion: &mut Motion<D>,
+    motion: &mut Kicked<D>,
     (before, time, timing): (&[[f64; D]], f64, Timing),
     receive: Receive<D>,
     books: &mut Books,
@@ -547,7 +560,6 @@ fn hold_all<const D: usize>(
         return due.flat_map(press).collect();
     }
     let mut due: Vec<_> = due.collect();
-    let motion = &mut motion.kicked();
     together::hold(&mut due, setting, motion, (before, time), receive, books)
 }
 

@@ -6,7 +6,7 @@ use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Positions, Surface};
 use crate::model::inertia::Mobility;
-use crate::model::motion::Motion;
+use crate::model::motion::Kicked;
 
 impl<const D: usize> Live<D> {
     /// Energy of the normal and shear springs, J.
@@ -23,7 +23,7 @@ impl<const D: usize> Island<D> {
     pub(crate) fn press(
         &mut self,
         setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        motion: &mut Kicked<D>,
         before: &[[f64; D]],
         (time, interval): (f64, f64),
         receive: Receive<D>,
@@ -71,7 +71,7 @@ impl<const D: usize> Live<D> {
     fn spring(
         &mut self,
         surface: &dyn Surface<D>,
-        motion: &mut Motion<D>,
+        motion: &mut Kicked<D>,
         before: &[[f64; D]],
         interval: f64,
         mobility: Mobility<D>,

@@ -266,6 +266,7 @@ impl<const D: usize> Contacts<D> {
         surface: Box<dyn Surface<D>>,
     ) -> Box<dyn Surface<D>> {
         let before = std::mem::replace(&mut self.terms.surface, surface);
+        self.formed = None;
         let nodes = mesh.nodes.len();
         self.terms.block_of = vec![0; nodes];
         for (number, block) in (0..).zip(&mesh.blocks) {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::broad_phase::Aabb;
+use crate::contact::formed::Formed;
 use crate::contact::orientation::Slack;
 use crate::sample::ContactKind;
 use crate::vector::{add, add_scaled, dot, norm};
@@ -49,47 +50,8 @@ pub(crate) struct Positions<'a, const D: usize> {
     displacement: &'a [[f64; D]],
     /// Velocities, m/s, and for how long, s.
     drift: Option<(&'a [[f64; D]], f64)>,
-    /// The surface at these positions, if that is worked out.
+    /// What is known of the surface at these positions, if that is kept.
     pub(super) formed: Option<&'a Formed<D>>,
-}
-
-/// What many pairs have in common of a surface at some positions, worked out once.
-#[derive(Clone, Debug)]
-pub(crate) struct Formed<const D: usize> {
-    /// Points of the surface by number, m.
-    pub(super) points: Vec<[f64; D]>,
-    /// In space, how its triangles lie by number.
-    pub(super) shapes: Vec<Shape>,
-    /// In space, how its edges stand out by number.
-    pub(super) ridges: Vec<Ridge>,
-}
-
-/// How a triangle lies, and how large it is.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape {
-    /// Outward unit normal.
-    pub(super) normal: [f64; 3],
-    /// Twice its area, m².
-    pub(super) twice_area: f64,
-    /// The smallest of its heights over its edges, m.
-    pub(super) least_height: f64,
-}
-
-/// How an edge between two triangles stands out.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ridge {
-    /// How far a straight line laid across it, between the far corners of both
-    /// triangles, is below it, m: ≤ 0 where it is re-entrant, infinite where it is
-    /// clearly sharp, or between more than two triangles.
-    pub(super) height: f64,
-    /// That over its turn, rad, where it is small: 1/(1/h₁ + 1/h₂) of the heights of
-    /// both triangles over the edge, m.
-    pub(super) arm: f64,
-    /// The smallest height of the two triangles over any of their edges, m; no more
-    /// than its own length.
-    pub(super) least_height: f64,
-    /// Sum of the normals on its two sides.
-    pub(super) outward: [f64; 3],
 }
 
 /// Whether two features may touch within some reach.
@@ -121,7 +83,7 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// The same with what the surface has worked out at them, if it has.
+    /// The same with where to keep what is worked out of the surface at them, if it is kept.
     pub(crate) fn with<'b>(self, formed: Option<&'b Formed<D>>) -> Positions<'b, D>
     where
         'a: 'b,
@@ -275,9 +237,9 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn main_nodes(&self, main: u32) -> &[u32];
     /// Nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
-    /// What it works out before so many `pairs` are looked at, if that pays. What is
-    /// asked of it then has the same bits.
-    fn form(&self, _at: Positions<D>, _pairs: usize) -> Option<Formed<D>> {
+    /// Room for what so many `pairs` have in common of it at some positions, if that pays: `old`
+    /// room of this surface, emptied, or new. What is asked with that has the same bits.
+    fn form(&self, _pairs: usize, _old: Option<Formed<D>>) -> Option<Formed<D>> {
         None
     }
     /// Numbers of the main and of the target features that are looked at against

@@ -204,8 +204,12 @@ impl Touches {
                 anew.push((place, pair));
             }
         }
-        let formed = setting.surface.form(motion.positions(), anew.len());
-        let at = motion.positions().with(formed.as_ref());
+        let at = motion.positions();
+        let formed = match at.formed {
+            Some(_) => None,
+            None => setting.surface.form(anew.len(), None),
+        };
+        let at = at.with(at.formed.or(formed.as_ref()));
         let mut pairs: Vec<Pair> = live.iter().map(|live| live.pair).collect();
         pairs.sort_unstable();
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();

@@ -20,6 +20,15 @@ pub(super) struct Lame<T> {
 }
 
 impl<T: Real> Lame<T> {
+    /// A share of them.
+    #[inline(always)]
+    pub(super) fn scaled(&self, share: T) -> Self {
+        Self {
+            lambda: share * self.lambda,
+            mu: share * self.mu,
+        }
+    }
+
     /// C : strain, for a symmetric strain or strain rate.
     #[inline(always)]
     pub(super) fn stress<const D: usize>(&self, strain: &Tensor<D, T>) -> Tensor<D, T> {
@@ -205,8 +214,8 @@ pub(super) fn gradient<const D: usize, const N: usize, T: Real>(
     gradients: &Nodal<D, N, T>,
     relative: &Nodal<D, N, T>,
 ) -> Tensor<D, T> {
-    let mut result = [[relative[1][0].constant(0.0); D]; D];
-    for a in 1..N {
+    let mut result: Tensor<D, T> = tensor::filled(|i, j| relative[1][i] * gradients[1][j]);
+    for a in 2..N {
         for i in 0..D {
             for j in 0..D {
                 result[i][j] += relative[a][i] * gradients[a][j];

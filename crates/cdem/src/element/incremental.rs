@@ -115,8 +115,7 @@ impl<const D: usize, T: Real> Arrived<D, T> {
         let middle = tensor::sum(last, &tensor::scaled(half, step));
         let now = tensor::sum(last, step);
         let increment = tensor::product(step, &inverse(&middle));
-        let added = lame.stress(&tensor::symmetric(&increment));
-        let added = tensor::scaled(half, &added);
+        let added = lame.scaled(half).stress(&tensor::symmetric(&increment));
         let turned = rotated(&tensor::sum(stress, &added), &increment);
         let stress = tensor::sum(&turned, &added);
         let first_piola = first_piola(&stress, &now);

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::AT_ONCE;
+use crate::contact::formed::Formed;
 use crate::contact::surface::Positions;
 
 /// Displacements and velocities of all nodes: what a step changes.
@@ -49,10 +50,10 @@ impl<const D: usize> Motion<'_, D> {
         Positions::new(self.rest, self.displacement)
     }
 
-    /// Nodes that do not move for now.
-    pub(crate) fn kicked(&mut self) -> Kicked<'_, D> {
+    /// Nodes that do not move for now, with what is kept of the surface where they are.
+    pub(crate) fn kicked<'a>(&'a mut self, formed: Option<&'a Formed<D>>) -> Kicked<'a, D> {
         Kicked {
-            at: Positions::new(self.rest, self.displacement),
+            at: Positions::new(self.rest, self.displacement).with(formed),
             velocity: self.velocity,
         }
     }

@@ -51,7 +51,7 @@ impl<const D: usize> First<D> {
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
         near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == Nearness::Near);
-        let formed = surface.form(at, all.len());
+        let formed = surface.form(all.len(), None);
         let at = at.with(formed.as_ref());
         let touch = |pair: &Pair| {
             let velocity = &meeting.velocity;

@@ -321,7 +321,7 @@ impl<const D: usize> Search<D> {
         let allowance = |block: u32| self.blocks[block as usize].allowance;
         let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
         let patches = blocks.patches;
-        let formed = blocks.surface.form(at, patches.features());
+        let formed = blocks.surface.form(patches.features(), None);
         let at = at.with(formed.as_ref());
         let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
         let pairs = pairs.into_par_iter().with_min_len(AT_ONCE);
@@ -407,7 +407,7 @@ impl<const D: usize> Search<D> {
             .flat_map(|some| &some.open)
             .copied()
             .collect();
-        let formed = blocks.surface.form(at, numbers.len());
+        let formed = blocks.surface.form(numbers.len(), None);
         self.look(blocks, at.with(formed.as_ref()), &numbers);
     }
 

@@ -28,15 +28,16 @@ use place::Place;
 use skin::Skin;
 
 use crate::contact::broad_phase::Aabb;
+use crate::contact::formed::Formed;
 use crate::contact::orientation::Slack;
 use crate::contact::surface::{
-    FLUSH, Formed, Mark, Nearness, Operator, Pair, Positions, Projection, Surface,
+    FLUSH, Mark, Nearness, Operator, Pair, Positions, Projection, Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-/// Triangles and their edges that are worked out in the time of a look at a pair, about.
+/// Triangles for each pair looked at, at most, for which room pays.
 const PAIRS: usize = 3;
 
 /// The boundary of all blocks in space.
@@ -154,8 +155,15 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn form(&self, at: Positions<3>, pairs: usize) -> Option<Formed<3>> {
-        (pairs > self.skin.triangles.len() / PAIRS).then(|| self.skin.form(at))
+    fn form(&self, pairs: usize, old: Option<Formed<3>>) -> Option<Formed<3>> {
+        if pairs <= self.skin.triangles.len() / PAIRS {
+            return None;
+        }
+        let emptied = old.map(|mut old| {
+            old.clear();
+            old
+        });
+        Some(emptied.unwrap_or_else(|| self.skin.form()))
     }
 
     fn families(&self) -> Vec<[Range<u32>; 2]> {

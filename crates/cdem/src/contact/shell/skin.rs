@@ -1,11 +1,10 @@
 //! The boundary of all blocks in space as triangles with their edges and
 //! vertices.
 
-use rayon::prelude::*;
-
 use crate::around::Around;
 use crate::contact::broad_phase::Aabb;
-use crate::contact::surface::{Formed, Positions, Ridge, Shape};
+use crate::contact::formed::{Formed, Ridge, Shape};
+use crate::contact::surface::Positions;
 use crate::mesh::{Block, Mesh};
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
@@ -28,9 +27,6 @@ const REENTRANT: f64 = -0.1;
 
 /// Turn, rad, up to which the first order says enough with a tenth of a radian to spare.
 const SMALL: f64 = 0.5;
-
-/// Corners, triangles or edges that a thread works out in a row.
-const AT_ONCE: usize = 1024;
 
 /// Nodes of an edge or a triangle at most: those of a quadrilateral.
 const MOST: usize = 4;
@@ -243,9 +239,13 @@ impl Skin {
     #[inline]
     pub(super) fn point(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
         match at.formed {
-            Some(formed) => formed.points[corner as usize],
-            None => self.mean(corner, |node| at.at(node)),
+            Some(formed) => formed.points.get(corner, || self.point_of(corner, at)),
+            None => self.point_of(corner, at),
         }
+    }
+
+    fn point_of(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
+        self.mean(corner, |node| at.at(node))
     }
 
     /// Positions of a triangle's corners, m.
@@ -264,49 +264,36 @@ impl Skin {
     #[inline]
     pub(super) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
         match at.formed {
-            Some(formed) => formed.shapes[triangle as usize].normal,
+            Some(_) => self.shape(triangle, at).normal,
             None => scaled_normal(&self.triangle(triangle, at)).0,
         }
     }
 
+    /// How a triangle lies.
     #[inline]
+    fn shape(&self, triangle: u32, at: Positions<3>) -> Shape {
+        match at.formed {
+            Some(formed) => formed.shapes.get(triangle, || self.shape_of(triangle, at)),
+            None => self.shape_of(triangle, at),
+        }
+    }
+
     fn shape_of(&self, triangle: u32, at: Positions<3>) -> Shape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
         let [a, b, c] = corners;
         let sides = [sub(&b, &a), sub(&c, &b), sub(&a, &c)];
-        let longest = sides.iter().map(norm).fold(0.0, f64::max);
+        let longest = sides.iter().map(|side| dot(side, side)).fold(0.0, f64::max);
         Shape {
             normal,
             twice_area,
-            least_height: twice_area / longest,
+            least_height: twice_area / longest.sqrt(),
         }
     }
 
-    /// All points, shapes and ridges.
-    pub(super) fn form(&self, at: Positions<3>) -> Formed<3> {
-        let corners = (0..self.corners.len() as u32).into_par_iter();
-        let points = corners.with_min_len(AT_ONCE).map(|c| self.point(c, at));
-        let mut formed = Formed {
-            points: points.collect(),
-            shapes: Vec::new(),
-            ridges: Vec::new(),
-        };
-        let triangles = (0..self.triangles.len() as u32).into_par_iter();
-        let with_points = at.with(Some(&formed));
-        let shapes = triangles
-            .with_min_len(AT_ONCE)
-            .map(|triangle| self.shape_of(triangle, with_points));
-        let shapes: Vec<_> = shapes.collect();
-        formed.shapes = shapes;
-        let edges = (0..self.edges.len() as u32).into_par_iter();
-        let with_shapes = at.with(Some(&formed));
-        let ridges = edges
-            .with_min_len(AT_ONCE)
-            .map(|edge| self.ridge_of(edge, with_shapes));
-        let ridges: Vec<_> = ridges.collect();
-        formed.ridges = ridges;
-        formed
+    /// Room for all points, shapes and ridges.
+    pub(super) fn form(&self) -> Formed<3> {
+        Formed::new([self.corners.len(), self.triangles.len(), self.edges.len()])
     }
 
     /// Direction from `corner` along an edge that ends there, of its length.
@@ -407,7 +394,7 @@ impl Skin {
     #[inline]
     pub(super) fn ridge(&self, edge: u32, at: Positions<3>) -> Ridge {
         match at.formed {
-            Some(formed) => formed.ridges[edge as usize],
+            Some(formed) => formed.ridges.get(edge, || self.ridge_of(edge, at)),
             None => self.ridge_of(edge, at),
         }
     }
@@ -418,10 +405,7 @@ impl Skin {
         let length = norm(&along);
         let (mut bend, mut least_height) = (0.0, length);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
-            let shape = match at.formed {
-                Some(formed) => formed.shapes[side as usize],
-                None => self.shape_of(side, at),
-            };
+            let shape = self.shape(side, at);
             bend += length / shape.twice_area;
             least_height = least_height.min(shape.least_height);
         }
@@ -434,19 +418,11 @@ impl Skin {
             height: below.map_or(f64::INFINITY, |[sine, cosine]| angle(sine, cosine) * arm),
             arm,
             least_height,
-            outward: self.outward_of(edge, at),
         }
     }
 
     /// Sum of the normals on the two sides of an edge.
     pub(super) fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
-        match at.formed {
-            Some(formed) => formed.ridges[edge as usize].outward,
-            None => self.outward_of(edge, at),
-        }
-    }
-
-    fn outward_of(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
             add_scaled(&mut sum, 1.0, &self.normal(side, at));
