@@ -7,6 +7,10 @@ use super::lanes::{Lanes, Row, Single, WIDTH};
 /// How many batches ahead the memory is asked: by then it has answered.
 const AHEAD: usize = 4;
 
+/// Rows of a batch at most for which that pays: longer ones processors see coming themselves,
+/// and so much at a time is more than they can ask for.
+const SMALL: usize = 64;
+
 /// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
 #[derive(Debug, Default)]
 pub(super) struct Batches<const D: usize, const N: usize, const Q: usize> {
@@ -98,7 +102,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     #[inline(always)]
     pub(super) fn ask_ahead(&self, batch: usize, size: usize) {
         let batch = batch + AHEAD;
-        if batch < self.len() {
+        if Self::REST + size <= SMALL && batch < self.len() {
             let Batch { rest, records, .. } = self.batch(batch, size);
             ask_for(rest);
             ask_for(records);

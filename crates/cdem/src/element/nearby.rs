@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use bytemuck::Zeroable;
+use bytemuck::{Pod, Zeroable};
 
 use super::geometry::Nodal;
 use super::lanes::{Lanes, Row, WIDTH};
@@ -27,30 +27,46 @@ impl Nearby {
     }
 }
 
-/// Numbers that a node of a group may have, more than there ever are: no access can be out of
-/// range, and memory that none uses is none.
+/// Numbers that a node of a group may have: no access can be out of range. There are never as
+/// many.
 const NODES: usize = 1 << 16;
 
 /// A vector where one load gets it: components that there are not are 0.
-#[derive(Clone, Copy, Default, Zeroable)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C, align(32))]
 struct Wide([f64; 4]);
 
-/// Vectors at the nodes of a group, room for those of any: a number below 2ⁿ is seen to be
-/// in range.
-pub(super) struct Field(Box<[Wide; NODES]>);
+/// Vectors at the nodes of a group, room for those of any. The numbers of one more are there
+/// for those to begin where a `Wide` may.
+pub(super) struct Field(Vec<f64>);
 
 impl Default for Field {
     fn default() -> Self {
-        Self(bytemuck::allocation::zeroed_box())
+        // Zeros of the system, which has none of them in memory until they are used.
+        Self(vec![
+            0.0;
+            (NODES + 1) * size_of::<Wide>() / size_of::<f64>()
+        ])
     }
 }
 
 impl Field {
+    #[inline(always)]
+    fn all(&self) -> &[Wide; NODES] {
+        let (_, all, _) = bytemuck::pod_align_to(&self.0);
+        all.first_chunk().expect("room for one more")
+    }
+
+    #[inline(always)]
+    fn all_mut(&mut self) -> &mut [Wide; NODES] {
+        let (_, all, _) = bytemuck::pod_align_to_mut(&mut self.0);
+        all.first_chunk_mut().expect("room for one more")
+    }
+
     /// Takes in what is at some nodes of the mesh.
     #[inline(always)]
     pub(super) fn read<const D: usize>(&mut self, nodes: &[u32], all: &[[f64; D]]) {
-        for (own, &node) in self.0.iter_mut().zip(nodes) {
+        for (own, &node) in self.all_mut().iter_mut().zip(nodes) {
             own.0[..D].copy_from_slice(&all[node as usize]);
         }
     }
@@ -58,13 +74,13 @@ impl Field {
     /// Zeroes the first `count`.
     #[inline(always)]
     pub(super) fn clear(&mut self, count: usize) {
-        self.0[..count].fill(Wide::default());
+        self.all_mut()[..count].fill(Wide::default());
     }
 
     /// Hands out the first of them.
     #[inline(always)]
     pub(super) fn write<const D: usize>(&self, to: &mut [[f64; D]]) {
-        for (to, own) in to.iter_mut().zip(self.0.iter()) {
+        for (to, own) in to.iter_mut().zip(self.all()) {
             to.copy_from_slice(&own.0[..D]);
         }
     }
@@ -77,32 +93,16 @@ impl Field {
         nodes: &[[u16; WIDTH]; N],
         first: usize,
     ) -> Nodal<D, N, L::Number> {
+        let all = self.all();
         let mut relative = [[lanes.splat(0.0); D]; N];
-        let origin: [L::Number; D] = self.gather(lanes, &nodes[0], first);
+        let origin: [L::Number; D] = gather(all, lanes, &nodes[0], first);
         for a in 1..N {
-            let own: [L::Number; D] = self.gather(lanes, &nodes[a], first);
+            let own: [L::Number; D] = gather(all, lanes, &nodes[a], first);
             for k in 0..D {
                 relative[a][k] = own[k] - origin[k];
             }
         }
         relative
-    }
-
-    #[inline(always)]
-    fn gather<L: Lanes, const D: usize>(
-        &self,
-        lanes: L,
-        nodes: &[u16; WIDTH],
-        first: usize,
-    ) -> [L::Number; D] {
-        let mut rows = [Row::default(); D];
-        for lane in 0..L::COUNT {
-            let own = &self.0[nodes[first + lane] as usize];
-            for k in 0..D {
-                rows[k][lane] = own.0[k];
-            }
-        }
-        rows.map(|row| lanes.load(&row, 0))
     }
 
     /// Adds forces over some durations, s, element by element.
@@ -114,6 +114,7 @@ impl Field {
         first: usize,
         (force, duration): (&Nodal<D, N, L::Number>, L::Number),
     ) {
+        let all = self.all_mut();
         let mut rows = [[Row::default(); D]; N];
         for a in 0..N {
             for k in 0..D {
@@ -126,11 +127,29 @@ impl Field {
                 for k in 0..D {
                     impulse[k] = rows[a][k][lane];
                 }
-                let own = &mut self.0[nodes[a][first + lane] as usize];
+                let own = &mut all[nodes[a][first + lane] as usize];
                 for k in 0..4 {
                     own.0[k] += impulse[k];
                 }
             }
         }
     }
+}
+
+/// The vectors at a node of each of some elements side by side.
+#[inline(always)]
+fn gather<L: Lanes, const D: usize>(
+    all: &[Wide; NODES],
+    lanes: L,
+    nodes: &[u16; WIDTH],
+    first: usize,
+) -> [L::Number; D] {
+    let mut rows = [Row::default(); D];
+    for lane in 0..L::COUNT {
+        let own = &all[nodes[first + lane] as usize];
+        for k in 0..D {
+            rows[k][lane] = own.0[k];
+        }
+    }
+    rows.map(|row| lanes.load(&row, 0))
 }
