@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Values that are cleared together: those of features near each other.
+/// How many values are cleared together: those of features near each other.
 const TOGETHER: usize = 32;
 
 /// A surface at some positions, as far as any pair has asked.
@@ -84,6 +84,7 @@ impl<T> Default for Few<T> {
 }
 
 impl<T: Copy> Kept<T> {
+    /// None yet of so many.
     fn new(count: usize) -> Self {
         let all = std::iter::repeat_with(Few::default);
         Self(all.take(count.div_ceil(TOGETHER)).collect())
@@ -115,11 +116,27 @@ mod tests {
 
     #[test]
     fn a_value_is_worked_out_once_until_it_is_forgotten() {
-        let mut formed = Formed::<3>::new([100, 0, 0]);
-        let ask = |formed: &Formed<3>, x: f64| formed.points.get(77, || [x; 3]);
-        assert_eq!(ask(&formed, 1.0), [1.0; 3]);
-        assert_eq!(ask(&formed, 2.0), [1.0; 3]);
+        let mut formed = Formed::<3>::new([100; 3]);
+        let ask = |formed: &Formed<3>, x: f64| {
+            for number in [0, 31, 32, 99] {
+                let x = x + f64::from(number);
+                let point = formed.points.get(number, || [x; 3]);
+                let shape = formed.shapes.get(number, || Shape {
+                    normal: [x; 3],
+                    twice_area: x,
+                    least_height: x,
+                });
+                let ridge = formed.ridges.get(number, || Ridge {
+                    height: x,
+                    arm: x,
+                    least_height: x,
+                });
+                assert_eq!([point[0], shape.twice_area], [ridge.height; 2]);
+            }
+            formed.points.get(99, || unreachable!("it is known"))[0] - 99.0
+        };
+        assert_eq!([ask(&formed, 1.0), ask(&formed, 2.0)], [1.0, 1.0]);
         formed.clear();
-        assert_eq!(ask(&formed, 2.0), [2.0; 3]);
+        assert_eq!(ask(&formed, 2.0), 2.0);
     }
 }

@@ -83,7 +83,8 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// The same with where to keep what is worked out of the surface at them, if it is kept.
+    /// The same with where to keep what is worked out of the surface at them, if it is kept:
+    /// empty room, or such as has been asked at these very positions of the same surface only.
     pub(crate) fn with<'b>(self, formed: Option<&'b Formed<D>>) -> Positions<'b, D>
     where
         'a: 'b,
@@ -238,7 +239,8 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// Nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
     /// Room for what so many `pairs` have in common of it at some positions, if that pays: `old`
-    /// room of this surface, emptied, or new. What is asked with that has the same bits.
+    /// room of this surface, emptied, is used in any case. What is asked with that has the same
+    /// bits.
     fn form(&self, _pairs: usize, _old: Option<Formed<D>>) -> Option<Formed<D>> {
         None
     }

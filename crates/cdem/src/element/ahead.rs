@@ -8,7 +8,7 @@ const LINE: usize = 64;
 #[cfg(target_arch = "x86_64")]
 #[allow(
     unsafe_code,
-    reason = "an instruction that may not fault gets an address"
+    reason = "an instruction that never faults gets an address"
 )]
 #[inline(always)]
 pub(super) fn ask_for<T>(values: &[T]) {
@@ -20,7 +20,7 @@ pub(super) fn ask_for<T>(values: &[T]) {
     }
 }
 
-/// Asks for nothing: the language has no such instruction for this machine.
+/// Asks for nothing: that is done on x86-64 alone.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
 pub(super) fn ask_for<T>(_: &[T]) {}

@@ -98,7 +98,8 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// Asks the memory for what will soon be read after a batch, with records of `size` numbers.
+    /// Asks the memory for what the elements of the batch [`AHEAD`] of this one are at rest, and for
+    /// their records, of `size` numbers.
     #[inline(always)]
     pub(super) fn ask_ahead(&self, batch: usize, size: usize) {
         let batch = batch + AHEAD;

@@ -3,7 +3,7 @@
 use super::Past;
 use super::geometry::{self, Element, Lame, Moduli, Nodal, Points};
 use super::lanes::Real;
-use super::set::{Formulation, MAX_RECORD, Record, StressIntegral};
+use super::set::{Formulation, MAX_RECORD, Record, RecordMut, StressIntegral};
 use super::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
@@ -25,9 +25,9 @@ use crate::scene::Kinematics;
 pub(super) struct Incremental;
 
 /// Where the numbers of an element are in its record.
-struct Places<const D: usize, const N: usize, const Q: usize>;
+struct Layout<const D: usize, const N: usize, const Q: usize>;
 
-impl<const D: usize, const N: usize, const Q: usize> Places<D, N, Q> {
+impl<const D: usize, const N: usize, const Q: usize> Layout<D, N, Q> {
     /// Where stresses begin, and numbers of one: of what is symmetric one half is kept.
     const STRESS: usize = (N - 1) * D;
     const POINT: usize = D * (D + 1) / 2;
@@ -56,7 +56,7 @@ impl Incremental {
         let mut displacement = [[record.get(0).constant(0.0); D]; N];
         for a in 1..N {
             for k in 0..D {
-                displacement[a][k] = record.get(Places::<D, N, Q>::displacement(a, k));
+                displacement[a][k] = record.get(Layout::<D, N, Q>::displacement(a, k));
             }
         }
         displacement
@@ -68,30 +68,32 @@ impl Incremental {
         record: &(impl Record<T> + ?Sized),
         q: usize,
     ) -> Tensor<D, T> {
-        tensor::filled(|i, j| record.get(Places::<D, N, Q>::stress(q, i.min(j), i.max(j))))
+        tensor::filled(|i, j| record.get(Layout::<D, N, Q>::stress(q, i.min(j), i.max(j))))
     }
 
+    /// Keeps displacements for the next kick, m.
     #[inline(always)]
     fn set_displacement<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &mut (impl Record<T> + ?Sized),
+        record: &mut (impl RecordMut<T> + ?Sized),
         displacement: &Nodal<D, N, T>,
     ) {
         for a in 1..N {
             for k in 0..D {
-                record.set(Places::<D, N, Q>::displacement(a, k), displacement[a][k]);
+                record.set(Layout::<D, N, Q>::displacement(a, k), displacement[a][k]);
             }
         }
     }
 
+    /// Keeps the stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn set_stress<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &mut (impl Record<T> + ?Sized),
+        record: &mut (impl RecordMut<T> + ?Sized),
         q: usize,
         stress: &Tensor<D, T>,
     ) {
         for i in 0..D {
             for j in i..D {
-                record.set(Places::<D, N, Q>::stress(q, i, j), stress[i][j]);
+                record.set(Layout::<D, N, Q>::stress(q, i, j), stress[i][j]);
             }
         }
     }
@@ -107,9 +109,15 @@ struct Arrived<const D: usize, T> {
 }
 
 impl<const D: usize, T: Real> Arrived<D, T> {
-    /// Of a point with `stress` and displacement gradient `last`, which has changed by `step`.
+    /// Of a point with `stress` in an element with displacements `last`, on their `way`, m.
     #[inline(always)]
-    fn of(lame: &Lame<T>, stress: &Tensor<D, T>, [last, step]: [&Tensor<D, T>; 2]) -> Self {
+    fn of<const N: usize>(
+        lame: &Lame<T>,
+        stress: &Tensor<D, T>,
+        gradients: &Nodal<D, N, T>,
+        [last, way]: [&Nodal<D, N, T>; 2],
+    ) -> Self {
+        let [last, step] = &[last, way].map(|field| geometry::gradient(gradients, field));
         let half = last[0][0].constant(0.5);
         let work_before = tensor::contraction(&first_piola(stress, last), step);
         let middle = tensor::sum(last, &tensor::scaled(half, step));
@@ -131,30 +139,29 @@ impl<const D: usize, T: Real> Arrived<D, T> {
 impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Incremental {
     const KINEMATICS: Kinematics = Kinematics::Incremental;
 
-    const RECORD: usize = Places::<D, N, Q>::WORK + 1;
+    const RECORD: usize = Layout::<D, N, Q>::WORK + 1;
 
     #[inline(always)]
     fn respond<T: Real>(
         element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
-        record: &mut (impl Record<T> + ?Sized),
+        record: &mut (impl RecordMut<T> + ?Sized),
     ) -> Nodal<D, N, T> {
         let last = Self::displacement::<D, N, Q, T>(record);
         let way = less(u, &last);
         let mut force = geometry::zero(u);
-        let mut work = record.get(Places::<D, N, Q>::WORK);
+        let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let stress = Self::stress::<D, N, Q, T>(record, q);
-            let way = [&last, &way].map(|way| geometry::gradient(&gradients, way));
-            let arrived = Arrived::of(&element.lame(), &stress, way.each_ref());
+            let arrived = Arrived::of(&element.lame(), &stress, &gradients, [&last, &way]);
             Self::set_stress::<D, N, Q, T>(record, q, &arrived.stress);
             work += volume * arrived.work;
             geometry::subtract_divergence(&mut force, &arrived.first_piola, &gradients, volume);
         }
         geometry::balance(&mut force);
         Self::set_displacement::<D, N, Q, T>(record, u);
-        record.set(Places::<D, N, Q>::WORK, work);
+        record.set(Layout::<D, N, Q>::WORK, work);
         force
     }
 
@@ -187,12 +194,12 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     ) -> T {
         let last = Self::displacement::<D, N, Q, T>(record);
         let way = less(u, &last);
-        let mut work = record.get(Places::<D, N, Q>::WORK);
+        let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let stress = Self::stress::<D, N, Q, T>(record, q);
-            let way = [&last, &way].map(|way| geometry::gradient(&gradients, way));
-            work += volume * Arrived::of(&element.lame(), &stress, way.each_ref()).work;
+            let arrived = Arrived::of(&element.lame(), &stress, &gradients, [&last, &way]);
+            work += volume * arrived.work;
         }
         work
     }
@@ -235,7 +242,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
             .sum();
         Some(Past {
             stress: tensor::filled(mean),
-            excess: record[Places::<D, N, Q>::WORK] - held,
+            excess: record[Layout::<D, N, Q>::WORK] - held,
             volume,
         })
     }
@@ -252,7 +259,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         for q in 0..Q {
             Self::set_stress::<D, N, Q, f64>(record, q, &past.stress);
         }
-        record[Places::<D, N, Q>::WORK] =
+        record[Layout::<D, N, Q>::WORK] =
             volume * (past.excess / past.volume + moduli.energy(&past.stress));
     }
 }
@@ -263,13 +270,13 @@ fn less<const D: usize, const N: usize, T: Real>(
     a: &Nodal<D, N, T>,
     b: &Nodal<D, N, T>,
 ) -> Nodal<D, N, T> {
-    let mut less = *a;
+    let mut difference = *a;
     for node in 0..N {
         for k in 0..D {
-            less[node][k] -= b[node][k];
+            difference[node][k] -= b[node][k];
         }
     }
-    less
+    difference
 }
 
 /// F⁻¹.

@@ -10,7 +10,7 @@ use super::geometry::Moduli;
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{Group, Part};
-use super::set::{Formulation, Record};
+use super::set::{Formulation, Record, RecordMut};
 use super::{Due, Interval};
 
 /// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
@@ -179,7 +179,9 @@ impl<L: Lanes> Record<L::Number> for Records<'_, L> {
     fn get(&self, place: usize) -> L::Number {
         self.lanes.load(&self.rows[place], self.first)
     }
+}
 
+impl<L: Lanes> RecordMut<L::Number> for Records<'_, L> {
     #[inline(always)]
     fn set(&mut self, place: usize, number: L::Number) {
         if self.is_kept {

@@ -4,8 +4,10 @@ use std::cell::RefCell;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::MAX_NODES;
 use super::geometry::Nodal;
 use super::lanes::{Lanes, Row, WIDTH};
+use super::part::PART;
 
 thread_local! {
     static NEARBY: RefCell<Nearby> = RefCell::default();
@@ -27,9 +29,10 @@ impl Nearby {
     }
 }
 
-/// Numbers that a node of a group may have: no access can be out of range. There are never as
-/// many.
+/// Numbers that a node of a group can have in its batches: no access needs a check. A group has
+/// fewer.
 const NODES: usize = 1 << 16;
+const _: () = assert!(PART * MAX_NODES <= NODES);
 
 /// A vector where one load gets it: components that there are not are 0.
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
@@ -42,7 +45,8 @@ pub(super) struct Field(Vec<f64>);
 
 impl Default for Field {
     fn default() -> Self {
-        // Zeros of the system, which has none of them in memory until they are used.
+        // Zeros that the system gives, as a rule, without touching them: threads of short runs
+        // do not wait for them.
         Self(vec![
             0.0;
             (NODES + 1) * size_of::<Wide>() / size_of::<f64>()
@@ -51,12 +55,14 @@ impl Default for Field {
 }
 
 impl Field {
+    /// From the first place at which a vector may be.
     #[inline(always)]
     fn all(&self) -> &[Wide; NODES] {
         let (_, all, _) = bytemuck::pod_align_to(&self.0);
         all.first_chunk().expect("room for one more")
     }
 
+    /// The same, to be changed.
     #[inline(always)]
     fn all_mut(&mut self) -> &mut [Wide; NODES] {
         let (_, all, _) = bytemuck::pod_align_to_mut(&mut self.0);

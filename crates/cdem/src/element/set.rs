@@ -16,12 +16,16 @@ use crate::vector::sub;
 /// Most numbers in a record: of a hexahedron with incremental kinematics.
 pub(super) const MAX_RECORD: usize = 70;
 
-/// What an element keeps from kick to kick: a row of numbers, or of numbers side by side.
+/// What an element keeps from kick to kick: numbers by place, of one element or of several side
+/// by side.
 pub(super) trait Record<T> {
     /// The number at a place.
     fn get(&self, place: usize) -> T;
+}
 
-    /// Replaces a number, unless this is only to be looked at.
+/// A record that may be brought up to now.
+pub(super) trait RecordMut<T>: Record<T> {
+    /// Replaces a number, if what is kept is to change: none is read again after it is set.
     fn set(&mut self, place: usize, number: T);
 }
 
@@ -30,7 +34,9 @@ impl Record<f64> for [f64] {
     fn get(&self, place: usize) -> f64 {
         self[place]
     }
+}
 
+impl RecordMut<f64> for [f64] {
     #[inline(always)]
     fn set(&mut self, place: usize, number: f64) {
         self[place] = number;
@@ -53,7 +59,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     fn respond<T: Real>(
         element: &impl Points<D, N, Q, T>,
         displacement: &Nodal<D, N, T>,
-        record: &mut (impl Record<T> + ?Sized),
+        record: &mut (impl RecordMut<T> + ?Sized),
     ) -> Nodal<D, N, T>;
 
     /// What strain rates change of the nodal forces in a second, N/s; times β,

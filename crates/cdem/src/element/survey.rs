@@ -76,17 +76,18 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
     }
 }
 
-/// Records of elements side by side, from one of their rows on, to be looked at.
-struct Seen<'a, L>(L, &'a [Row], usize);
+/// Records of elements side by side, from one of their rows on.
+struct Records<'a, L> {
+    lanes: L,
+    rows: &'a [Row],
+    first: usize,
+}
 
-impl<L: Lanes> Record<L::Number> for Seen<'_, L> {
+impl<L: Lanes> Record<L::Number> for Records<'_, L> {
     #[inline(always)]
     fn get(&self, place: usize) -> L::Number {
-        self.0.load(&self.1[place], self.2)
+        self.lanes.load(&self.rows[place], self.first)
     }
-
-    #[inline(always)]
-    fn set(&mut self, _: usize, _: L::Number) {}
 }
 
 /// Asks all elements of a set; `tell` gets their numbers and answers, part by part.
@@ -151,7 +152,12 @@ where
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
                     let element = Abreast::new(lanes, (rest, first), lame);
                     let u = field.relative(lanes, nodes, first);
-                    let answer = W::answer(&element, &u, &Seen(lanes, records, first));
+                    let records = Records {
+                        lanes,
+                        rows: records,
+                        first,
+                    };
+                    let answer = W::answer(&element, &u, &records);
                     for (number, row) in answer.into_iter().zip(&mut rows) {
                         lanes.store(number, row, first);
                     }

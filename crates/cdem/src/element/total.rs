@@ -2,7 +2,7 @@
 
 use super::geometry::{self, Element, Moduli, Nodal, Points};
 use super::lanes::Real;
-use super::set::{Formulation, Record, StressIntegral};
+use super::set::{Formulation, Record, RecordMut, StressIntegral};
 use super::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
@@ -19,7 +19,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     fn respond<T: Real>(
         element: &impl Points<D, N, Q, T>,
         u: &Nodal<D, N, T>,
-        _: &mut (impl Record<T> + ?Sized),
+        _: &mut (impl RecordMut<T> + ?Sized),
     ) -> Nodal<D, N, T> {
         let mut force = geometry::zero(u);
         for q in 0..Q {

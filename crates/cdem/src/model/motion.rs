@@ -50,7 +50,8 @@ impl<const D: usize> Motion<'_, D> {
         Positions::new(self.rest, self.displacement)
     }
 
-    /// Nodes that do not move for now, with what is kept of the surface where they are.
+    /// Nodes that do not move for now, with what is [kept](Positions::with) of the surface where
+    /// they are.
     pub(crate) fn kicked<'a>(&'a mut self, formed: Option<&'a Formed<D>>) -> Kicked<'a, D> {
         Kicked {
             at: Positions::new(self.rest, self.displacement).with(formed),

@@ -37,7 +37,7 @@ use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-/// Triangles for each pair looked at, at most, for which room pays.
+/// Triangles for each pair looked at, or contact held, at most, for which room pays.
 const PAIRS: usize = 3;
 
 /// The boundary of all blocks in space.
@@ -156,7 +156,7 @@ impl Surface<3> for Shell {
     }
 
     fn form(&self, pairs: usize, old: Option<Formed<3>>) -> Option<Formed<3>> {
-        if pairs <= self.skin.triangles.len() / PAIRS {
+        if old.is_none() && pairs <= self.skin.triangles.len() / PAIRS {
             return None;
         }
         let emptied = old.map(|mut old| {

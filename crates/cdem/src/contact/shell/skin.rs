@@ -244,6 +244,7 @@ impl Skin {
         }
     }
 
+    /// The same, whether it is kept or not.
     fn point_of(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
         self.mean(corner, |node| at.at(node))
     }
@@ -278,6 +279,7 @@ impl Skin {
         }
     }
 
+    /// The same, whether it is kept or not.
     fn shape_of(&self, triangle: u32, at: Positions<3>) -> Shape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
@@ -399,6 +401,7 @@ impl Skin {
         }
     }
 
+    /// The same, whether it is kept or not.
     fn ridge_of(&self, edge: u32, at: Positions<3>) -> Ridge {
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);

@@ -1,9 +1,10 @@
 //! Operators under rigid motion, what pairs lack to touch, shares of area.
 
 use proptest::prelude::*;
+use rayon::prelude::*;
 
 use super::{Meeting, Shell};
-use crate::contact::orientation::ROUND_OFF;
+use crate::contact::orientation::{ROUND_OFF, Slack};
 use crate::contact::rightful::rightful;
 use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
@@ -60,6 +61,52 @@ pub(super) fn all_pairs(shell: &Shell) -> Vec<Pair> {
         one != other
     });
     pairs
+}
+
+/// All that is asked of pairs of a drift, as text: numbers with all their digits.
+fn answers(shell: &Shell, at: Positions<3>, velocity: &[[f64; 3]]) -> Vec<String> {
+    let slack = Slack {
+        within: 1e-6,
+        depth: 1e-8,
+    };
+    let ask = |pair: &Pair| {
+        let pair = *pair;
+        let place = (shell.project(pair, at), shell.apart(pair, at));
+        let nearness = shell.nearness(pair, at, 0.1, 1e-4);
+        let rests = shell.rests(pair, at, velocity, 0.1, slack);
+        let time = shell.time_of_impact(pair, at, velocity, 0.1, 1e-4);
+        format!("{place:?} {nearness:?} {rests} {time:?}")
+    };
+    all_pairs(shell).par_iter().map(ask).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// What is kept of a surface changes no bit, on any number of threads, and is forgotten
+    /// when its room is emptied for other positions.
+    #[test]
+    fn what_is_kept_has_the_same_bits(
+        warp in [0, 1].map(|_| [0; 8].map(|_| vector(0.1))),
+        moves in [0, 1].map(|_| [0; 16].map(|_| vector(0.1))),
+        velocity in [0; 16].map(|_| vector(1.0)),
+    ) {
+        let cubes = [warped_cube([0.0; 3], &warp[0]), warped_cube([0.3, 0.2, 1.1], &warp[1])];
+        let mesh = mesh(&cubes.each_ref().map(|cube| (ElementKind::Hex8, cube.as_slice())));
+        let shell = Shell::new(&mesh, 1e-4);
+        for threads in [1, 4] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let mut room = shell.form(usize::MAX, None);
+            for displacement in &moves {
+                room = shell.form(0, room);
+                prop_assert!(room.is_some());
+                let at = Positions::new(&mesh.nodes, displacement);
+                let alone = answers(&shell, at, &velocity);
+                let together = pool.install(|| answers(&shell, at.with(room.as_ref()), &velocity));
+                prop_assert_eq!(alone, together);
+            }
+        }
+    }
 }
 
 proptest! {

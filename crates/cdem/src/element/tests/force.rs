@@ -149,6 +149,38 @@ fn viscous_force_is_stiffness_proportional() {
     }
 }
 
+/// A kick that keeps nothing gives the same impulses as one that does, to the bit.
+fn looking_changes_no_record<const D: usize>(kinematics: Kinematics) {
+    for kind in kinds::<D>() {
+        let mesh = one_element::<D>(kind);
+        let mut sets = sets_of(&mesh, rock(), kinematics, Plane::Strain);
+        let moved = |size: f64| -> Vec<[f64; D]> {
+            let node = |a| std::array::from_fn(|k| size * noise(a, k));
+            (0..mesh.nodes.len()).map(node).collect()
+        };
+        advance(&mut sets, &moved(0.05));
+        let records = |sets: &Sets<D>| -> Vec<Vec<f64>> {
+            let sets = sets.iter();
+            sets.flat_map(|set| (0..set.len()).map(|i| set.record(i)))
+                .collect()
+        };
+        let before = records(&sets);
+        let looked = forces(&mut sets, &moved(0.1));
+        assert_eq!(records(&sets), before, "{kind:?} {kinematics:?}");
+        assert_eq!(advance(&mut sets, &moved(0.1)), looked);
+        let has_past = kinematics == Kinematics::Incremental;
+        assert_eq!(records(&sets) != before, has_past);
+    }
+}
+
+#[test]
+fn a_kick_that_keeps_nothing_changes_nothing() {
+    for kinematics in KINEMATICS {
+        looking_changes_no_record::<2>(kinematics);
+        looking_changes_no_record::<3>(kinematics);
+    }
+}
+
 #[test]
 fn only_what_is_due_is_kicked() {
     let mesh = distorted([3, 2], ElementKind::Quad4, 0.1);
