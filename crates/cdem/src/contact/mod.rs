@@ -347,14 +347,11 @@ impl<const D: usize> Contacts<D> {
         timing: Timing,
         receive: Receive<D>,
     ) {
-        if self.islands.is_empty() {
-            return;
-        }
         self.books.watch.skip();
+        let contacts = self.live().count();
         let setting = self.terms.setting(inertia);
         let kick = (before, time, timing);
         let (islands, books) = (&mut self.islands, &mut self.books);
-        let contacts = islands.iter().map(|island| island.live.len()).sum();
         self.formed = setting.surface.form(contacts, self.formed.take());
         let motion = &mut motion.kicked(self.formed.as_ref());
         let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);

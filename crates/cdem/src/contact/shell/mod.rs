@@ -156,14 +156,13 @@ impl Surface<3> for Shell {
     }
 
     fn form(&self, pairs: usize, old: Option<Formed<3>>) -> Option<Formed<3>> {
-        if old.is_none() && pairs <= self.skin.triangles.len() / PAIRS {
-            return None;
+        match old {
+            Some(mut old) => {
+                old.clear();
+                Some(old)
+            }
+            None => (pairs > self.skin.triangles.len() / PAIRS).then(|| self.skin.form()),
         }
-        let emptied = old.map(|mut old| {
-            old.clear();
-            old
-        });
-        Some(emptied.unwrap_or_else(|| self.skin.form()))
     }
 
     fn families(&self) -> Vec<[Range<u32>; 2]> {
