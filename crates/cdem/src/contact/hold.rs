@@ -83,8 +83,7 @@ impl<const D: usize> Island<D> {
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);
             live.fresh = false;
-            (live.impulse, live.interval) = (constraint.impulse, interval);
-            live.record.count(&[0.0; D], &constraint.impulse);
+            live.bear(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
                 live.slide();
                 live.record.slip += shear_norm(&new) * drift;
@@ -335,14 +334,20 @@ impl<const D: usize> Island<D> {
         drift: f64,
         constraints: &[Constraint<D>],
     ) -> Option<Vec<f64>> {
+        let (surface, tolerance) = (setting.surface, setting.tolerance);
         let then = motion.positions().after(motion.velocity, drift);
         let miss = |(live, constraint): (&Live<D>, &Constraint<D>)| {
-            let projection = setting.surface.project(live.pair, then);
-            let miss = projection.gap - live.offset[0];
-            let sinks = miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance;
             // Edges that have turned parallel have no gap.
-            let presses = constraint.impulse[0] > 0.0 && projection.outside.is_finite();
-            if presses || sinks { miss } else { 0.0 }
+            let gap = surface.gap(live.pair, then, &constraint.operator.frame[0]);
+            let miss = gap.map_or(0.0, |gap| gap - live.offset[0]);
+            let sinks = || {
+                miss < -MISS * tolerance && surface.project(live.pair, then).outside <= tolerance
+            };
+            if constraint.impulse[0] > 0.0 || sinks() {
+                miss
+            } else {
+                0.0
+            }
         };
         let pairs = self.live.par_iter().zip(constraints).with_min_len(SHARE);
         let misses: Vec<f64> = pairs.map(miss).collect();

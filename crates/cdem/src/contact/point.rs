@@ -3,8 +3,10 @@
 
 use std::ops::Range;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::contact::colours::Values;
-use crate::contact::solve::{Limit, shear_norm, shear_square};
+use crate::contact::solve::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::surface::Operator;
 use crate::contact::system::SHARE;
 use crate::model::inertia::Mobility;
@@ -68,9 +70,13 @@ pub(super) struct Point<const D: usize> {
     /// The impulse that its solve began with, N·s.
     pub(super) start: [f64; D],
     pub(super) borne: [f64; D],
-    /// Square of the largest change of a relative velocity in its last visit, m²/s²;
-    /// infinite if it bears nothing.
+    /// What its last visit has changed of the impulse, N·s.
+    pub(super) step: [f64; D],
+    /// Square of the largest change of a relative velocity in that, m²/s²; infinite if it
+    /// bears nothing.
     pub(super) change: f64,
+    /// Direction of search between sweeps, N·s.
+    pub(super) direction: [f64; D],
 }
 
 /// Nodes of a contact, with their rows and whether they are held in all components.
@@ -122,37 +128,64 @@ pub(super) fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mu
     }
 }
 
-/// Calls `fill` for each point with its part of operators and gains, which follow
-/// each other as the points do.
-pub(super) fn in_parts<const D: usize>(
-    points: &mut [Point<D>],
-    operators: &mut [Term<D>],
-    gains: &mut [Rows<D>],
-    fill: &(impl Fn(&mut Point<D>, &mut [Term<D>], &mut [Rows<D>]) + Sync),
-) {
-    if points.len() > SHARE {
-        let (points, more) = points.split_at_mut(points.len() / 2);
+/// Points that take their constraints' operators, with what impulses do: their parts of
+/// operators and gains follow each other as they do.
+pub(super) struct Filling<'a, const D: usize> {
+    pub(super) points: &'a mut [Point<D>],
+    pub(super) operators: &'a mut [Term<D>],
+    pub(super) gains: &'a mut [Rows<D>],
+    pub(super) slots: &'a [u32],
+    pub(super) constraints: &'a [Constraint<D>],
+    pub(super) mobility: Mobility<'a, D>,
+}
+
+impl<const D: usize> Filling<'_, D> {
+    /// Fills them, on as many threads as it is worth.
+    pub(super) fn run(self) {
+        if self.points.len() <= SHARE {
+            return Arch::new().dispatch(self);
+        }
+        let (points, more) = self.points.split_at_mut(self.points.len() / 2);
         let ends = [points[0].operators.start, points[0].gains.start];
+        let operators = self.operators;
         let (operators, others) = operators.split_at_mut(more[0].operators.start - ends[0]);
-        let (gains, other_gains) = gains.split_at_mut(more[0].gains.start - ends[1]);
-        rayon::join(
-            || in_parts(points, operators, gains, fill),
-            || in_parts(more, others, other_gains, fill),
-        );
-        return;
+        let (gains, other_gains) = self.gains.split_at_mut(more[0].gains.start - ends[1]);
+        let first = Self {
+            points,
+            operators,
+            gains,
+            ..self
+        };
+        let second = Self {
+            points: more,
+            operators: others,
+            gains: other_gains,
+            ..self
+        };
+        rayon::join(|| first.run(), || second.run());
     }
-    let (mut operators, mut gains) = (operators, gains);
-    for point in points {
-        let (own, rest) = operators.split_at_mut(point.operators.len());
-        let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
-        fill(point, own, own_gains);
-        (operators, gains) = (rest, rest_gains);
+}
+
+impl<const D: usize> WithSimd for Filling<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (mut operators, mut gains) = (self.operators, self.gains);
+        for point in self.points {
+            let (own, rest) = operators.split_at_mut(point.operators.len());
+            let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
+            let operator = &self.constraints[point.number as usize].operator;
+            point.fill(own, own_gains, self.slots, operator, self.mobility);
+            (operators, gains) = (rest, rest_gains);
+        }
     }
 }
 
 impl<const D: usize> Point<D> {
     /// Takes the operator, with what impulses do.
-    pub(super) fn fill(
+    #[inline(always)]
+    fn fill(
         &mut self,
         operators: &mut [Term<D>],
         gains: &mut [Rows<D>],
@@ -166,17 +199,18 @@ impl<const D: usize> Point<D> {
         let mut terms = operators.iter_mut().peekable();
         for (k, node, held) in nodes_of(operator, mobility) {
             let rows: Rows<D> = std::array::from_fn(|r| widen(&operator.rows[r][k]));
+            let inverse = 1.0 / mobility.inertia.mass()[node as usize];
             for r in 0..D {
-                unheld[r] += dot(&rows[r], &rows[r]) / mobility.inertia.mass()[node as usize];
+                unheld[r] += dot(&rows[r], &rows[r]) * inverse;
             }
             let Some(term) = terms.next_if(|_| !held) else {
                 continue;
             };
             term.rows = rows;
             for ((_, inverse), &slot) in mobility.column(node).zip(&mut slots) {
-                let gain = &mut gains[slot as usize];
+                let (gain, inverse) = (&mut gains[slot as usize], widen(&inverse));
                 for r in 0..D {
-                    for c in 0..D {
+                    for c in 0..4 {
                         gain[r][c] += inverse[c] * rows[r][c];
                     }
                 }
@@ -227,6 +261,27 @@ impl<const D: usize> Point<D> {
             missed[1..].fill(0.0);
         }
         missed[0].abs().max(shear_norm(&missed))
+    }
+
+    /// What its last visit has changed, as an energy, J.
+    #[inline(always)]
+    pub(super) fn square(&self) -> f64 {
+        let of_row = |r: usize| self.compliance[r.min(1)] * self.step[r] * self.step[r];
+        (0..D).map(of_row).sum()
+    }
+
+    /// Goes on by a `ratio` of the last direction, no farther than to where it opens. Returns
+    /// the change of the impulse; the direction is then what has changed since it was one.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, ratio: f64) -> [f64; D] {
+        let mut ahead = [0.0; D];
+        for r in 0..D {
+            ahead[r] = ratio * self.direction[r];
+            self.direction[r] = ahead[r] + self.step[r];
+        }
+        ahead[0] = ahead[0].max(-self.limit.tension - self.impulse[0]);
+        add_scaled(&mut self.impulse, 1.0, &ahead);
+        ahead
     }
 
     /// The impulse with which this contact alone would do what is asked of it at

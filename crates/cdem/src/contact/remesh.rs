@@ -389,9 +389,10 @@ impl<const D: usize> Carry<'_, D> {
             self.before.operator(live.pair, &live.foot, old.at).frame,
             self.after.operator(pair, &foot, new.at).frame,
         ];
-        for vector in [&mut live.impulse, &mut live.offset] {
+        for vector in live.in_frame() {
             *vector = turned(vector, &frames);
         }
+        live.offset = turned(&live.offset, &frames);
         if blocks.iter().any(|&block| self.changed[block as usize]) {
             live.foot = foot;
         }

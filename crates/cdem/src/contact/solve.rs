@@ -232,7 +232,6 @@ impl<const D: usize> System<D> {
         let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
         let mut in_vain = 0;
         loop {
-            directions.remember(self);
             let (of_own, own) = self.sweep_to(course);
             let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
             course.effort += 1;
@@ -317,36 +316,20 @@ impl Course {
     }
 }
 
-/// Directions of search between sweeps, whose changes stand for gradients: values of
-/// the contacts awake, by their places.
+/// What a solve has found on the way from sweep to sweep.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Directions<const D: usize> {
-    /// Impulses before the sweep, N·s.
-    before: Vec<[f64; D]>,
-    /// Last direction, N·s.
-    direction: Vec<[f64; D]>,
     /// Square of the last sweep's change, J.
     square: f64,
-    /// Impulses to come back to, N·s.
+    /// Impulses to come back to, by the places of contacts, N·s.
     kept: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Directions<D> {
-    fn begin(&mut self, system: &System<D>) {
-        let count = system.points.len();
-        for values in [&mut self.before, &mut self.direction, &mut self.kept] {
-            values.resize(count, [0.0; D]);
-        }
-        for (place, _) in system.awake() {
-            self.direction[place] = [0.0; D];
-        }
+    fn begin(&mut self, system: &mut System<D>) {
+        self.kept.resize(system.points.len(), [0.0; D]);
         self.square = 0.0;
-    }
-
-    fn remember(&mut self, system: &System<D>) {
-        for (place, point) in system.awake() {
-            self.before[place] = point.impulse;
-        }
+        system.forget_direction();
     }
 
     fn keep(&mut self, system: &System<D>) {
@@ -359,33 +342,13 @@ impl<const D: usize> Directions<D> {
         system.add(|place, point| sub(&self.kept[place], &point.impulse));
     }
 
-    /// Goes on along the last direction after a sweep. What then is beyond a
-    /// bound, the next sweep brings back: a solve ends with a sweep.
+    /// Goes on along the last direction after a sweep, whose change stands for a gradient.
     fn advance(&mut self, system: &mut System<D>) {
-        let mut square = 0.0;
-        for (place, point) in system.awake() {
-            let change = sub(&point.impulse, &self.before[place]);
-            for r in 0..D {
-                square += point.compliance[r.min(1)] * change[r] * change[r];
-            }
-            self.before[place] = change;
-        }
+        let square = system.awake().map(|(_, point)| point.square()).sum();
         // A change that grows says that bounds have changed hands: start anew.
         let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };
         self.square = square;
-        if ratio > 0.0 {
-            system.add(|place, point| {
-                let mut step = self.direction[place].map(|x| ratio * x);
-                step[0] = step[0].max(-point.limit.tension - point.impulse[0]);
-                step
-            });
-        }
-        for (place, _) in system.awake() {
-            let (change, direction) = (&self.before[place], &mut self.direction[place]);
-            for r in 0..D {
-                direction[r] = ratio * direction[r] + change[r];
-            }
-        }
+        system.advance(ratio);
     }
 }

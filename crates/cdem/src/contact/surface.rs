@@ -293,6 +293,12 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn both_bear(&self, one: Pair, other: Pair, at: Positions<D>) -> bool;
     /// Where the main point lies with respect to the target.
     fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
+    /// Gap of a pair whose normal, out of the target, goes the way of `along`, m; `None` for
+    /// parallel edges.
+    fn gap(&self, pair: Pair, at: Positions<D>, _along: &[f64; D]) -> Option<f64> {
+        let projection = self.project(pair, at);
+        projection.outside.is_finite().then_some(projection.gap)
+    }
     /// Unit normal of a contact, out of the target; `None` for parallel edges.
     fn normal(&self, pair: Pair, at: Positions<D>) -> Option<[f64; D]>;
     /// Whether the target's inward normal lies in the main feature's normal

@@ -7,7 +7,7 @@
 
 use crate::contact::colours::{Colours, Values, Visit};
 use crate::contact::face::Face;
-use crate::contact::point::{Point, Term, Terms, Wide, in_parts, nodes_of, push, widen};
+use crate::contact::point::{Filling, Point, Term, Terms, Wide, nodes_of, push, widen};
 use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
@@ -44,13 +44,15 @@ impl<const D: usize> System<D> {
         if !self.fits(constraints, mobility) {
             self.number(constraints, mobility);
         }
-        let slots = &self.terms.slots;
-        let points = self.points.as_mut_slice();
-        let (operators, gains) = (&mut self.terms.operators, &mut self.terms.gains);
-        in_parts(points, operators, gains, &|point, operators, gains| {
-            let operator = &constraints[point.number as usize].operator;
-            point.fill(operators, gains, slots, operator, mobility);
-        });
+        let filling = Filling {
+            points: &mut self.points,
+            operators: &mut self.terms.operators,
+            gains: &mut self.terms.gains,
+            slots: &self.terms.slots,
+            constraints,
+            mobility,
+        };
+        filling.run();
     }
 
     /// Whether the constraints are between the nodes that they were.
@@ -139,7 +141,9 @@ impl<const D: usize> System<D> {
                 impulse: [0.0; D],
                 start: [0.0; D],
                 borne: [0.0; D],
+                step: [0.0; D],
                 change: 0.0,
+                direction: [0.0; D],
             });
         }
     }
@@ -278,6 +282,26 @@ impl<const D: usize> System<D> {
         self.colours.pass(relative, velocity, &relate);
     }
 
+    /// Has the next [`advance`](Self::advance) go nowhere.
+    pub(super) fn forget_direction(&mut self) {
+        for &place in self.colours.awake() {
+            self.points[place as usize].direction = [0.0; D];
+        }
+    }
+
+    /// Has each contact awake go on by a `ratio` of its last direction after a sweep. What
+    /// then is beyond a bound, the next sweep brings back: a solve ends with a sweep.
+    pub(super) fn advance(&mut self, ratio: f64) {
+        if ratio > 0.0 {
+            self.push(|_, point| point.advance(ratio));
+            return;
+        }
+        for &place in self.colours.awake() {
+            let point = &mut self.points[place as usize];
+            point.direction = point.step;
+        }
+    }
+
     /// Adds to the impulse of each contact awake what `change` says of it, and what that
     /// does to the velocities.
     pub(super) fn add(&mut self, change: impl Fn(usize, &Point<D>) -> [f64; D] + Sync) {
@@ -333,6 +357,7 @@ impl<const D: usize> Visit<Point<D>, Wide, 2> for Sweep<'_, D> {
         point.change = if is_open { f64::INFINITY } else { change };
         let normal = point.impulse[0].abs().max(point.borne[0].abs());
         let step = sub(&point.impulse, &old);
+        point.step = step;
         if step != [0.0; D] {
             self.terms.push(point, &step, values);
         }

@@ -12,8 +12,8 @@ struct Dense<const D: usize> {
     size: usize,
     /// n×n, kg.
     matrix: Vec<f64>,
-    /// One n×n inverse a component, zero in the rows of held nodes.
-    inverse: [Vec<f64>; D],
+    /// n×n inverse by component, zero in the rows of held nodes; symmetric to the bit.
+    inverse: Vec<[f64; D]>,
     /// Held components of its nodes, for which the inverse is; none before the first.
     held: Vec<[bool; D]>,
 }
@@ -25,7 +25,7 @@ impl<const D: usize> Dense<D> {
             first,
             size: matrix.len().isqrt(),
             matrix,
-            inverse: std::array::from_fn(|_| Vec::new()),
+            inverse: Vec::new(),
             held: Vec::new(),
         }
     }
@@ -35,7 +35,13 @@ impl<const D: usize> Dense<D> {
         if self.held == held {
             return;
         }
-        self.inverse = std::array::from_fn(|c| self.inverse_without(|a| held[a][c]));
+        self.inverse = vec![[0.0; D]; self.size * self.size];
+        for c in 0..D {
+            let of_component = self.inverse_without(|a| held[a][c]);
+            for (entry, inverse) in self.inverse.iter_mut().zip(of_component) {
+                entry[c] = inverse;
+            }
+        }
         self.held = held.to_vec();
     }
 
@@ -161,7 +167,7 @@ impl<const D: usize> Inertia<D> {
         match self.dense.get(self.dense_of[node] as usize) {
             Some(dense) => {
                 let diagonal = (node - dense.first) * (dense.size + 1);
-                std::array::from_fn(|c| dense.inverse[c][diagonal] == 0.0)
+                dense.inverse[diagonal].map(|inverse| inverse == 0.0)
             }
             None => self.inverse[node].map(|inverse| inverse == 0.0),
         }
@@ -202,17 +208,15 @@ impl<const D: usize> Inertia<D> {
     /// Column of M⁻¹ of a node, 1/kg: nodes, and the velocity of each for a unit
     /// impulse in each component.
     pub(crate) fn column(&self, node: usize) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
-        let dense = self.dense.get(self.dense_of[node] as usize);
-        self.coupled(node).map(move |other| {
-            let inverse = match dense {
-                None => self.inverse[node],
-                Some(dense) => {
-                    let entry = (other - dense.first) * dense.size + (node - dense.first);
-                    std::array::from_fn(|c| dense.inverse[c][entry])
-                }
-            };
-            (other as u32, inverse)
-        })
+        let inverse = match self.dense.get(self.dense_of[node] as usize) {
+            None => &self.inverse[node..=node],
+            Some(dense) => {
+                let row = (node - dense.first) * dense.size;
+                &dense.inverse[row..row + dense.size]
+            }
+        };
+        let nodes = self.coupled(node).map(|other| other as u32);
+        nodes.zip(inverse.iter().copied())
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
@@ -224,11 +228,10 @@ impl<const D: usize> Inertia<D> {
                 }
             }
             Some(dense) => {
-                let column = node - dense.first;
+                let row = (node - dense.first) * dense.size;
                 for a in 0..dense.size {
                     for c in 0..D {
-                        velocity[dense.first + a][c] +=
-                            dense.inverse[c][a * dense.size + column] * impulse[c];
+                        velocity[dense.first + a][c] += dense.inverse[row + a][c] * impulse[c];
                     }
                 }
             }
@@ -261,7 +264,7 @@ impl<const D: usize> Inertia<D> {
                     for b in 0..dense.size {
                         for c in 0..D {
                             velocity[node][c] +=
-                                dense.inverse[c][row + b] * impulse[dense.first + b][c];
+                                dense.inverse[row + b][c] * impulse[dense.first + b][c];
                         }
                     }
                 }

@@ -1,6 +1,13 @@
 //! A vertex against a triangle.
 
+use super::skin::scaled_normal;
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+/// Distance of the point `p` from the plane of a triangle, m; negative inside.
+pub(super) fn gap(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> f64 {
+    let (normal, _) = scaled_normal(triangle);
+    dot(&sub(p, &triangle[0]), &normal)
+}
 
 /// A point and the plane of a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -20,9 +27,7 @@ impl Facing {
     /// The point `p` before a triangle.
     pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> Self {
         let [a, b, c] = triangle;
-        let area = cross(&sub(b, a), &sub(c, a));
-        let twice = norm(&area);
-        let normal = scale(1.0 / twice, &area);
+        let (normal, twice) = scaled_normal(triangle);
         let part =
             |one: &[f64; 3], other: &[f64; 3]| dot(&cross(&sub(one, p), &sub(other, p)), &normal);
         let weights = [part(b, c) / twice, part(c, a) / twice, part(a, b) / twice];
@@ -69,9 +74,7 @@ impl Material {
     /// At the point `p`, that with these `weights` moved along.
     pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3], weights: &[f64; 3]) -> Self {
         let [a, b, c] = triangle;
-        let area = cross(&sub(b, a), &sub(c, a));
-        let twice = norm(&area);
-        let normal = scale(1.0 / twice, &area);
+        let (normal, twice) = scaled_normal(triangle);
         let mut offset = *p;
         for (corner, weight) in triangle.iter().zip(weights) {
             add_scaled(&mut offset, -weight, corner);

@@ -293,6 +293,20 @@ impl Surface<3> for Shell {
         }
     }
 
+    fn gap(&self, pair: Pair, at: Positions<3>, along: &[f64; 3]) -> Option<f64> {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let p = self.skin.point(vertex, at);
+                Some(facing::gap(&p, &self.skin.triangle(triangle, at)))
+            }
+            Meeting::Crossing { main, target } => {
+                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+                let crossing = Crossing::new(&main, &target, along, self.skin.tolerance);
+                crossing.map(|crossing| crossing.gap)
+            }
+        }
+    }
+
     fn normal(&self, pair: Pair, at: Positions<3>) -> Option<[f64; 3]> {
         match self.meeting(pair) {
             Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),

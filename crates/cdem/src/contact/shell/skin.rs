@@ -471,7 +471,7 @@ fn angle(sine: f64, cosine: f64) -> f64 {
 
 /// Outward unit normal of a triangle, and twice its area, m².
 #[inline]
-fn scaled_normal([a, b, c]: &[[f64; 3]; 3]) -> ([f64; 3], f64) {
+pub(super) fn scaled_normal([a, b, c]: &[[f64; 3]; 3]) -> ([f64; 3], f64) {
     let normal = cross(&sub(b, a), &sub(c, a));
     let twice_area = norm(&normal);
     (scale(1.0 / twice_area, &normal), twice_area)
