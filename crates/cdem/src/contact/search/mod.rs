@@ -43,7 +43,7 @@ use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::raw;
 use crate::step::levels::Joined;
 use crate::step::outlook::Outlook;
-use crate::vector::{norm, sub};
+use crate::vector::{dot, norm, sub};
 
 /// Speed to reckon with, over that which kicks have made. What is struck by
 /// something heavy flies off at up to twice its speed, and so does the far end of
@@ -76,9 +76,10 @@ const HELD_IN_MOTION: f64 = 4.0;
 const SERVES: f64 = 11.0;
 const SERVES_AT_REST: f64 = 500.0;
 
-/// Pairs that a thread looks at in a row, pairs of which it sees whether it has to, and blocks
-/// of which it does.
+/// Pairs that a thread looks at in a row, nodes that it follows, pairs of which it sees
+/// whether it has to, and blocks of which it does.
 const AT_ONCE: usize = 256;
+const NODES_AT_ONCE: usize = 4096;
 const AT_A_GLANCE: usize = 8192;
 const BLOCKS_AT_ONCE: usize = 16;
 
@@ -226,37 +227,51 @@ impl<const D: usize> Search<D> {
 
     /// How far the blocks have moved, and whether farther than was reckoned with.
     fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let ways = self.ways(blocks, at);
+        let (ways, moved) = self.gone(blocks, at);
         self.outrun = self.let_through(blocks, at, &ways);
-        for reach in &mut self.blocks {
-            reach.moved = 0.0;
-        }
-        let nodes = self.origin.iter().zip(&mut self.last);
-        for (node, (origin, last)) in (0..).zip(nodes) {
-            let block = blocks.block_of[node as usize] as usize;
-            if blocks.fixed[block] {
-                continue;
-            }
-            let now = at.at(node);
-            let reach = &mut self.blocks[block];
-            reach.moved = reach.moved.max(norm(&sub(&now, origin)));
-            *last = now;
-        }
-        for (reach, way) in self.blocks.iter_mut().zip(ways) {
+        let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
+        let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
+        let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
+        moving.for_each(|(node, last)| *last = at.at(node as u32));
+        for (reach, (way, moved)) in self.blocks.iter_mut().zip(ways.into_iter().zip(moved)) {
             reach.way += way;
+            reach.moved = moved;
         }
     }
 
-    /// Longest way of a node of each block since the last search, m.
-    fn ways(&self, blocks: &Blocks<D>, at: Positions<D>) -> Vec<f64> {
-        let mut ways = vec![0.0_f64; self.blocks.len()];
-        for (node, last) in (0..).zip(&self.last) {
-            let block = blocks.block_of[node as usize] as usize;
-            if !blocks.fixed[block] {
-                ways[block] = ways[block].max(norm(&sub(&at.at(node), last)));
+    /// Longest ways of a node of each block since the last search and since the last broad
+    /// phase, m.
+    fn gone(&self, blocks: &Blocks<D>, at: Positions<D>) -> (Vec<f64>, Vec<f64>) {
+        let parts = self.last.par_chunks(NODES_AT_ONCE);
+        let parts = parts.zip(self.origin.par_chunks(NODES_AT_ONCE)).enumerate();
+        let squares = parts.map(|(part, (last, origin))| {
+            let nodes = (part * NODES_AT_ONCE) as u32..;
+            let mut longest: Vec<(u32, [f64; 2])> = Vec::new();
+            for (node, (last, origin)) in nodes.zip(last.iter().zip(origin)) {
+                let block = blocks.block_of[node as usize];
+                if blocks.fixed[block as usize] {
+                    continue;
+                }
+                let now = at.at(node);
+                let gone = [last, origin].map(|then| sub(&now, then));
+                let squares = gone.map(|gone| dot(&gone, &gone));
+                match longest.last_mut().filter(|(of, _)| *of == block) {
+                    Some((_, longest)) => *longest = larger(*longest, squares),
+                    None => longest.push((block, squares)),
+                }
             }
+            longest
+        });
+        let squares: Vec<_> = squares.collect();
+        let mut longest = vec![[0.0; 2]; self.blocks.len()];
+        for (block, squares) in squares.into_iter().flatten() {
+            let longest = &mut longest[block as usize];
+            *longest = larger(*longest, squares);
         }
-        ways
+        let roots = longest
+            .into_iter()
+            .map(|[way, moved]| (way.sqrt(), moved.sqrt()));
+        roots.unzip()
     }
 
     /// Whether blocks that have gone farther than their share, these `ways` since the
@@ -548,6 +563,11 @@ impl Reach {
             turning: STEEP * self.way + self.share,
         }
     }
+}
+
+/// The larger of two numbers, place by place.
+fn larger(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    [one[0].max(other[0]), one[1].max(other[1])]
 }
 
 /// Where the items of each of `count` owners begin in a list of all in order of
