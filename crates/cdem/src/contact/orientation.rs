@@ -43,6 +43,8 @@ pub(crate) struct Slack {
     pub(crate) within: f64,
     /// How deep it may be at the end, m.
     pub(crate) depth: f64,
+    /// Gap above which it comes nowhere near to that, m; infinite where any might.
+    pub(crate) clear: f64,
 }
 
 /// A time in which it is no longer above round-off, until the end of its fall.
@@ -322,6 +324,7 @@ mod tests {
         let slack = Slack {
             within: 1e-2,
             depth: 1e-6,
+            clear: f64::INFINITY,
         };
         for (gap, sinks, rests) in [
             (0.0, 0.0, true),

@@ -311,6 +311,9 @@ impl Surface<2> for Outline {
         duration: f64,
         slack: Slack,
     ) -> bool {
+        if slack.clear.is_finite() && self.project(pair, at).gap > slack.clear {
+            return true;
+        }
         let (area, edge) = self.area_before(pair, at, velocity);
         let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
         area.rests(lengths, duration, slack)

@@ -270,17 +270,18 @@ fn look_at<const D: usize>(
     if apart > tolerance + way {
         return (Look::Touch(Touch::Never), apart);
     }
+    let is_slow = way <= SHALLOW * tolerance;
+    let clear = if is_slow {
+        wanted.waits_above() * tolerance
+    } else {
+        f64::INFINITY
+    };
     let slack = Slack {
         within: SHALLOW * tolerance,
         depth: wanted.depth() * tolerance,
+        clear,
     };
-    let is_slow = way <= slack.within;
-    let waits = || {
-        // Of parallel edges the gap says nothing.
-        let projection = surface.project(pair, at);
-        projection.gap > wanted.waits_above() * tolerance || projection.outside.is_infinite()
-    };
-    let look = if is_slow && waits() || surface.rests(pair, at, motion.velocity, remaining, slack) {
+    let look = if surface.rests(pair, at, motion.velocity, remaining, slack) {
         Look::Touch(Touch::Never)
     } else {
         Look::Within(if is_slow { 0.0 } else { remaining })

@@ -29,12 +29,15 @@
 //! since shares only grow the end is the same in any order.
 
 mod patches;
+mod soon;
 #[cfg(test)]
 mod study;
 #[cfg(test)]
 mod tests;
 
 pub(super) use patches::Patches;
+
+use soon::Soon;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -132,6 +135,9 @@ pub(super) struct Search<const D: usize> {
     of_block: Vec<u32>,
     #[serde(skip)]
     start: Vec<u32>,
+    /// Those of the candidates that are looked at for now.
+    #[serde(skip)]
+    soon: Soon,
     /// Where the nodes were in the last broad phase and in the last step, m.
     #[serde(with = "raw")]
     origin: Vec<[f64; D]>,
@@ -384,6 +390,7 @@ impl<const D: usize> Search<D> {
 
     /// Lists the candidates by main feature and by block.
     fn list_candidates(&mut self) {
+        self.soon = Soon::default();
         let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
         let main = |candidate: &Candidate| candidate.pair.main as usize;
         self.of_main = starts(self.candidates.iter().map(main), mains as usize);
@@ -406,9 +413,11 @@ impl<const D: usize> Search<D> {
     }
 
     fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let ahead = self.blocks.iter();
-        let ahead = ahead.map(|reach| reach.ahead(blocks.tolerance));
-        let ahead: Vec<Ahead> = ahead.collect();
+        let ahead = self.ahead(blocks.tolerance);
+        if !self.soon.serves(&ahead) {
+            let shares = self.blocks.iter().map(|reach| reach.share);
+            self.soon = Soon::of(&self.candidates, &ahead, shares.fold(0.0, f64::max));
+        }
         let looked_at = self.glance(&ahead);
         self.near.clear();
         self.near.resize(self.candidates.len(), false);
@@ -426,11 +435,18 @@ impl<const D: usize> Search<D> {
         self.look(blocks, at.with(formed.as_ref()), &numbers);
     }
 
+    /// What each block has ahead.
+    fn ahead(&self, tolerance: f64) -> Vec<Ahead> {
+        let blocks = self.blocks.iter();
+        blocks.map(|reach| reach.ahead(tolerance)).collect()
+    }
+
     /// What the ways of blocks tell of the candidates, some after the other.
     fn glance(&self, ahead: &[Ahead]) -> Vec<Glance> {
-        let of_some = |(part, candidates): (usize, &[Candidate])| {
+        let of_some = |numbers: &[u32]| {
             let mut glance = Glance::default();
-            for (number, candidate) in ((part * AT_A_GLANCE) as u32..).zip(candidates) {
+            for &number in numbers {
+                let candidate = &self.candidates[number as usize];
                 let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
                 if a.way + b.way <= candidate.held {
                     glance.held.push(number);
@@ -440,7 +456,7 @@ impl<const D: usize> Search<D> {
             }
             glance
         };
-        let some = self.candidates.par_chunks(AT_A_GLANCE).enumerate();
+        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
         some.map(of_some).collect()
     }
 
@@ -522,10 +538,10 @@ impl<const D: usize> Search<D> {
 
     /// Looks at what has not been near to some blocks.
     fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, raised: &[usize]) {
-        let ahead = |block: u32| self.blocks[block as usize].ahead(blocks.tolerance);
+        let ahead = self.ahead(blocks.tolerance);
         let open = |number: &&u32| {
             let candidate = &self.candidates[**number as usize];
-            let [a, b] = candidate.blocks.map(ahead);
+            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
             !self.near[**number as usize] && candidate.may_be_near(a, b)
         };
         let of_block = |&block: &usize| self.candidates_of(block).iter().filter(open).copied();
@@ -533,6 +549,9 @@ impl<const D: usize> Search<D> {
         let mut numbers: Vec<u32> = of_all.flat_map_iter(of_block).collect();
         numbers.sort_unstable();
         numbers.dedup();
+        if !self.soon.serves(&ahead) {
+            self.soon = Soon::default(); // what is near now may not be among them
+        }
         self.look(blocks, at, &numbers);
     }
 }

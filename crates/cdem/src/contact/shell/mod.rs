@@ -355,7 +355,10 @@ impl Surface<3> for Shell {
         let within = (duration, slack);
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
-                self.rests_facing((vertex, triangle), at, velocity, within)
+                let p = self.skin.point(vertex, at);
+                let gap = || facing::gap(&p, &self.skin.triangle(triangle, at));
+                slack.clear.is_finite() && gap() > slack.clear
+                    || self.rests_facing((vertex, triangle), at, velocity, within)
             }
             Meeting::Crossing { main, target } => {
                 self.rests_crossing([main, target], at, velocity, within)

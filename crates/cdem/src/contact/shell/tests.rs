@@ -68,6 +68,7 @@ fn answers(shell: &Shell, at: Positions<3>, velocity: &[[f64; 3]]) -> Vec<String
     let slack = Slack {
         within: 1e-6,
         depth: 1e-8,
+        clear: f64::INFINITY,
     };
     let ask = |pair: &Pair| {
         let pair = *pair;

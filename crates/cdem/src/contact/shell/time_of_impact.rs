@@ -94,7 +94,7 @@ impl Shell {
         volume.rests(areas, duration, slack)
     }
 
-    /// The same of two edges, if they stay far from parallel.
+    /// The same of two edges, if they stay far from parallel; or whether they are clear.
     pub(super) fn rests_crossing(
         &self,
         [main, target]: [u32; 2],
@@ -103,8 +103,11 @@ impl Shell {
         (duration, slack): (f64, Slack),
     ) -> bool {
         let Some(crossing) = self.crossing(main, target, at) else {
-            return false;
+            return slack.clear.is_finite();
         };
+        if crossing.gap > slack.clear {
+            return true;
+        }
         let (volume, edges) = self.volume_between([main, target], at, velocity);
         let [now, then] = [0.0, duration].map(|time| {
             let [one, other] = edges.map(|edge| moved(&edge, time));

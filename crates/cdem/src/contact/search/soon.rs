@@ -1,0 +1,67 @@
+//! Candidates that may be near before long: all others are passed over without a glance.
+
+use rayon::prelude::*;
+
+use super::{AT_A_GLANCE, Ahead, Candidate};
+use crate::contact::surface::STEEP;
+
+/// What blocks may have ahead more than when candidates were sorted out, over the largest of
+/// their shares then: some nine steps at the present speeds.
+const SERVES: f64 = 4.0;
+
+/// For how much more than that they are sorted out: far above round-off.
+const MARGIN: f64 = 1.25;
+
+/// The candidates, for as long as they serve.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Soon {
+    /// Their numbers, rising.
+    pub(super) numbers: Vec<u32>,
+    /// What blocks had ahead then, and by how much more it may be, m; none before the first.
+    then: Vec<Ahead>,
+    serves: f64,
+}
+
+impl Soon {
+    /// Those of all `candidates`, whose blocks have this `ahead`, the largest share of one
+    /// being `share`, m.
+    pub(super) fn of(candidates: &[Candidate], ahead: &[Ahead], share: f64) -> Self {
+        let serves = SERVES * share;
+        let of_some = |(part, candidates): (usize, &[Candidate])| {
+            let may_be = |candidate: &Candidate| {
+                let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+                let [far, other] = [a, b].map(|ahead| ahead.further(MARGIN * serves));
+                a.way + b.way <= candidate.held || candidate.may_be_near(far, other)
+            };
+            let numbered = ((part * AT_A_GLANCE) as u32..).zip(candidates);
+            let numbers = numbered.filter(|(_, candidate)| may_be(candidate));
+            numbers.map(|(number, _)| number).collect::<Vec<_>>()
+        };
+        let some = candidates.par_chunks(AT_A_GLANCE).enumerate();
+        Self {
+            numbers: some.flat_map_iter(of_some).collect(),
+            then: ahead.to_vec(),
+            serves,
+        }
+    }
+
+    /// Whether all that may be near are among them, where blocks have this `ahead`.
+    pub(super) fn serves(&self, ahead: &[Ahead]) -> bool {
+        let serves = |(now, then): (&Ahead, &Ahead)| {
+            now.distance - then.distance <= self.serves
+                && now.turning - then.turning <= STEEP * self.serves
+        };
+        self.then.len() == ahead.len() && ahead.iter().zip(&self.then).all(serves)
+    }
+}
+
+impl Ahead {
+    /// The same where the block has gone on by `way`, m.
+    fn further(self, way: f64) -> Self {
+        Self {
+            way: self.way,
+            distance: self.distance + way,
+            turning: self.turning + STEEP * way,
+        }
+    }
+}
