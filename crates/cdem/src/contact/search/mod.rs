@@ -79,12 +79,11 @@ const HELD_IN_MOTION: f64 = 4.0;
 const SERVES: f64 = 11.0;
 const SERVES_AT_REST: f64 = 500.0;
 
-/// Pairs that a thread looks at in a row, nodes that it follows, pairs of which it sees
-/// whether it has to, and blocks of which it does.
+/// Pairs that a thread looks at in a row, nodes that it follows, and pairs of which it
+/// sees whether it has to.
 const AT_ONCE: usize = 256;
 const NODES_AT_ONCE: usize = 4096;
-const AT_A_GLANCE: usize = 8192;
-const BLOCKS_AT_ONCE: usize = 16;
+const AT_A_GLANCE: usize = 2048;
 
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -414,10 +413,7 @@ impl<const D: usize> Search<D> {
 
     fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
         let ahead = self.ahead(blocks.tolerance);
-        if !self.soon.serves(&ahead) {
-            let shares = self.blocks.iter().map(|reach| reach.share);
-            self.soon = Soon::of(&self.candidates, &ahead, shares.fold(0.0, f64::max));
-        }
+        self.sort_out(&ahead);
         let looked_at = self.glance(&ahead);
         self.near.clear();
         self.near.resize(self.candidates.len(), false);
@@ -439,6 +435,14 @@ impl<const D: usize> Search<D> {
     fn ahead(&self, tolerance: f64) -> Vec<Ahead> {
         let blocks = self.blocks.iter();
         blocks.map(|reach| reach.ahead(tolerance)).collect()
+    }
+
+    /// Finds out which candidates to look at, if those known do not serve any more.
+    fn sort_out(&mut self, ahead: &[Ahead]) {
+        if !self.soon.serves(ahead) {
+            let shares = self.blocks.iter().map(|reach| reach.share);
+            self.soon = Soon::of(&self.candidates, ahead, shares.fold(0.0, f64::max));
+        }
     }
 
     /// What the ways of blocks tell of the candidates, some after the other.
@@ -511,18 +515,20 @@ impl<const D: usize> Search<D> {
             }
             together.flatten();
             joined = self.found.len();
-            let mut raised = Vec::new();
+            let mut raised = vec![false; self.blocks.len()];
             for of in self.blocks_near(0) {
                 for block in of {
                     let share = &mut self.blocks[block as usize].share;
                     let most = largest[together.root(block) as usize];
                     if most > *share {
                         *share = most;
-                        raised.push(block as usize);
+                        raised[block as usize] = true;
                     }
                 }
             }
-            self.look_again(blocks, at, &raised);
+            if raised.contains(&true) {
+                self.look_again(blocks, at, &raised);
+            }
         }
     }
 
@@ -536,22 +542,21 @@ impl<const D: usize> Search<D> {
         pairs
     }
 
-    /// Looks at what has not been near to some blocks.
-    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, raised: &[usize]) {
+    /// Looks at what has not been near to blocks of a larger share than before.
+    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, raised: &[bool]) {
         let ahead = self.ahead(blocks.tolerance);
-        let open = |number: &&u32| {
-            let candidate = &self.candidates[**number as usize];
+        self.sort_out(&ahead);
+        let is_open = |number: &u32| {
+            let candidate = &self.candidates[*number as usize];
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-            !self.near[**number as usize] && candidate.may_be_near(a, b)
+            let mut of = candidate.blocks.iter();
+            of.any(|&block| raised[block as usize])
+                && !self.near[*number as usize]
+                && candidate.may_be_near(a, b)
         };
-        let of_block = |&block: &usize| self.candidates_of(block).iter().filter(open).copied();
-        let of_all = raised.par_iter().with_min_len(BLOCKS_AT_ONCE);
-        let mut numbers: Vec<u32> = of_all.flat_map_iter(of_block).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        if !self.soon.serves(&ahead) {
-            self.soon = Soon::default(); // what is near now may not be among them
-        }
+        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
+        let open = some.flat_map_iter(|numbers| numbers.iter().copied().filter(is_open));
+        let numbers: Vec<u32> = open.collect();
         self.look(blocks, at, &numbers);
     }
 }
