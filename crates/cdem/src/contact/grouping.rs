@@ -1,6 +1,8 @@
 //! Pairs that are or may come in contact, put into islands; and the nodes that
 //! count as one in the levels because of them.
 
+use rayon::prelude::*;
+
 use crate::contact::island::Island;
 use crate::contact::live::Live;
 use crate::contact::near::Near;
@@ -8,6 +10,9 @@ use crate::contact::surface::Pair;
 use crate::contact::{Beside, Contacts, STAY};
 use crate::model::inertia::Inertia;
 use crate::step::levels::Joined;
+
+/// Pairs whose island a thread finds in a row.
+const AT_ONCE: usize = 1024;
 
 impl<const D: usize> Contacts<D> {
     /// Puts pairs that are or may come in contact into islands, if they or the
@@ -56,15 +61,21 @@ impl<const D: usize> Contacts<D> {
         islands.all(|island| island == Some(first)).then_some(first)
     }
 
+    /// The pairs near that an island has, its number, and how far apart they were, m.
+    fn near_in_islands(&self) -> impl Iterator<Item = (Pair, usize, f64)> + '_ {
+        let pairs = self.near.par_iter().with_min_len(AT_ONCE);
+        let islands = pairs.map(|&pair| Some((pair, self.island_of_pair(pair)?)));
+        let islands: Vec<_> = islands.collect();
+        let near = islands.into_iter().zip(self.search.distances());
+        near.filter_map(|(near, apart)| near.map(|(pair, island)| (pair, island, apart)))
+    }
+
     /// Gives islands the pairs near; what is known of those they had stays.
     fn update_near(&mut self) {
         let mut islands = std::mem::take(&mut self.islands);
         let mut known: Vec<_> = islands.iter_mut().map(|i| i.near.restart()).collect();
         let blocks = self.terms.blocks(&self.fixed);
-        for (&pair, apart) in self.near.iter().zip(self.search.distances()) {
-            let Some(island) = self.island_of_pair(pair) else {
-                continue;
-            };
+        for (pair, island, apart) in self.near_in_islands() {
             let near = &mut islands[island].near;
             if !near.keep(pair, &mut known[island]) {
                 near.push(blocks.surface, pair, blocks.of(pair), apart);
@@ -195,11 +206,9 @@ impl<const D: usize> Contacts<D> {
             island.near = Near::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
         }
         let blocks = terms.blocks(&self.fixed);
-        for (&pair, apart) in self.near.iter().zip(self.search.distances()) {
-            if let Some(island) = self.island_of_pair(pair) {
-                let near = &mut islands[island].near;
-                near.push(blocks.surface, pair, blocks.of(pair), apart);
-            }
+        for (pair, island, apart) in self.near_in_islands() {
+            let near = &mut islands[island].near;
+            near.push(blocks.surface, pair, blocks.of(pair), apart);
         }
         self.islands = islands;
     }

@@ -351,7 +351,8 @@ impl<const D: usize> Live<D> {
             target[0] = -apart / drift;
         }
         let limit = self.limit(interval);
-        let mut impulse = self.expected().map(|force| force * interval);
+        let force = expected(&self.force, &self.force_before);
+        let mut impulse = force.map(|force| force * interval);
         impulse[0] = impulse[0].max(-limit.tension);
         Constraint {
             operator,
@@ -360,14 +361,6 @@ impl<const D: usize> Live<D> {
             impulse,
             borne: [0.0; D],
         }
-    }
-
-    /// The force with which the next solve begins, N.
-    fn expected(&self) -> [f64; D] {
-        let (now, before) = (&self.force, &self.force_before);
-        let goes_on = now[0] != 0.0 && before[0] != 0.0;
-        let trend = if goes_on { TREND } else { 0.0 };
-        std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
     }
 
     /// Takes what a kick of `interval` seconds has it bear, N·s.
@@ -456,5 +449,34 @@ impl<const D: usize> Live<D> {
     pub(crate) fn slide(&mut self) {
         self.sticks = false;
         self.joint = false;
+    }
+}
+
+/// The force with which the next solve begins, N, after that of `now` and of the kick before.
+fn expected<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
+    let goes_on = now[0] != 0.0 && before[0] != 0.0;
+    let trend = if goes_on { TREND } else { 0.0 };
+    std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_that_swings_is_met_but_for_a_share() {
+        let turn = std::f64::consts::TAU / 40.0;
+        let force = |kick: i32| [2.0 + (turn * f64::from(kick)).cos()];
+        let largest = |missed: &dyn Fn(i32) -> f64| (2..42).map(missed).fold(0.0, f64::max);
+        let last = largest(&|k| (force(k)[0] - force(k - 1)[0]).abs());
+        let missed = largest(&|k| (force(k)[0] - expected(&force(k - 1), &force(k - 2))[0]).abs());
+        // What is left of the trend, and the turn of that in a kick.
+        assert!(missed < (1.0 - TREND + turn) * last, "{missed} of {last}");
+    }
+
+    #[test]
+    fn what_has_just_begun_or_opened_is_met_where_it_was() {
+        assert_eq!(expected(&[3.0, 1.0], &[0.0, 0.0]), [3.0, 1.0]);
+        assert_eq!(expected(&[0.0, 0.0], &[3.0, 1.0]), [0.0, 0.0]);
     }
 }

@@ -195,8 +195,8 @@ impl<const D: usize> Search<D> {
                 break;
             }
         }
-        self.found.sort_unstable();
-        let found = self.found.iter();
+        self.found.par_sort_unstable();
+        let found = self.found.par_iter().with_min_len(AT_A_GLANCE);
         found
             .map(|&number| self.candidates[number as usize].pair)
             .collect()
@@ -534,7 +534,7 @@ impl<const D: usize> Search<D> {
 
     /// Blocks of the pairs near from the `first` on, those of one pair but once in a row.
     fn blocks_near(&self, first: usize) -> Vec<[u32; 2]> {
-        let found = self.found[first..].iter();
+        let found = self.found[first..].par_iter().with_min_len(AT_A_GLANCE);
         let mut pairs: Vec<_> = found
             .map(|&number| self.candidates[number as usize].blocks)
             .collect();
