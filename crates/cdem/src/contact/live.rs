@@ -59,7 +59,8 @@ pub(crate) struct Live<const D: usize> {
     #[serde(with = "raw")]
     pub(crate) impulse: [f64; D],
     pub(crate) interval: f64,
-    /// Forces of the last kick and of the one before, in the frame, N; 0 before the first.
+    /// Forces of the last kick and of the one before, without what impacts have added, in the
+    /// frame, N; 0 before the first.
     #[serde(with = "raw")]
     pub(crate) force: [f64; D],
     #[serde(with = "raw")]

@@ -43,7 +43,7 @@ pub(crate) struct Slack {
     pub(crate) within: f64,
     /// How deep it may be at the end, m.
     pub(crate) depth: f64,
-    /// Gap above which it comes nowhere near to that, m; infinite where any might.
+    /// Gap above which a pair waits for the next kick, m; infinite where none can.
     pub(crate) clear: f64,
 }
 

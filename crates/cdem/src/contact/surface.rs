@@ -317,8 +317,9 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         depth: f64,
     ) -> Option<f64>;
     /// Whether a pair that touches, within some slack, stays as it is for `duration` at
-    /// constant velocities, within some too; never, if it might not. Or is clear of that: of
-    /// parallel edges the gap says nothing, and they are where any pair can be.
+    /// constant velocities, within some too; never, if it might not. Or whether it is clear
+    /// of its target by so much that it waits: parallel edges, whose gap says nothing, are
+    /// wherever a pair can be.
     fn rests(
         &self,
         pair: Pair,
