@@ -30,12 +30,26 @@ pub(super) struct Group<const D: usize, const N: usize, const Q: usize> {
     pub(super) batches: Batches<D, N, Q>,
 }
 
-/// Where an element of a set is.
+/// Where an element of a set is: as many elements as a part can hold are counted for each part
+/// before its own, and then those of the groups of its part, one after the other.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
-    pub(super) part: u32,
-    pub(super) group: u8,
-    pub(super) index: u16,
+pub(super) struct Place(u32);
+
+impl Place {
+    /// Of the element that `within` others of a part come before.
+    pub(super) fn new(part: usize, within: usize) -> Self {
+        Self((part * PART + within) as u32)
+    }
+
+    /// Number of its part.
+    pub(super) fn part(self) -> usize {
+        self.0 as usize / PART
+    }
+
+    /// How many elements of its part come before it.
+    pub(super) fn within(self) -> usize {
+        self.0 as usize % PART
+    }
 }
 
 /// An element with all that is known of it.
@@ -60,6 +74,18 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
     /// Groups, finest level first.
     pub(super) fn groups(&self) -> &[Group<D, N, Q>] {
         &self.groups
+    }
+
+    /// Number of the group of an element that so many come before, and its index there.
+    pub(super) fn group_of(&self, within: usize) -> (usize, usize) {
+        let mut index = within;
+        let holds = |group: &Group<D, N, Q>| {
+            let is_there = index < group.members.len();
+            index -= if is_there { 0 } else { group.members.len() };
+            is_there
+        };
+        let group = self.groups.iter().position(holds);
+        (group.expect("as many elements as the part has"), index)
     }
 
     pub(super) fn groups_mut(&mut self) -> &mut [Group<D, N, Q>] {

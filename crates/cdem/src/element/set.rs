@@ -226,19 +226,15 @@ where
 
     /// Notes where the elements of a part are now.
     fn find_places(&mut self, part: usize) {
-        for (group, own) in self.parts[part].groups().iter().enumerate() {
-            for (index, &number) in own.members.iter().enumerate() {
-                self.place[number as usize] = Place {
-                    part: part as u32,
-                    group: group as u8,
-                    index: index as u16,
-                };
-            }
+        let members = self.parts[part].groups().iter();
+        let members = members.flat_map(|group| &group.members);
+        for (within, &number) in members.enumerate() {
+            self.place[number as usize] = Place::new(part, within);
         }
     }
 
     fn part(&self, i: usize) -> &Part<D, N, Q> {
-        &self.parts[self.place[i].part as usize]
+        &self.parts[self.place[i].part()]
     }
 
     fn moduli(&self, i: usize) -> &Moduli {
@@ -246,9 +242,9 @@ where
     }
 
     fn group(&self, i: usize) -> (&Group<D, N, Q>, usize) {
-        let place = self.place[i];
-        let group = &self.part(i).groups()[place.group as usize];
-        (group, place.index as usize)
+        let part = self.part(i);
+        let (group, index) = part.group_of(self.place[i].within());
+        (&part.groups()[group], index)
     }
 
     fn element(&self, i: usize) -> Element<D, N, Q> {
@@ -437,8 +433,9 @@ where
 
     fn set_record(&mut self, i: usize, record: &[f64]) {
         let place = self.place[i];
-        let groups = self.parts[place.part as usize].groups_mut();
-        groups[place.group as usize].set_record(place.index as usize, record);
+        let part = &mut self.parts[place.part()];
+        let (group, index) = part.group_of(place.within());
+        part.groups_mut()[group].set_record(index, record);
     }
 
     fn past(&self, i: usize) -> Option<Past<D>> {
