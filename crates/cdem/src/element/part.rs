@@ -76,16 +76,15 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
         &self.groups
     }
 
-    /// Number of the group of an element that so many come before, and its index there.
+    /// Number of the group of an element of this part that `within` others come before, and
+    /// its index there.
     pub(super) fn group_of(&self, within: usize) -> (usize, usize) {
-        let mut index = within;
-        let holds = |group: &Group<D, N, Q>| {
-            let is_there = index < group.members.len();
-            index -= if is_there { 0 } else { group.members.len() };
-            is_there
-        };
-        let group = self.groups.iter().position(holds);
-        (group.expect("as many elements as the part has"), index)
+        let (mut group, mut index) = (0, within);
+        while index >= self.groups[group].members.len() {
+            index -= self.groups[group].members.len();
+            group += 1;
+        }
+        (group, index)
     }
 
     pub(super) fn groups_mut(&mut self) -> &mut [Group<D, N, Q>] {
