@@ -41,6 +41,13 @@ impl<const D: usize> Run<D> {
         }
     }
 
+    /// Deepest penetration at the start of a kick so far, and now, m.
+    pub(crate) fn max_penetration(&self) -> f64 {
+        let at = self.model.positions(&self.state);
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(0.0, |contacts| contacts.max_penetration(at))
+    }
+
     /// Energies and momenta, `start_energy` being kinetic plus strain energy
     /// at t = 0, J.
     pub(crate) fn history(&self, instant: &Instant<D>, start_energy: f64) -> HistoryRow {

@@ -367,10 +367,10 @@ impl Simulation {
         each!(self, driven => driven.run.contacts.as_ref().map_or(0, |c| c.begun()))
     }
 
-    /// Deepest penetration at the end of a coarse step so far, m.
+    /// Deepest penetration at the start of a kick so far, and now, m.
     #[must_use]
     pub fn max_penetration(&self) -> f64 {
-        each!(self, driven => driven.run.contacts.as_ref().map_or(0.0, |c| c.max_penetration()))
+        each!(self, driven => driven.run.max_penetration())
     }
 
     /// Corrections of positions so far; none in most runs.

@@ -24,7 +24,6 @@ pub(crate) struct SavedContacts<'a, const D: usize> {
     ended: Cow<'a, [Record]>,
     ended_before: usize,
     books: Books,
-    max_penetration: f64,
 }
 
 impl<const D: usize> Contacts<D> {
@@ -40,7 +39,6 @@ impl<const D: usize> Contacts<D> {
             ended: Cow::Borrowed(&self.ended),
             ended_before: self.ended_before,
             books: self.books,
-            max_penetration: self.max_penetration,
         }
     }
 
@@ -71,7 +69,6 @@ impl<const D: usize> Contacts<D> {
             watch,
             ..saved.books
         };
-        self.max_penetration = saved.max_penetration;
         self.give_near();
         Ok(())
     }

@@ -115,14 +115,17 @@ impl Colours {
         self.begins.push(self.order.len());
     }
 
-    /// Has passes visit only those, of the places that they do, that `stay` so.
-    pub(super) fn doze(&mut self, stay: impl Fn(usize) -> bool) {
+    /// Has passes visit only those, of the places that they do, that `stay` so; these are told
+    /// with their nodes.
+    pub(super) fn doze(&mut self, mut stay: impl FnMut(usize, &[u32]) -> bool) {
         let (mut kept, mut next) = (0, 0);
         for task in 1..self.begins.len() {
             for number in next..self.begins[task] {
                 let place = self.awake[number];
                 self.awake[kept] = place;
-                kept += usize::from(stay(place as usize));
+                let place = place as usize;
+                let nodes = &self.nodes[self.starts[place]..self.starts[place + 1]];
+                kept += usize::from(stay(place, nodes));
             }
             next = std::mem::replace(&mut self.begins[task], kept);
         }
@@ -172,13 +175,13 @@ impl Colours {
     }
 
     /// Visits each place that is awake, with what it has in `own` and the `values` of its
-    /// nodes; colour by colour, the tasks of each at once. Returns the largest of what the
-    /// visits return in each component.
-    pub(super) fn pass<T: Send, V: Send, const N: usize>(
+    /// nodes; colour by colour, the tasks of each at once. Returns what the visits return,
+    /// [put together](Visit::together) in an order that the points fix.
+    pub(super) fn pass<T: Send, V: Send, F: Visit<T, V, N>, const N: usize>(
         &self,
         own: &mut [T],
         values: &mut [V],
-        visit: &impl Visit<T, V, N>,
+        visit: &F,
     ) -> [f64; N] {
         assert_eq!(own.len(), self.order.len());
         assert_eq!(values.len(), self.node_count);
@@ -190,22 +193,20 @@ impl Colours {
             let task = unsafe { Task::new(self, &self.awake[awake], (&own, &values), visit) };
             Arch::new().dispatch(task)
         };
-        let mut largest = [0.0; N];
+        let mut all = [0.0; N];
         for tasks in &self.colours {
             let awake = self.begins[tasks.start]..self.begins[tasks.end];
             let is_small = awake.len() <= CALLED_FOR * self.task;
-            let of_colour = if is_small || tasks.len() == 1 {
-                run(awake)
-            } else {
-                let tasks = tasks.clone().into_par_iter();
-                let runs = tasks.map(|task| run(self.begins[task]..self.begins[task + 1]));
-                #[expect(clippy::disallowed_methods, reason = "largest numbers, in any order")]
-                let of_colour = runs.reduce(|| [0.0; N], larger);
-                of_colour
-            };
-            largest = larger(largest, of_colour);
+            if is_small || tasks.len() == 1 {
+                all = F::together(all, run(awake));
+                continue;
+            }
+            let tasks = tasks.clone().into_par_iter();
+            let runs = tasks.map(|task| run(self.begins[task]..self.begins[task + 1]));
+            let runs: Vec<_> = runs.collect();
+            all = runs.into_iter().fold(all, F::together);
         }
-        largest
+        all
     }
 }
 
@@ -219,6 +220,12 @@ fn abreast<'a>(groups: &'a [&'a [u32]]) -> impl Iterator<Item = u32> + 'a {
 /// `#[inline(always)]`, as no closure can be.
 pub(super) trait Visit<T, V, const N: usize>: Sync {
     fn visit(&self, place: usize, own: &mut T, values: Values<V>) -> [f64; N];
+
+    /// What two visits, or any number, return together: the larger numbers, or what is not one.
+    #[inline(always)]
+    fn together(one: [f64; N], other: [f64; N]) -> [f64; N] {
+        std::array::from_fn(|i| larger(one[i], other[i]))
+    }
 }
 
 /// Places that are visited one after the other, with whatever instructions the machine
@@ -260,48 +267,44 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f64; N] {
-        let mut largest = [0.0; N];
+        let mut all = [0.0; N];
         for &place in self.places {
             let place = place as usize;
             let nodes = self.colours.nodes(place);
             // SAFETY: promised to `new`.
             let (own, values) =
                 unsafe { (self.own.get_mut(place), Values::new(self.values, nodes)) };
-            largest = larger(largest, self.visit.visit(place, own, values));
+            all = F::together(all, self.visit.visit(place, own, values));
         }
-        largest
+        all
     }
 }
 
-/// The larger numbers; what is not a number stays.
+/// The larger number; what is not a number stays.
 #[inline(always)]
-fn larger<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
-    std::array::from_fn(|i| {
-        if a[i] >= b[i] || a[i].is_nan() {
-            a[i]
-        } else {
-            b[i]
-        }
-    })
+pub(super) fn larger(one: f64, other: f64) -> f64 {
+    if one >= other || one.is_nan() {
+        one
+    } else {
+        other
+    }
 }
 
 /// The values of a point's nodes.
 pub(super) struct Values<'a, V> {
-    values: &'a Shared<'a, V>,
+    values: Shared<'a, V>,
     nodes: &'a [u32],
-    /// It may go to another thread only if they may.
-    owned: PhantomData<&'a mut V>,
 }
 
 impl<'a, V> Values<'a, V> {
     /// # Safety
     ///
     /// The nodes are in range, and no one else uses their values while this lives.
-    unsafe fn new(values: &'a Shared<'a, V>, nodes: &'a [u32]) -> Self {
+    unsafe fn new(values: &Shared<'a, V>, nodes: &'a [u32]) -> Self {
+        let Shared { first, slice } = *values;
         Self {
-            values,
+            values: Shared { first, slice },
             nodes,
-            owned: PhantomData,
         }
     }
 
@@ -312,11 +315,13 @@ impl<'a, V> Values<'a, V> {
         unsafe { self.values.get(self.nodes[number] as usize) }
     }
 
-    /// The same, to be changed.
+    /// Changes the value of each node in turn, given what there is `of_each`.
     #[inline(always)]
-    pub(super) fn get_mut(&mut self, number: usize) -> &mut V {
-        // SAFETY: promised to `new`, and borrowed from it as a whole.
-        unsafe { self.values.get_mut(self.nodes[number] as usize) }
+    pub(super) fn change<T>(&mut self, of_each: &[T], change: impl Fn(&mut V, &T)) {
+        for (&node, own) in self.nodes.iter().zip(of_each) {
+            // SAFETY: promised to `new`, and borrowed from it as a whole, one at a time.
+            change(unsafe { self.values.get_mut(node as usize) }, own);
+        }
     }
 }
 
@@ -379,8 +384,8 @@ mod tests {
         fn visit(&self, _: usize, own: &mut f64, mut values: Values<f64>) -> [f64; 1] {
             for number in 0..values.nodes.len() {
                 *own += values.get(number) / 3.0;
-                *values.get_mut(number) += own.cos();
             }
+            values.change(values.nodes, |value, _| *value += own.cos());
             [*own]
         }
     }
@@ -419,7 +424,7 @@ mod tests {
             let mut colours = colours(&lists, 2);
             let mut awake: Vec<usize> = (0..lists.len()).collect();
             for of in sleep {
-                colours.doze(|place| place % of > 0);
+                colours.doze(|place, _| place % of > 0);
                 awake.retain(|place| place % of > 0);
             }
             prop_assert!(colours.awake().iter().map(|&place| place as usize).eq(awake.clone()));
@@ -431,10 +436,9 @@ mod tests {
             let mut largest = 0.0_f64;
             for place in awake {
                 let own = &mut own[place];
-                for &node in colours.nodes(place) {
-                    *own += values[node as usize] / 3.0;
-                    values[node as usize] += own.cos();
-                }
+                let nodes = || colours.nodes(place).iter().map(|&node| node as usize);
+                nodes().for_each(|node| *own += values[node] / 3.0);
+                nodes().for_each(|node| values[node] += own.cos());
                 largest = largest.max(*own);
             }
             for threads in [1, 2, 3] {

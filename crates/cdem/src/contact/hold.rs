@@ -13,47 +13,85 @@ use crate::contact::system::SHARE;
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::motion::Kicked;
 use crate::profile::Stage;
-use crate::vector::sub;
+use crate::vector::{add_scaled, sub};
 
 /// Share of its contacts, one in so many, that must sink in for those closed before in the
 /// same kick to have the island solved once more. Fewer wait for the next kick: those are
 /// one or two at a time, for many rounds, in a large island that settles.
 const WORTH_A_SOLVE: usize = 64;
 
-/// What closed contacts are asked for in a kick, as often as it takes.
-#[derive(Default)]
-struct Hold<const D: usize> {
+/// What closed contacts are asked for in a kick, as often as it takes; its storage is kept.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Hold<const D: usize> {
     constraints: Vec<Constraint<D>>,
-    /// By how much their gaps would have missed theirs, m.
+    /// By how much their gaps would have missed theirs, m; and what of it the last solve has
+    /// left.
     missed: Vec<f64>,
+    misses: Vec<f64>,
     /// How often that has been asked for.
     again: usize,
-    /// Nodes that they move, and their velocities before, m/s.
-    start: AtNodes<D>,
+    /// Nodes that they move, sorted, and their velocities before and after, m/s.
+    nodes: Vec<u32>,
+    start: Vec<[f64; D]>,
+    end: Vec<[f64; D]>,
 }
 
-/// Vectors at some nodes.
-pub(super) type AtNodes<const D: usize> = Vec<(u32, [f64; D])>;
-
-/// What has become of the contacts of an island in a kick.
-pub(super) struct Held<const D: usize> {
+/// What has become of the contacts of an island in a kick, but for their impulses.
+pub(super) struct Held {
     /// Contacts that have ended.
     pub(super) ended: Vec<Record>,
-    /// Velocities of nodes of the island, m/s.
-    pub(super) velocity: AtNodes<D>,
-    /// Changes of the velocities of other nodes, m/s: of those that a contact has slid on to.
-    pub(super) beyond: AtNodes<D>,
-    /// What has been solved.
-    pub(super) constraints: Vec<Constraint<D>>,
     /// Energies, and other sums.
     pub(super) books: Books,
 }
 
 impl<const D: usize> Hold<D> {
+    /// Begins a kick, in which nothing has been asked for yet.
+    fn begin(&mut self) {
+        self.constraints.clear();
+        self.missed.clear();
+        self.again = 0;
+        self.start(&[], &[]);
+    }
+
+    /// What has been solved.
+    pub(super) fn solved(&self) -> &[Constraint<D>] {
+        &self.constraints
+    }
+
+    /// Takes the velocities before.
+    fn start(&mut self, nodes: &[u32], velocity: &[[f64; D]]) {
+        self.nodes.clear();
+        self.nodes.extend(nodes);
+        self.start.clear();
+        let velocities = nodes.iter().map(|&node| velocity[node as usize]);
+        self.start.extend(velocities);
+    }
+
     /// Gives the nodes the velocities that they had before.
     fn undo(&self, motion: &mut Kicked<D>) {
-        for (node, velocity) in &self.start {
-            motion.velocity[*node as usize] = *velocity;
+        for (&node, velocity) in self.nodes.iter().zip(&self.start) {
+            motion.velocity[node as usize] = *velocity;
+        }
+    }
+
+    /// Takes the velocities after.
+    fn end(&mut self, velocity: &[[f64; D]]) {
+        self.end.clear();
+        let velocities = self.nodes.iter().map(|&node| velocity[node as usize]);
+        self.end.extend(velocities);
+    }
+
+    /// Gives the nodes the velocities after, or what they have changed by where another island
+    /// has moved a node that a contact has slid on to.
+    pub(super) fn redo(&self, velocity: &mut [[f64; D]]) {
+        let changes = self.start.iter().zip(&self.end);
+        for (&node, (old, new)) in self.nodes.iter().zip(changes) {
+            let velocity = &mut velocity[node as usize];
+            if velocity == old {
+                *velocity = *new;
+            } else {
+                add_scaled(velocity, 1.0, &sub(new, old));
+            }
         }
     }
 }
@@ -70,19 +108,27 @@ impl<const D: usize> Island<D> {
         before: &[[f64; D]],
         (time, interval, drift): (f64, f64, f64),
         mut books: Books,
-    ) -> Held<D> {
+    ) -> Held {
         let mut ended = Vec::new();
         self.follow(setting, motion.positions(), &mut ended, &mut books);
         let timing = (time, interval, drift);
         let mut touches = std::mem::take(&mut self.touches);
-        let hold = self.solve_held(setting, motion, &mut touches, timing, &mut books);
+        let mut hold = std::mem::take(&mut self.held);
+        self.solve_held(
+            setting,
+            motion,
+            (&mut hold, &mut touches),
+            timing,
+            &mut books,
+        );
         let constraints = &hold.constraints;
         let least = setting.least_speed(drift);
         for (live, constraint) in self.live.iter_mut().zip(constraints) {
             let operator = &constraint.operator;
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
             books.spend(&constraint.impulse, &old, &new, live.fresh);
-            live.fresh = false;
+            books.penetration = books.penetration.max(live.depth(operator));
+            (live.fresh, live.normal) = (false, operator.frame[0]);
             live.bear(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
                 live.slide();
@@ -108,32 +154,11 @@ impl<const D: usize> Island<D> {
         });
         touches.go_on(self, setting, motion, (drift, !ended.is_empty()));
         self.touches = touches;
-        let (velocity, beyond) = self.moved(&hold.start, motion.velocity);
+        hold.end(motion.velocity);
         hold.undo(motion);
+        self.held = hold;
         books.watch.lap(Stage::Geometry);
-        Held {
-            ended,
-            velocity,
-            beyond,
-            constraints: hold.constraints,
-            books,
-        }
-    }
-
-    /// New velocities of nodes of the island, and by how much those of others are new, m/s;
-    /// both by nodes, as their velocities at the `start` are.
-    fn moved(&self, start: &[(u32, [f64; D])], velocity: &[[f64; D]]) -> (AtNodes<D>, AtNodes<D>) {
-        let mut nodes = self.nodes.iter().peekable();
-        let (mut own, mut beyond) = (Vec::with_capacity(start.len()), Vec::new());
-        for (node, old) in start {
-            while nodes.next_if(|own| *own < node).is_some() {}
-            let new = &velocity[*node as usize];
-            match nodes.next_if_eq(&node) {
-                Some(_) => own.push((*node, *new)),
-                None => beyond.push((*node, sub(new, old))),
-            }
-        }
-        (own, beyond)
+        Held { ended, books }
     }
 
     /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
@@ -190,18 +215,18 @@ impl<const D: usize> Island<D> {
         &mut self,
         setting: &Setting<D>,
         motion: &mut Kicked<D>,
-        touches: &mut Touches,
+        (hold, touches): (&mut Hold<D>, &mut Touches),
         (time, interval, drift): (f64, f64, f64),
         books: &mut Books,
-    ) -> Hold<D> {
-        let mut hold = Hold::default();
+    ) {
+        hold.begin();
         let precision = (RESIDUAL, self.precision(setting, motion.positions(), drift));
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
             if hold.constraints.len() < self.live.len() {
-                self.ask_of_new(setting, motion, &mut hold, (interval, drift), books);
+                self.ask_of_new(setting, motion, hold, (interval, drift), books);
             }
-            self.solve_for_gaps(setting, motion, &mut hold, (precision, drift), books);
+            self.solve_for_gaps(setting, motion, hold, (precision, drift), books);
             let least = match &before {
                 Some(before) => {
                     let interval = (Wanted::InKick, (0.0, drift));
@@ -213,11 +238,11 @@ impl<const D: usize> Island<D> {
                     0
                 }
             };
-            before = Some(self.velocities(motion.velocity));
             let closes = self.close_touching(setting, motion, touches, (time, drift, least), books);
-            if !closes && !self.break_joints(setting, motion, &mut hold, (interval, drift)) {
-                return hold;
+            if !closes && !self.break_joints(setting, motion, hold, (interval, drift)) {
+                return;
             }
+            before = Some(self.velocities(motion.velocity));
             hold.undo(motion);
         }
     }
@@ -242,9 +267,7 @@ impl<const D: usize> Island<D> {
         hold.missed.resize(self.live.len(), 0.0);
         let constraints = &hold.constraints;
         books.solution(|| self.system.load(constraints, setting.mobility(interval)));
-        let nodes = self.system.nodes().iter();
-        let start = nodes.map(|&node| (node, motion.velocity[node as usize]));
-        hold.start = start.collect();
+        hold.start(self.system.nodes(), motion.velocity);
     }
 
     /// Solves for what is asked, and again for what gaps miss of it.
@@ -265,11 +288,11 @@ impl<const D: usize> Island<D> {
             if hold.again >= AGAIN {
                 return;
             }
-            let Some(misses) = self.misses(setting, motion, drift, &hold.constraints) else {
+            if !self.miss(setting, motion, drift, hold) {
                 return;
-            };
+            }
             hold.again += 1;
-            for (k, miss) in misses.into_iter().enumerate() {
+            for (k, miss) in hold.misses.iter().enumerate() {
                 hold.missed[k] += miss;
                 hold.constraints[k].target[0] -= miss / drift;
             }
@@ -325,15 +348,15 @@ impl<const D: usize> Island<D> {
         breaks
     }
 
-    /// By how much the gaps of contacts that press will miss theirs after the drift, or
-    /// sink in as they part, m; if that is too far of any.
-    fn misses(
+    /// Finds by how much the gaps of contacts that press will miss theirs after the drift, or
+    /// sink in as they part; whether that is too far of any.
+    fn miss(
         &self,
         setting: &Setting<D>,
         motion: &Kicked<D>,
         drift: f64,
-        constraints: &[Constraint<D>],
-    ) -> Option<Vec<f64>> {
+        hold: &mut Hold<D>,
+    ) -> bool {
         let (surface, tolerance) = (setting.surface, setting.tolerance);
         let then = motion.positions().after(motion.velocity, drift);
         let miss = |(live, constraint): (&Live<D>, &Constraint<D>)| {
@@ -349,9 +372,10 @@ impl<const D: usize> Island<D> {
                 0.0
             }
         };
-        let pairs = self.live.par_iter().zip(constraints).with_min_len(SHARE);
-        let misses: Vec<f64> = pairs.map(miss).collect();
+        let pairs = self.live.par_iter().zip(&hold.constraints);
+        let misses = pairs.with_min_len(SHARE).map(miss);
+        misses.collect_into_vec(&mut hold.misses);
         let is_far = |miss: &f64| miss.abs() > MISS * setting.tolerance;
-        misses.iter().any(is_far).then_some(misses)
+        hold.misses.iter().any(is_far)
     }
 }

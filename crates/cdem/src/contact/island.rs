@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Interior;
+use crate::contact::hold::Hold;
 use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
 use crate::contact::overlaps::Overlaps;
@@ -121,6 +122,8 @@ pub(crate) struct Books {
     pub(crate) residual: f64,
     /// Steps of contacts that went farther in them than their target is across.
     pub(crate) hurried: u64,
+    /// Deepest penetration at the start of a kick, m.
+    pub(crate) penetration: f64,
     /// At which velocity impulses work.
     #[serde(skip)]
     pub(crate) at: Velocity,
@@ -179,6 +182,7 @@ impl Books {
             self.unsolved += other.unsolved;
             self.residual = self.residual.max(other.residual);
             self.hurried += other.hurried;
+            self.penetration = self.penetration.max(other.penetration);
         }
         self.watch.lap_as(others.map(|other| &other.watch));
     }
@@ -242,6 +246,9 @@ pub(crate) struct Island<const D: usize> {
     /// When open pairs touch: known from a kick on, through its drift.
     #[serde(skip)]
     pub(super) touches: Touches,
+    /// What its contacts bear in a kick.
+    #[serde(skip)]
+    pub(super) held: Hold<D>,
 }
 
 impl<const D: usize> Island<D> {
@@ -373,13 +380,14 @@ impl<const D: usize> Island<D> {
             level: setting.halvings_at(pair),
             blocks,
         };
-        let offset = surface.operator(pair, &foot, at).offset;
+        let operator = surface.operator(pair, &foot, at, None);
         self.live.push(Live {
             pair,
             law: setting.laws.between(blocks[0], blocks[1]),
             foot,
-            offset,
-            given: setting.overlaps.given(blocks, offset[0]),
+            normal: operator.frame[0],
+            offset: operator.offset,
+            given: setting.overlaps.given(blocks, operator.offset[0]),
             sticks: true,
             joint: false,
             fresh: true,

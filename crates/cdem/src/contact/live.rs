@@ -42,6 +42,10 @@ pub(crate) struct Live<const D: usize> {
     /// Foot on the target: while the pair sticks, the material point it is
     /// bound to; while it slides, where it was last.
     pub(crate) foot: [f64; 2],
+    /// Unit normal out of the target when it was last asked for: by how the edges of it lie
+    /// alone it might go either way.
+    #[serde(with = "raw")]
+    pub(crate) normal: [f64; D],
     /// Offset from the anchored point that is kept, in the frame, m: what it was
     /// when the contact began, as a gap within the tolerance at t = 0.
     #[serde(with = "raw")]
@@ -281,7 +285,7 @@ impl<const D: usize> Live<D> {
     ) {
         let frame = |pair| {
             let foot = surface.project(pair, at).foot;
-            surface.operator(pair, &foot, at).frame
+            surface.operator(pair, &foot, at, None).frame
         };
         let [old, new] = [self.pair, next].map(frame);
         let sign = if is_swapped { -1.0 } else { 1.0 };
@@ -294,7 +298,7 @@ impl<const D: usize> Live<D> {
                 counted[r] = dot(&whole, &new[r]);
             }
         }
-        self.pair = next;
+        (self.pair, self.normal) = (next, new[0]);
     }
 
     /// What it bears and has borne, which turns with the frame.
@@ -312,9 +316,14 @@ impl<const D: usize> Live<D> {
         (self.given - self.offset[0]).max(0.0)
     }
 
+    /// How deep the pair is where its operator was made, beyond what is given, m.
+    pub(crate) fn depth(&self, operator: &Operator<D>) -> f64 {
+        self.given - operator.offset[0]
+    }
+
     /// The operator at the present positions.
     pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Positions<D>) -> Operator<D> {
-        surface.operator(self.pair, &self.foot, at)
+        surface.operator(self.pair, &self.foot, at, Some(&self.normal))
     }
 
     /// Bounds of the impulse of `interval` seconds.

@@ -136,7 +136,6 @@ pub(crate) struct Contacts<const D: usize> {
     /// How many of these ended before this coarse step.
     ended_before: usize,
     books: Books,
-    max_penetration: f64,
     /// What is known of the surface in a kick, for its storage.
     formed: Option<Formed<D>>,
 }
@@ -258,7 +257,6 @@ impl<const D: usize> Contacts<D> {
             ended: Vec::new(),
             ended_before: 0,
             books: Books::default(),
-            max_penetration: 0.0,
             formed: None,
         }
     }
@@ -420,19 +418,16 @@ impl<const D: usize> Contacts<D> {
         self.books.watch.lap(Stage::Geometry);
     }
 
-    /// After a coarse step: forces of the step, deepest penetration.
-    pub(crate) fn end_step(&mut self, at: Positions<D>, step: f64) {
+    /// After a coarse step: forces of the step.
+    pub(crate) fn end_step(&mut self, step: f64) {
         for record in &mut self.ended[self.ended_before..] {
             if record.step_impulse != 0.0 {
                 record.end_step(step);
             }
         }
         self.ended_before = self.ended.len();
-        let surface = &*self.terms.surface;
         for live in self.islands.iter_mut().flat_map(|island| &mut island.live) {
             live.record.end_step(step);
-            let gap = surface.project(live.pair, at).gap;
-            self.max_penetration = self.max_penetration.max(live.given - gap);
         }
     }
 
@@ -507,9 +502,13 @@ impl<const D: usize> Contacts<D> {
         self.books.touches
     }
 
-    /// Deepest penetration at the end of a coarse step so far, m.
-    pub(crate) fn max_penetration(&self) -> f64 {
-        self.max_penetration
+    /// Deepest penetration at the start of a kick so far, and now, m.
+    pub(crate) fn max_penetration(&self, now: Positions<D>) -> f64 {
+        let surface = &*self.terms.surface;
+        let depths = self
+            .live()
+            .map(|live| live.given - surface.project(live.pair, now).gap);
+        depths.fold(self.books.penetration, f64::max)
     }
 
     /// The surfaces.

@@ -390,7 +390,13 @@ impl Surface<2> for Outline {
             )) <= tolerance
     }
 
-    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Operator<2> {
+    fn operator(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        at: Positions<2>,
+        _along: Option<&[f64; 2]>,
+    ) -> Operator<2> {
         let [a, b] = self.edges[pair.target as usize];
         let p = self.main_node(pair);
         let (start, end) = (at.at(a), at.at(b));

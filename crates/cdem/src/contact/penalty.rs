@@ -79,7 +79,9 @@ impl<const D: usize> Live<D> {
         books: &mut Books,
     ) -> bool {
         let operator = self.operator(surface, motion.positions());
+        self.normal = operator.frame[0];
         let overlap = self.offset[0] - operator.offset[0];
+        books.penetration = books.penetration.max(self.depth(&operator));
         let bond = if self.joint { self.record.area } else { 0.0 };
         let normal = self.law.normal_stiffness * overlap;
         if normal <= -self.law.tensile_strength * bond {

@@ -10,7 +10,7 @@ use crate::contact::solve::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::surface::Operator;
 use crate::contact::system::SHARE;
 use crate::model::inertia::Mobility;
-use crate::vector::{add_scaled, dot};
+use crate::vector::{dot, sub};
 
 /// Inverse mass of a row whose nodes are held, over what it would be of free
 /// ones: round-off.
@@ -26,6 +26,12 @@ pub(super) type Rows<const D: usize> = [Wide; D];
 #[inline(always)]
 pub(super) fn widen<const D: usize>(vector: &[f64; D]) -> Wide {
     std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
+}
+
+/// The components that there are.
+#[inline(always)]
+pub(super) fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
+    std::array::from_fn(|c| wide[c])
 }
 
 /// What contacts have to do with the nodes.
@@ -45,7 +51,9 @@ pub(super) struct Terms<const D: usize> {
 pub(super) struct Term<const D: usize> {
     /// The node's number among those of its contact.
     pub(super) slot: u32,
-    pub(super) rows: Rows<D>,
+    /// What each of its components adds, row by row: for nothing has to be added up across a
+    /// register then.
+    pub(super) columns: [Wide; D],
 }
 
 /// A contact in its system.
@@ -57,13 +65,13 @@ pub(super) struct Point<const D: usize> {
     pub(super) operators: Range<usize>,
     pub(super) gains: Range<usize>,
     pub(super) slots: Range<usize>,
-    /// Relative velocity in each row for a unit impulse in each column, 1/kg.
-    pub(super) own: [[f64; D]; D],
+    /// Relative velocity in each row for a unit normal impulse, 1/kg.
+    pub(super) by_normal: [f64; D],
     /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
     /// nodes are held. One for all tangents keeps the friction disc a disc.
     pub(super) compliance: [f64; 2],
-    /// 1 over that, kg; 0 where the nodes are held.
-    pub(super) inertia: [f64; 2],
+    /// 1 over that in each row, kg; 0 where the nodes are held along it.
+    pub(super) inertia: [f64; D],
     pub(super) target: [f64; D],
     pub(super) limit: Limit,
     pub(super) impulse: [f64; D],
@@ -96,25 +104,29 @@ impl<const D: usize> Terms<D> {
         point: &Point<D>,
         velocity: impl Fn(usize) -> &'a Wide,
     ) -> [f64; D] {
-        // Component by component, and these together at the end: a register at a time.
-        let mut sum: Rows<D> = [[0.0; 4]; D];
+        // Component by component, as an addition waits for the one before.
+        let mut sums = [[0.0; 4]; D];
         for term in &self.operators[point.operators.clone()] {
             let node = velocity(term.slot as usize);
-            for r in 0..D {
-                for c in 0..4 {
-                    sum[r][c] += term.rows[r][c] * node[c];
+            for c in 0..D {
+                for r in 0..4 {
+                    sums[c][r] += node[c] * term.columns[c][r];
                 }
             }
         }
-        sum.map(|of_row| (of_row[0] + of_row[1]) + (of_row[2] + of_row[3]))
+        let mut sum = sums[0];
+        for other in &sums[1..] {
+            for r in 0..4 {
+                sum[r] += other[r];
+            }
+        }
+        truncated(&sum)
     }
 
     /// Adds the velocities that an impulse of a contact makes, m/s.
     #[inline(always)]
-    pub(super) fn push(&self, point: &Point<D>, impulse: &[f64; D], mut values: Values<Wide>) {
-        for (slot, rows) in self.gains[point.gains.clone()].iter().enumerate() {
-            push(rows, impulse, values.get_mut(slot));
-        }
+    pub(super) fn push(&self, gains: Range<usize>, impulse: &[f64; D], mut values: Values<Wide>) {
+        values.change(&self.gains[gains], |node, rows| push(rows, impulse, node));
     }
 }
 
@@ -193,8 +205,7 @@ impl<const D: usize> Point<D> {
         operator: &Operator<D>,
         mobility: Mobility<D>,
     ) {
-        gains.fill([[0.0; 4]; D]);
-        let mut unheld = [0.0; D];
+        let (mut unheld, mut reached) = ([0.0; D], 0);
         let mut slots = slots[self.slots.clone()].iter();
         let mut terms = operators.iter_mut().peekable();
         for (k, node, held) in nodes_of(operator, mobility) {
@@ -206,54 +217,76 @@ impl<const D: usize> Point<D> {
             let Some(term) = terms.next_if(|_| !held) else {
                 continue;
             };
-            term.rows = rows;
+            for c in 0..D {
+                for r in 0..D {
+                    term.columns[c][r] = rows[r][c];
+                }
+            }
             for ((_, inverse), &slot) in mobility.column(node).zip(&mut slots) {
                 let (gain, inverse) = (&mut gains[slot as usize], widen(&inverse));
+                let made: Rows<D> =
+                    std::array::from_fn(|r| std::array::from_fn(|c| inverse[c] * rows[r][c]));
+                // Numbers rise with each node that has not been moved yet.
+                if slot == reached {
+                    *gain = made;
+                    reached += 1;
+                    continue;
+                }
                 for r in 0..D {
                     for c in 0..4 {
-                        gain[r][c] += inverse[c] * rows[r][c];
+                        gain[r][c] += made[r][c];
                     }
                 }
             }
         }
-        self.own = [[0.0; D]; D];
+        // Relative velocity in each row for a unit impulse in each other, 1/kg.
+        let mut own = [[0.0; 4]; D];
         for term in &*operators {
-            for r in 0..D {
-                for s in 0..D {
-                    self.own[r][s] += dot(&term.rows[r], &gains[term.slot as usize][s]);
+            let gain = &gains[term.slot as usize];
+            for s in 0..D {
+                for c in 0..D {
+                    for r in 0..4 {
+                        own[s][r] += gain[s][c] * term.columns[c][r];
+                    }
                 }
             }
         }
+        self.by_normal = truncated(&own[0]);
         // Between nodes that are held along the row there is nothing to push.
-        for r in 0..D {
-            if self.own[r][r] <= HELD * unheld[r] {
-                self.own[r][r] = 0.0;
+        let seen = |r: usize| {
+            if own[r][r] <= HELD * unheld[r] {
+                0.0
+            } else {
+                own[r][r]
             }
-        }
-        let tangents = (1..D).map(|r| self.own[r][r]);
-        self.compliance = [self.own[0][0], tangents.fold(0.0, f64::max)];
-        self.inertia = self
-            .compliance
-            .map(|own| if own > 0.0 { 1.0 / own } else { 0.0 });
+        };
+        self.compliance = [seen(0), (1..D).map(seen).fold(0.0, f64::max)];
+        self.inertia = std::array::from_fn(|r| {
+            if seen(r) > 0.0 {
+                1.0 / self.compliance[r.min(1)]
+            } else {
+                0.0
+            }
+        });
     }
 
     /// Whether an impulse in row `r` moves anything.
     pub(super) fn moves(&self, r: usize) -> bool {
-        self.own[r][r] > 0.0
+        self.inertia[r] > 0.0
     }
 
-    /// A `share` of the relative velocities that the change of the impulse since the
-    /// start makes alone, m/s.
+    /// A `share` of the relative velocities that the change to an impulse since the start
+    /// makes alone, m/s.
     #[inline(always)]
-    pub(super) fn held_back(&self, share: f64) -> [f64; D] {
-        let change = |r: usize| self.impulse[r] - self.start[r];
+    fn held_back(&self, impulse: &[f64; D], share: f64) -> [f64; D] {
+        let change = |r: usize| impulse[r] - self.start[r];
         std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
     }
 
     /// The largest relative velocity that it misses for a `reluctance`, m/s: none along
     /// what is at its bound.
     pub(super) fn misses(&self, reluctance: f64) -> f64 {
-        let mut missed = self.held_back(reluctance);
+        let mut missed = self.held_back(&self.impulse, reluctance);
         if self.impulse[0] <= -self.limit.tension {
             return 0.0;
         }
@@ -263,59 +296,62 @@ impl<const D: usize> Point<D> {
         missed[0].abs().max(shear_norm(&missed))
     }
 
-    /// What its last visit has changed, as an energy, J.
+    /// A change of its impulse as an energy, J.
     #[inline(always)]
-    pub(super) fn square(&self) -> f64 {
-        let of_row = |r: usize| self.compliance[r.min(1)] * self.step[r] * self.step[r];
-        (0..D).map(of_row).sum()
+    pub(super) fn square(&self, step: &[f64; D]) -> f64 {
+        let mut square = 0.0;
+        for r in 0..D {
+            square += self.compliance[r.min(1)] * step[r] * step[r];
+        }
+        square
     }
 
-    /// Goes on by a `ratio` of the last direction, no farther than to where it opens. Returns
-    /// the change of the impulse; the direction is then what has changed since it was one.
+    /// The impulse that has gone on by a `ratio` of the last direction, which is then what has
+    /// changed since it was one.
     #[inline(always)]
     pub(super) fn advance(&mut self, ratio: f64) -> [f64; D] {
-        let mut ahead = [0.0; D];
+        let mut impulse = self.impulse;
         for r in 0..D {
-            ahead[r] = ratio * self.direction[r];
-            self.direction[r] = ahead[r] + self.step[r];
+            let ahead = ratio * self.direction[r];
+            self.direction[r] = ahead + self.step[r];
+            impulse[r] += ahead;
         }
-        ahead[0] = ahead[0].max(-self.limit.tension - self.impulse[0]);
-        add_scaled(&mut self.impulse, 1.0, &ahead);
-        ahead
+        impulse
     }
 
-    /// The impulse with which this contact alone would do what is asked of it at
-    /// a relative velocity, held back by a `reluctance` to change it, the normal
+    /// The impulse, after the `old` one, with which this contact alone would do what is asked
+    /// of it at a relative velocity, held back by a `reluctance` to change it, the normal
     /// first; the square of the largest change of relative velocity, m²/s².
     #[inline(always)]
-    pub(super) fn relax(&mut self, relative: &[f64; D], reluctance: f64) -> f64 {
-        let old = self.impulse;
-        let back = self.held_back(reluctance);
+    pub(super) fn relaxed(
+        &self,
+        old: &[f64; D],
+        relative: &[f64; D],
+        reluctance: f64,
+    ) -> ([f64; D], f64) {
+        let mut impulse = *old;
+        let back = self.held_back(old, reluctance);
         let [normal, tangent] = self.compliance.map(|own| (1.0 + reluctance) * own);
         let give = 1.0 / (1.0 + reluctance);
-        let [mass, sheared_mass] = self.inertia.map(|own| give * own);
         if normal > 0.0 {
-            let impulse = old[0] + (self.target[0] - relative[0] - back[0]) * mass;
+            let wanted = self.target[0] - relative[0] - back[0];
+            let closed = old[0] + wanted * (give * self.inertia[0]);
             // What is no number stays so, and is found.
-            let opens = impulse < -self.limit.tension;
-            self.impulse[0] = if opens { -self.limit.tension } else { impulse };
+            let opens = closed < -self.limit.tension;
+            impulse[0] = if opens { -self.limit.tension } else { closed };
         }
-        let push = self.impulse[0] - old[0];
+        let push = impulse[0] - old[0];
         let change = (push * normal) * (push * normal);
-        let bound = self.limit.shear(self.impulse[0]);
+        let bound = self.limit.shear(impulse[0]);
         if tangent == 0.0 || (bound == 0.0 && old[1..].iter().all(|&x| x == 0.0)) {
-            return change;
+            return (impulse, change);
         }
         for r in 1..D {
-            if self.moves(r) {
-                let wanted = self.target[r] - relative[r] - back[r] - self.own[r][0] * push;
-                self.impulse[r] += wanted * sheared_mass;
-            }
+            let wanted = self.target[r] - relative[r] - back[r] - self.by_normal[r] * push;
+            impulse[r] += wanted * (give * self.inertia[r]);
         }
-        self.limit.cut(&mut self.impulse);
-        let mut shear = self.impulse;
-        add_scaled(&mut shear, -1.0, &old);
-        let sheared = shear_square(&shear) * (tangent * tangent);
-        if sheared <= change { change } else { sheared }
+        self.limit.cut(&mut impulse);
+        let sheared = shear_square(&sub(&impulse, old)) * (tangent * tangent);
+        (impulse, if sheared <= change { change } else { sheared })
     }
 }

@@ -62,7 +62,7 @@ impl<const D: usize> Contacts<D> {
             let time = surface.time_of_impact(pair, at, velocity, duration, tolerance)?;
             let then = at.after(velocity, time);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
-            let operator = surface.operator(pair, &foot, then);
+            let operator = surface.operator(pair, &foot, then, None);
             let speed = -operator.relative_velocity(0, velocity);
             Some(Place {
                 speed,
@@ -158,7 +158,7 @@ impl<const D: usize> Contacts<D> {
             let projection = surface.project(pair, at);
             let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
             let change = surface
-                .operator(pair, &foot, at)
+                .operator(pair, &foot, at, None)
                 .relative_velocity(0, moves);
             let after = projection.gap + change;
             let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
@@ -386,8 +386,8 @@ impl<const D: usize> Carry<'_, D> {
             return Err(Lost { live, point });
         };
         let frames = [
-            self.before.operator(live.pair, &live.foot, old.at).frame,
-            self.after.operator(pair, &foot, new.at).frame,
+            live.operator(self.before, old.at).frame,
+            self.after.operator(pair, &foot, new.at, None).frame,
         ];
         for vector in live.in_frame() {
             *vector = turned(vector, &frames);
@@ -396,7 +396,7 @@ impl<const D: usize> Carry<'_, D> {
         if blocks.iter().any(|&block| self.changed[block as usize]) {
             live.foot = foot;
         }
-        live.pair = pair;
+        (live.pair, live.normal) = (pair, frames[1][0]);
         Ok(live)
     }
 }

@@ -2,7 +2,7 @@
 //! island, on velocities (design, section 5).
 
 use crate::contact::surface::Operator;
-use crate::contact::system::System;
+use crate::contact::system::{Swept, System};
 use crate::vector::sub;
 
 /// Bounds of a contact's impulse.
@@ -27,7 +27,7 @@ impl Limit {
     pub(super) fn cut<const D: usize>(&self, impulse: &mut [f64; D]) {
         let (square, bound) = (shear_square(impulse), self.shear(impulse[0]));
         if square > bound * bound {
-            let share = bound / square.sqrt();
+            let share = share(bound, square);
             for r in 1..D {
                 impulse[r] *= share;
             }
@@ -39,6 +39,13 @@ impl Limit {
     pub(super) fn shear(&self, normal: f64) -> f64 {
         (normal * self.friction + self.cohesion).max(0.0)
     }
+}
+
+/// What a bound is of a length whose square is known. Most contacts stick: none of those is to
+/// wait for a root.
+#[cold]
+fn share(bound: f64, square: f64) -> f64 {
+    bound / square.sqrt()
 }
 
 /// One contact of an island.
@@ -73,11 +80,14 @@ impl<const D: usize> Constraint<D> {
     /// Whether the shear impulse is at its limit, and not enough: the tangent
     /// misses the velocity asked for by more than `least`, m/s.
     pub(crate) fn slips(&self, velocity: &[[f64; D]], least: f64) -> bool {
+        if !self.limit.slips(&self.impulse) {
+            return false;
+        }
         let mut missing = [0.0; D];
         for r in 1..D {
             missing[r] = self.operator.relative_velocity(r, velocity) - self.target[r];
         }
-        self.limit.slips(&self.impulse) && shear_norm(&missing) > least
+        shear_norm(&missing) > least
     }
 }
 
@@ -194,7 +204,7 @@ impl<const D: usize> System<D> {
         let mut before = f64::INFINITY;
         let (residual, scale) = loop {
             self.wake_all();
-            let (residual, scale) = self.sweep_to(&course);
+            let (residual, Swept { scale, .. }) = self.sweep_to(&course);
             course.effort += 1;
             if residual.is_nan() {
                 break (f64::INFINITY, scale); // the run stops at the end of the step
@@ -207,7 +217,6 @@ impl<const D: usize> System<D> {
                 course.dozes = 0.0;
             }
             before = residual;
-            self.doze(course.dozes * scale);
             self.follow(&mut course, scale);
         };
         let missed = self
@@ -219,7 +228,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Goes on with the contacts awake until they are right, or the course is over; those
-    /// that hardly change any more fall asleep. `scale` is that of all, m/s.
+    /// that hardly change, or hardly do any more, fall asleep. `scale` is that of all, m/s.
     ///
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
     /// \[Silcowitz2010\] and, where that does not get on, by
@@ -229,10 +238,12 @@ impl<const D: usize> System<D> {
         let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
+        self.doze(course.dozes * scale);
         let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
         let mut in_vain = 0;
         loop {
-            let (of_own, own) = self.sweep_to(course);
+            let (of_own, swept) = self.sweep_to(course);
+            let own = swept.scale;
             let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
             course.effort += 1;
             course.last += u32::from(course.reluctance > 0.0);
@@ -243,11 +254,11 @@ impl<const D: usize> System<D> {
             let pause = sweeps % PATIENCE == 0;
             if course.reluctance > 0.0 || !pause || residual <= STALLED * last {
                 last = if pause { residual } else { last };
-                directions.advance(self);
                 // What a descent has set right may be wrong again after the next sweep.
                 if sweeps > 1 {
                     self.doze(course.dozes * scale);
                 }
+                directions.advance(self, swept.square);
                 continue;
             }
             in_vain = if residual <= WORTH * best {
@@ -278,9 +289,10 @@ impl<const D: usize> System<D> {
     }
 
     /// A sweep: its residual, that at which the solve is done at most where nothing
-    /// changes and no number where something is none, and the scale that it is over, m/s.
-    fn sweep_to(&mut self, course: &Course) -> (f64, f64) {
-        let (change, scale) = self.sweep(course.reluctance);
+    /// changes and no number where something is none, and what it has done.
+    fn sweep_to(&mut self, course: &Course) -> (f64, Swept) {
+        let swept = self.sweep(course.reluctance);
+        let Swept { change, scale, .. } = swept;
         let residual = if !(change + scale).is_finite() {
             f64::NAN
         } else if change <= course.least {
@@ -288,7 +300,7 @@ impl<const D: usize> System<D> {
         } else {
             change / scale
         };
-        (residual, scale)
+        (residual, swept)
     }
 }
 
@@ -329,7 +341,7 @@ impl<const D: usize> Directions<D> {
     fn begin(&mut self, system: &mut System<D>) {
         self.kept.resize(system.points.len(), [0.0; D]);
         self.square = 0.0;
-        system.forget_direction();
+        system.forget_directions();
     }
 
     fn keep(&mut self, system: &System<D>) {
@@ -342,9 +354,9 @@ impl<const D: usize> Directions<D> {
         system.add(|place, point| sub(&self.kept[place], &point.impulse));
     }
 
-    /// Goes on along the last direction after a sweep, whose change stands for a gradient.
-    fn advance(&mut self, system: &mut System<D>) {
-        let square = system.awake().map(|(_, point)| point.square()).sum();
+    /// Goes on along the last direction after a sweep, whose change, of this square, stands for
+    /// a gradient.
+    fn advance(&mut self, system: &mut System<D>, square: f64) {
         // A change that grows says that bounds have changed hands: start anew.
         let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };

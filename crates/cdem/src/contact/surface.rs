@@ -345,8 +345,15 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn point(&self, pair: Pair, at: Positions<D>) -> [f64; D] {
         at.at(self.main_nodes(pair.main)[0])
     }
-    /// Relative motion of the pair with the target point anchored at `foot`.
-    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Operator<D>;
+    /// Relative motion of the pair with the target point anchored at `foot`, its normal going
+    /// the way of `along`, if that is known.
+    fn operator(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        at: Positions<D>,
+        along: Option<&[f64; D]>,
+    ) -> Operator<D>;
     /// Where the points of a pair with this `foot` are: on the main and on the target.
     fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<D>) -> [Mark<D>; 2];
     /// The pair with its points there, on blocks of these nodes, and its foot.

@@ -5,16 +5,19 @@
 //! change. Nodes that are held do not take part: their velocities go into what is
 //! asked for.
 
-use crate::contact::colours::{Colours, Values, Visit};
+use crate::contact::colours::{Colours, Values, Visit, larger};
 use crate::contact::face::Face;
-use crate::contact::point::{Filling, Point, Term, Terms, Wide, nodes_of, push, widen};
+use crate::contact::point::{Filling, Point, Term, Terms, Wide, nodes_of, push, truncated, widen};
 use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
-use crate::vector::{add_scaled, dot, norm, sub};
+use crate::vector::{add_scaled, dot, norm, scale, sub};
 
 /// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
 /// some tens of them.
 pub(super) const SHARE: usize = 256;
+
+/// Nodes that a thread takes at once, at most.
+const NODES: usize = 8192;
 
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +31,12 @@ pub(crate) struct System<const D: usize> {
     /// Their velocities, m/s, and the largest of nodes that are held.
     pub(super) velocity: Vec<Wide>,
     held_speed: f64,
+    /// What the directions of search do to velocities, and velocities before the last sweep,
+    /// m/s.
+    heading: Vec<Wide>,
+    before: Vec<Wide>,
+    /// How far along its direction each contact awake has yet to go: its nodes have gone.
+    ratio: f64,
     /// In which order contacts are visited.
     pub(super) colours: Colours,
     /// The contacts, by their places in that order.
@@ -122,7 +131,7 @@ impl<const D: usize> System<D> {
                 if !held {
                     operators.push(Term {
                         slot: slot(node),
-                        rows,
+                        columns: rows,
                     });
                     slots.extend(mobility.column(node).map(|(other, _)| slot(other)));
                 }
@@ -133,9 +142,9 @@ impl<const D: usize> System<D> {
                 operators: start[0]..operators.len(),
                 gains: start[1]..gains.len(),
                 slots: start[2]..slots.len(),
-                own: [[0.0; D]; D],
+                by_normal: [0.0; D],
                 compliance: [0.0; 2],
-                inertia: [0.0; 2],
+                inertia: [0.0; D],
                 target: [0.0; D],
                 limit: Limit::default(),
                 impulse: [0.0; D],
@@ -235,11 +244,25 @@ impl<const D: usize> System<D> {
     }
 
     /// Leaves those out of what follows whose relative velocities changed by less than
-    /// `least` in their last visit, m/s.
+    /// `least` in the last sweep, m/s: of what the others do nothing is theirs.
     pub(super) fn doze(&mut self, least: f64) {
-        let points = &self.points;
-        self.colours
-            .doze(|place| points[place].change >= least * least);
+        if least == 0.0 {
+            return;
+        }
+        let (points, gains) = (&self.points, &self.terms.gains);
+        let (heading, before) = (&mut self.heading, &mut self.before);
+        self.colours.doze(|place, nodes| {
+            let point = &points[place];
+            let stays = point.change >= least * least;
+            if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
+                let leaves = scale(-1.0, &point.direction);
+                for (&node, rows) in nodes.iter().zip(&gains[point.gains.clone()]) {
+                    push(rows, &leaves, &mut heading[node as usize]);
+                    push(rows, &point.step, &mut before[node as usize]);
+                }
+            }
+            stays
+        });
     }
 
     /// The contacts that take part, by their places.
@@ -258,18 +281,21 @@ impl<const D: usize> System<D> {
         nodes.dedup();
     }
 
-    /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax): its largest
-    /// change of a relative velocity, and the largest that a normal impulse of the
-    /// substep makes, m/s.
-    pub(super) fn sweep(&mut self, reluctance: f64) -> (f64, f64) {
+    /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax).
+    pub(super) fn sweep(&mut self, reluctance: f64) -> Swept {
         let sweep = Sweep {
             terms: &self.terms,
+            ratio: std::mem::take(&mut self.ratio),
             reluctance,
         };
-        let [change, scale] = self
-            .colours
-            .pass(&mut self.points, &mut self.velocity, &sweep);
-        (change.sqrt(), scale.max(f64::MIN_POSITIVE))
+        let [change, scale, square] =
+            self.colours
+                .pass(&mut self.points, &mut self.velocity, &sweep);
+        Swept {
+            change: change.sqrt(),
+            scale: scale.max(f64::MIN_POSITIVE),
+            square,
+        }
     }
 
     /// Relative velocities of the contacts awake without what held nodes add, m/s, by
@@ -283,23 +309,26 @@ impl<const D: usize> System<D> {
     }
 
     /// Has the next [`advance`](Self::advance) go nowhere.
-    pub(super) fn forget_direction(&mut self) {
-        for &place in self.colours.awake() {
-            self.points[place as usize].direction = [0.0; D];
-        }
-    }
-
-    /// Has each contact awake go on by a `ratio` of its last direction after a sweep. What
-    /// then is beyond a bound, the next sweep brings back: a solve ends with a sweep.
-    pub(super) fn advance(&mut self, ratio: f64) {
-        if ratio > 0.0 {
-            self.push(|_, point| point.advance(ratio));
-            return;
-        }
+    pub(super) fn forget_directions(&mut self) {
         for &place in self.colours.awake() {
             let point = &mut self.points[place as usize];
-            point.direction = point.step;
+            (point.direction, point.step) = ([0.0; D], [0.0; D]);
         }
+        self.ratio = 0.0;
+        self.heading.clear();
+        self.heading.resize(self.velocity.len(), [0.0; 4]);
+        self.before.clone_from(&self.velocity);
+    }
+
+    /// Has each contact awake go on by a `ratio` of its last direction after a sweep: the
+    /// velocities now, all at once, and each impulse in the next sweep, which sets it right
+    /// where it is then beyond a bound.
+    pub(super) fn advance(&mut self, ratio: f64) {
+        self.ratio = ratio;
+        go_on(
+            ratio,
+            [&mut self.velocity, &mut self.heading, &mut self.before],
+        );
     }
 
     /// Adds to the impulse of each contact awake what `change` says of it, and what that
@@ -340,28 +369,73 @@ impl<const D: usize> System<D> {
     }
 }
 
-/// A visit of Gauss–Seidel.
+/// Has velocities go on by a `ratio` of their last heading, which is then what has changed since
+/// it was one; before a sweep, having those `before` the last.
+fn go_on(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
+    if velocity.len() > NODES {
+        let middle = velocity.len() / 2;
+        let (velocity, more) = velocity.split_at_mut(middle);
+        let (heading, further) = heading.split_at_mut(middle);
+        let (before, others) = before.split_at_mut(middle);
+        let rest = [more, further, others];
+        rayon::join(
+            || go_on(ratio, [velocity, heading, before]),
+            || go_on(ratio, rest),
+        );
+        return;
+    }
+    for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
+        for c in 0..4 {
+            let ahead = ratio * heading[c];
+            heading[c] = ahead + (velocity[c] - before[c]);
+            velocity[c] += ahead;
+            before[c] = velocity[c];
+        }
+    }
+}
+
+/// What a sweep has done.
+pub(super) struct Swept {
+    /// The largest change of a relative velocity, and the largest that a normal impulse of
+    /// the substep makes, m/s.
+    pub(super) change: f64,
+    pub(super) scale: f64,
+    /// The square of its change, J.
+    pub(super) square: f64,
+}
+
+/// A visit of Gauss–Seidel, at velocities that have gone on by a ratio of the directions.
 struct Sweep<'a, const D: usize> {
     terms: &'a Terms<D>,
+    ratio: f64,
     reluctance: f64,
 }
 
-impl<const D: usize> Visit<Point<D>, Wide, 2> for Sweep<'_, D> {
+impl<const D: usize> Visit<Point<D>, Wide, 3> for Sweep<'_, D> {
     #[inline(always)]
-    fn visit(&self, _: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 2] {
+    fn visit(&self, _: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 3] {
         let relative = self.terms.relative(point, |slot| values.get(slot));
-        let old = point.impulse;
-        let change = point.relax(&relative, self.reluctance);
+        let old = point.advance(self.ratio);
+        let (impulse, change) = point.relaxed(&old, &relative, self.reluctance);
+        let step = sub(&impulse, &old);
+        (point.impulse, point.step) = (impulse, step);
         // What bears nothing may have to at any time, and does not sleep.
-        let is_open = point.impulse[0] <= -point.limit.tension;
+        let is_open = impulse[0] <= -point.limit.tension;
         point.change = if is_open { f64::INFINITY } else { change };
-        let normal = point.impulse[0].abs().max(point.borne[0].abs());
-        let step = sub(&point.impulse, &old);
-        point.step = step;
         if step != [0.0; D] {
-            self.terms.push(point, &step, values);
+            self.terms.push(point.gains.clone(), &step, values);
         }
-        [change, normal * point.compliance[0]]
+        let normal = impulse[0].abs().max(point.borne[0].abs());
+        [change, normal * point.compliance[0], point.square(&step)]
+    }
+
+    #[inline(always)]
+    fn together(one: [f64; 3], other: [f64; 3]) -> [f64; 3] {
+        [
+            larger(one[0], other[0]),
+            larger(one[1], other[1]),
+            one[2] + other[2],
+        ]
     }
 }
 
@@ -378,7 +452,7 @@ where
     #[inline(always)]
     fn visit(&self, place: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 0] {
         let impulse = (self.impulse)(place, point);
-        self.terms.push(point, &impulse, values);
+        self.terms.push(point.gains.clone(), &impulse, values);
         []
     }
 }
@@ -413,12 +487,8 @@ where
     #[inline(always)]
     fn visit(&self, place: usize, own: &mut T, values: Values<Wide>) -> [f64; 1] {
         let (impulse, size) = (self.direct)(place, own);
-        self.terms.push(&self.points[place], &impulse, values);
+        self.terms
+            .push(self.points[place].gains.clone(), &impulse, values);
         [size]
     }
-}
-
-/// The components that there are.
-fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
-    std::array::from_fn(|c| wide[c])
 }

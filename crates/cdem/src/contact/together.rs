@@ -7,7 +7,6 @@ use crate::contact::hold::Held;
 use crate::contact::island::{Books, Island, Receive, Setting};
 use crate::contact::live::Record;
 use crate::model::motion::Kicked;
-use crate::vector::add_scaled;
 
 /// Parts of the islands for each thread: one that is done early takes up another's.
 const PARTS: usize = 4;
@@ -40,7 +39,7 @@ pub(super) fn hold<const D: usize>(
         due.island.hold(setting, motion, before, timing, own)
     };
     let parts = parts(contacts, motion.velocity.len()).min(due.len());
-    let held: Vec<Held<D>> = if parts > 1 {
+    let held: Vec<Held> = if parts > 1 {
         let now = &*motion;
         let of_part = |part: &mut [Due<D>]| {
             let mut velocity = now.velocity.to_vec();
@@ -54,14 +53,11 @@ pub(super) fn hold<const D: usize>(
         due.iter_mut().map(|due| hold(due, motion)).collect()
     };
     books.add(held.iter().map(|held| &held.books));
-    for (node, velocity) in held.iter().flat_map(|held| &held.velocity) {
-        motion.velocity[*node as usize] = *velocity;
-    }
-    for (node, change) in held.iter().flat_map(|held| &held.beyond) {
-        add_scaled(&mut motion.velocity[*node as usize], 1.0, change);
-    }
-    for solved in held.iter().flat_map(|held| &held.constraints) {
-        solved.operator.deliver(&solved.impulse, &mut *receive);
+    for hold in due.iter().map(|due| &due.island.held) {
+        hold.redo(motion.velocity);
+        for solved in hold.solved() {
+            solved.operator.deliver(&solved.impulse, &mut *receive);
+        }
     }
     held.into_iter().flat_map(|held| held.ended).collect()
 }

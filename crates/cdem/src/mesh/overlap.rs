@@ -263,7 +263,8 @@ impl<'a, const D: usize> Search<'a, D> {
         let block = self.mesh.block_of(facet.element);
         let mut points = Vec::new();
         self.elements.visit(&self.mesh.facet_box(facet), |element| {
-            if self.owner(&[block], self.mesh.block_of(element)).is_some() {
+            let is_asked = self.owner(&[block], self.mesh.block_of(element)).is_some();
+            if is_asked && !self.is_outside(facet, element) {
                 let pieces = self.mesh.pieces(facet);
                 points.extend(pieces.filter_map(|piece| self.middle_inside(&piece, element)));
             }
@@ -273,16 +274,37 @@ impl<'a, const D: usize> Search<'a, D> {
         }
     }
 
+    /// Whether a facet lies on the outer side of one of an element's: then nothing of its
+    /// pieces has a [middle inside](Self::middle_inside). So it is with most that touch.
+    fn is_outside(&self, facet: Facet, element: u32) -> bool {
+        let corners = self.mesh.facet_nodes(facet);
+        let corners = corners.map(|node| &self.mesh.nodes[node as usize]);
+        self.sides(element).any(|facet| {
+            let least = self.least_height(facet);
+            let mut sides = self.mesh.pieces(facet);
+            sides.any(|side| corners.clone().all(|corner| height(&side, corner) > least))
+        })
+    }
+
+    /// How far outward of an element's facet all is that does not lie in it, m: boundaries may
+    /// lie in each other by the tolerance.
+    fn least_height(&self, facet: Facet) -> f64 {
+        match self.facets.binary_search(&facet) {
+            Ok(_) => -self.tolerance,
+            Err(_) => 0.0,
+        }
+    }
+
     /// A point in the middle of what of a piece lies in an element; none where that
     /// is within the tolerance of a boundary facet of it.
     fn middle_inside(&self, piece: &Piece<D>, element: u32) -> Option<[f64; D]> {
         let mut part = piece[..D].to_vec();
         for facet in self.sides(element) {
-            let at_boundary = self.facets.binary_search(&facet).is_ok();
+            let least = self.least_height(facet);
             for side in self.mesh.pieces(facet) {
                 let above: Vec<f64> = part.iter().map(|point| height(&side, point)).collect();
                 let lowest = above.iter().copied().fold(f64::INFINITY, f64::min);
-                if lowest > 0.0 || (at_boundary && lowest > -self.tolerance) {
+                if lowest > least {
                     return None;
                 }
                 part = below(&part, &above);

@@ -76,8 +76,8 @@ pub(crate) struct Inertia<const D: usize> {
     dense: Vec<Dense<D>>,
     /// Index into `dense` of each node, or `LUMPED`.
     dense_of: Vec<u32>,
-    /// Nodes of which all components are held, and how often that has changed.
-    still: Vec<bool>,
+    /// Components of nodes that are held, and how often that has changed.
+    held: Vec<[bool; D]>,
     changes: u64,
 }
 
@@ -88,7 +88,7 @@ impl<const D: usize> Inertia<D> {
     pub(crate) fn new(mass: Vec<f64>, dense: Vec<(usize, Vec<f64>)>) -> Self {
         let mut inertia = Self {
             inverse: Vec::new(),
-            still: Vec::new(),
+            held: Vec::new(),
             changes: 0,
             dense: Vec::new(),
             dense_of: vec![LUMPED; mass.len()],
@@ -131,7 +131,8 @@ impl<const D: usize> Inertia<D> {
 
     /// Takes `held` components of nodes out of the equations of motion.
     pub(crate) fn hold(&mut self, held: &[[bool; D]]) {
-        self.still = held.iter().map(|held| *held == [true; D]).collect();
+        self.held.clear();
+        self.held.extend(held);
         self.changes += 1;
         let inverse =
             |(mass, held): (&f64, &[bool; D])| held.map(|held| if held { 0.0 } else { 1.0 / mass });
@@ -164,18 +165,12 @@ impl<const D: usize> Inertia<D> {
 
     /// Components of a node that are held.
     pub(crate) fn held(&self, node: usize) -> [bool; D] {
-        match self.dense.get(self.dense_of[node] as usize) {
-            Some(dense) => {
-                let diagonal = (node - dense.first) * (dense.size + 1);
-                dense.inverse[diagonal].map(|inverse| inverse == 0.0)
-            }
-            None => self.inverse[node].map(|inverse| inverse == 0.0),
-        }
+        self.held[node]
     }
 
     /// Whether all components of a node are held.
     pub(crate) fn is_held(&self, node: usize) -> bool {
-        self.still[node]
+        self.held[node] == [true; D]
     }
 
     /// How often other components than before have been held.

@@ -6,7 +6,7 @@ use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
 use crate::scene::Damping;
-use crate::vector::{add_scaled, dot, scale, sub};
+use crate::vector::{add, add_scaled, dot, scale, sub};
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
 /// nothing is due.
@@ -319,9 +319,11 @@ impl<const D: usize> Model<D> {
             let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
             if alpha > 0.0 {
                 let share = 0.5 * alpha * impulses.interval[n];
-                let [old, new] = [&*impulses.before, after].map(|v| self.inertia.momentum(n, v));
+                let before = &impulses.before;
+                let sum = |node: usize| add(&before[node], &after[node]);
+                let momenta = self.inertia.weighted(n, sum);
                 for c in 0..D {
-                    let damping = -share * (old[c] + new[c]);
+                    let damping = -share * momenta[c];
                     impulses.damping[n][c] += damping;
                     impulses.total[n][c] += damping;
                 }

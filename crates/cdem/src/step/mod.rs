@@ -169,9 +169,8 @@ impl<const D: usize> Run<D> {
         plan.is_steady = was_settled;
         self.plan = plan;
         self.state.number += 1;
-        let at = self.model.positions(&self.state);
         if let Some(contacts) = &mut self.contacts {
-            contacts.end_step(at, self.model.step);
+            contacts.end_step(self.model.step);
         }
         // What the next step needs is made now, so that a report between two
         // steps sees the state as the next step will.

@@ -100,9 +100,14 @@ impl Shell {
     }
 
     fn crossing(&self, main: u32, target: u32, at: Positions<3>) -> Option<Crossing> {
-        let outward = sub(&self.skin.outward(target, at), &self.skin.outward(main, at));
+        let outward = self.outward(main, target, at);
         let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
         Crossing::new(&main, &target, &outward, self.skin.tolerance)
+    }
+
+    /// What points out of the target edge and into the main one.
+    fn outward(&self, main: u32, target: u32, at: Positions<3>) -> [f64; 3] {
+        sub(&self.skin.outward(target, at), &self.skin.outward(main, at))
     }
 
     /// Box around an edge, grown by `margin`; empty where it cannot cross others yet.
@@ -433,12 +438,20 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<3>) -> Operator<3> {
+    fn operator(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        at: Positions<3>,
+        along: Option<&[f64; 3]>,
+    ) -> Operator<3> {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 self.facing_operator(vertex, triangle, foot, at)
             }
-            Meeting::Crossing { main, target } => self.crossing_operator(main, target, foot, at),
+            Meeting::Crossing { main, target } => {
+                self.crossing_operator([main, target], foot, at, along)
+            }
         }
     }
 

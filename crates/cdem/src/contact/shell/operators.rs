@@ -1,7 +1,7 @@
 //! Relative motion of the two points of a contact, as its nodes move.
 
 use super::Shell;
-use super::crossing::Pivot;
+use super::crossing::{Crossing, Pivot};
 use super::facing::Material;
 use crate::contact::surface::{MAX_NODES, Operator, Positions};
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
@@ -31,14 +31,16 @@ impl Shell {
     /// Of the points at `foot` of two edges.
     pub(super) fn crossing_operator(
         &self,
-        main: u32,
-        target: u32,
+        [main, target]: [u32; 2],
         foot: &[f64; 2],
         at: Positions<3>,
+        along: Option<&[f64; 3]>,
     ) -> Operator<3> {
         let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
+        let outward = along.copied();
+        let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
+        let crossing = Crossing::new(&one, &other, &outward, self.skin.tolerance);
         let along = sub(&one[1], &one[0]);
-        let crossing = self.crossing(main, target, at);
         let are_parallel = crossing.is_none();
         let normal = crossing.map_or_else(
             || {
