@@ -197,6 +197,9 @@ impl Colours {
         for tasks in &self.colours {
             let awake = self.begins[tasks.start]..self.begins[tasks.end];
             let is_small = awake.len() <= CALLED_FOR * self.task;
+            if awake.is_empty() {
+                continue;
+            }
             if is_small || tasks.len() == 1 {
                 all = F::together(all, run(awake));
                 continue;

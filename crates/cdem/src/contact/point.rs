@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::colours::Values;
 use crate::contact::solve::{Constraint, Limit, shear_norm, shear_square};
-use crate::contact::surface::Operator;
+use crate::contact::surface::{MAX_NODES, Operator};
 use crate::contact::system::SHARE;
 use crate::model::inertia::Mobility;
 use crate::vector::{dot, sub};
@@ -41,9 +41,6 @@ pub(super) struct Terms<const D: usize> {
     pub(super) operators: Vec<Term<D>>,
     /// Velocities that impulses make, 1/kg, for each of a contact's nodes in turn.
     pub(super) gains: Vec<Rows<D>>,
-    /// For each operator and each node that it moves, the number of that among
-    /// the nodes of its contact.
-    pub(super) slots: Vec<u32>,
 }
 
 /// What the velocity of a node adds to a relative velocity.
@@ -64,7 +61,6 @@ pub(super) struct Point<const D: usize> {
     /// Its part of the terms.
     pub(super) operators: Range<usize>,
     pub(super) gains: Range<usize>,
-    pub(super) slots: Range<usize>,
     /// Relative velocity in each row for a unit normal impulse, 1/kg.
     pub(super) by_normal: [f64; D],
     /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
@@ -140,13 +136,62 @@ pub(super) fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mu
     }
 }
 
+/// Works out the velocities that impulses of a contact with these rows make, 1/kg: those of
+/// the nodes of one mass matrix are next to each other, and so are what these move.
+#[inline(always)]
+fn respond<const D: usize>(
+    gains: &mut [Rows<D>],
+    rows: &[Rows<D>],
+    nodes: &[u32],
+    mobility: Mobility<D>,
+) {
+    let inertia = mobility.inertia;
+    let mut gains = gains.iter_mut();
+    let mut first = 0;
+    while first < nodes.len() {
+        let moved = inertia.coupled(nodes[first] as usize);
+        let is_coupled = |node: &&u32| moved.contains(&(**node as usize));
+        let own = first..first + nodes[first..].iter().take_while(is_coupled).count();
+        let is_free = |k: usize| !inertia.is_held(nodes[k] as usize);
+        let share = mobility.share(nodes[first]);
+        first = own.end;
+        if !own.clone().any(is_free) {
+            continue;
+        }
+        let mut columns: [&[[f64; D]]; MAX_NODES] = [&[]; MAX_NODES];
+        for k in own.clone() {
+            columns[k] = inertia.column(nodes[k] as usize);
+        }
+        for (place, _) in moved
+            .enumerate()
+            .filter(|(_, node)| !inertia.is_held(*node))
+        {
+            let mut made = [[0.0; 4]; D];
+            for k in own.clone() {
+                let inverse = widen(&columns[k][place]);
+                for r in 0..D {
+                    for c in 0..4 {
+                        made[r][c] += inverse[c] * rows[k][r][c];
+                    }
+                }
+            }
+            if let Some(gain) = gains.next() {
+                for r in 0..D {
+                    for c in 0..4 {
+                        gain[r][c] = share * made[r][c];
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Points that take their constraints' operators, with what impulses do: their parts of
 /// operators and gains follow each other as they do.
 pub(super) struct Filling<'a, const D: usize> {
     pub(super) points: &'a mut [Point<D>],
     pub(super) operators: &'a mut [Term<D>],
     pub(super) gains: &'a mut [Rows<D>],
-    pub(super) slots: &'a [u32],
     pub(super) constraints: &'a [Constraint<D>],
     pub(super) mobility: Mobility<'a, D>,
 }
@@ -188,7 +233,7 @@ impl<const D: usize> WithSimd for Filling<'_, D> {
             let (own, rest) = operators.split_at_mut(point.operators.len());
             let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
             let operator = &self.constraints[point.number as usize].operator;
-            point.fill(own, own_gains, self.slots, operator, self.mobility);
+            point.fill(own, own_gains, operator, self.mobility);
             (operators, gains) = (rest, rest_gains);
         }
     }
@@ -201,44 +246,27 @@ impl<const D: usize> Point<D> {
         &mut self,
         operators: &mut [Term<D>],
         gains: &mut [Rows<D>],
-        slots: &[u32],
         operator: &Operator<D>,
         mobility: Mobility<D>,
     ) {
-        let (mut unheld, mut reached) = ([0.0; D], 0);
-        let mut slots = slots[self.slots.clone()].iter();
-        let mut terms = operators.iter_mut().peekable();
+        let mut unheld = [0.0; D];
+        let mut rows = [[[0.0; 4]; D]; MAX_NODES];
+        let mut terms = operators.iter_mut();
         for (k, node, held) in nodes_of(operator, mobility) {
-            let rows: Rows<D> = std::array::from_fn(|r| widen(&operator.rows[r][k]));
+            rows[k] = std::array::from_fn(|r| widen(&operator.rows[r][k]));
             let inverse = 1.0 / mobility.inertia.mass()[node as usize];
             for r in 0..D {
-                unheld[r] += dot(&rows[r], &rows[r]) * inverse;
+                unheld[r] += dot(&rows[k][r], &rows[k][r]) * inverse;
             }
-            let Some(term) = terms.next_if(|_| !held) else {
-                continue;
-            };
-            for c in 0..D {
-                for r in 0..D {
-                    term.columns[c][r] = rows[r][c];
-                }
-            }
-            for ((_, inverse), &slot) in mobility.column(node).zip(&mut slots) {
-                let (gain, inverse) = (&mut gains[slot as usize], widen(&inverse));
-                let made: Rows<D> =
-                    std::array::from_fn(|r| std::array::from_fn(|c| inverse[c] * rows[r][c]));
-                // Numbers rise with each node that has not been moved yet.
-                if slot == reached {
-                    *gain = made;
-                    reached += 1;
-                    continue;
-                }
-                for r in 0..D {
-                    for c in 0..4 {
-                        gain[r][c] += made[r][c];
+            if !held && let Some(term) = terms.next() {
+                for c in 0..D {
+                    for r in 0..D {
+                        term.columns[c][r] = rows[k][r][c];
                     }
                 }
             }
         }
+        respond(gains, &rows, operator.nodes(), mobility);
         // Relative velocity in each row for a unit impulse in each other, 1/kg.
         let mut own = [[0.0; 4]; D];
         for term in &*operators {

@@ -184,64 +184,67 @@ impl<const D: usize> System<D> {
     }
 
     /// Finds the impulses; returns the residual.
-    ///
-    /// A sweep over all contacts tells which are awake: those that it changes. With
-    /// these alone the solve goes on until they are right, and begins anew; it ends with
-    /// a sweep over all.
     fn iterate(&mut self, done: f64, least: f64) -> f64 {
         let mut course = Course {
             done,
             least: least.max(ROUND_OFF * self.fastest()),
-            dozes: DOZES * done,
             ..Course::default()
         };
-        // Few contacts are all in it from the start.
-        if self.points.len() <= FEW {
-            self.wake_all();
-            course.dozes = 0.0;
-            self.follow(&mut course, 0.0);
+        self.wake_all();
+        let (residual, scale) = if self.points.len() <= FEW {
+            self.follow(&mut course, 0.0)
+        } else {
+            self.wake_and_follow(&mut course)
+        };
+        if residual.is_nan() {
+            return f64::INFINITY; // the run stops at the end of the step
         }
+        if course.reluctance == 0.0 {
+            return residual;
+        }
+        let points = self.points.iter();
+        let missed = points.map(|point| point.misses(course.reluctance));
+        residual.max(missed.fold(0.0, f64::max) / scale)
+    }
+
+    /// A sweep over all contacts tells which are awake: those that it changes. With
+    /// these alone the solve goes on until they are right, and begins anew; it ends with
+    /// a sweep over all. Returns its residual, and its scale, m/s.
+    fn wake_and_follow(&mut self, course: &mut Course) -> (f64, f64) {
+        course.dozes = DOZES * course.done;
         let mut before = f64::INFINITY;
-        let (residual, scale) = loop {
+        loop {
             self.wake_all();
-            let (residual, Swept { scale, .. }) = self.sweep_to(&course);
+            let (residual, Swept { scale, .. }) = self.sweep_to(course);
             course.effort += 1;
-            if residual.is_nan() {
-                break (f64::INFINITY, scale); // the run stops at the end of the step
-            }
-            if residual <= done || course.is_over() {
-                break (residual, scale);
+            if residual.is_nan() || residual <= course.done || course.is_over() {
+                return (residual, scale);
             }
             // Contacts that contradict each other would wake each other for ever.
             if residual > WORTH * before {
                 course.dozes = 0.0;
             }
             before = residual;
-            self.follow(&mut course, scale);
-        };
-        let missed = self
-            .points
-            .iter()
-            .map(|point| point.misses(course.reluctance));
-        let missed = missed.fold(0.0, f64::max);
-        residual.max(missed / scale)
+            self.follow(course, scale);
+        }
     }
 
     /// Goes on with the contacts awake until they are right, or the course is over; those
     /// that hardly change, or hardly do any more, fall asleep. `scale` is that of all, m/s.
+    /// Returns the residual of the last sweep, and its scale.
     ///
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
     /// \[Silcowitz2010\] and, where that does not get on, by
     /// descents along the faces of the bounds; where those do not, with
     /// [`RELUCTANCE`].
-    fn follow(&mut self, course: &mut Course, scale: f64) {
+    fn follow(&mut self, course: &mut Course, scale: f64) -> (f64, f64) {
         let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
         self.doze(course.dozes * scale);
         let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
         let mut in_vain = 0;
-        loop {
+        let last_sweep = loop {
             let (of_own, swept) = self.sweep_to(course);
             let own = swept.scale;
             let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
@@ -249,7 +252,7 @@ impl<const D: usize> System<D> {
             course.last += u32::from(course.reluctance > 0.0);
             sweeps += 1;
             if residual.is_nan() || residual <= done || course.is_over() {
-                break;
+                break (residual, scale);
             }
             let pause = sweeps % PATIENCE == 0;
             if course.reluctance > 0.0 || !pause || residual <= STALLED * last {
@@ -284,8 +287,9 @@ impl<const D: usize> System<D> {
             }
             directions.begin(self);
             (sweeps, last) = (0, f64::INFINITY);
-        }
+        };
         self.directions = directions;
+        last_sweep
     }
 
     /// A sweep: its residual, that at which the solve is done at most where nothing

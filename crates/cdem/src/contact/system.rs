@@ -37,6 +37,11 @@ pub(crate) struct System<const D: usize> {
     before: Vec<Wide>,
     /// How far along its direction each contact awake has yet to go: its nodes have gone.
     ratio: f64,
+    /// The nodes that go, if not all: those of contacts awake, and of some that have fallen
+    /// asleep since so many were awake; and which they are of all.
+    stirred: Vec<u32>,
+    awake: usize,
+    is_stirred: Vec<bool>,
     /// In which order contacts are visited.
     pub(super) colours: Colours,
     /// The contacts, by their places in that order.
@@ -57,7 +62,6 @@ impl<const D: usize> System<D> {
             points: &mut self.points,
             operators: &mut self.terms.operators,
             gains: &mut self.terms.gains,
-            slots: &self.terms.slots,
             constraints,
             mobility,
         };
@@ -86,8 +90,8 @@ impl<const D: usize> System<D> {
             let start = moved.len();
             for (_, node, held) in nodes_of(&constraint.operator, mobility) {
                 self.known.push(Some((node, held)));
-                let column = (!held).then(|| mobility.column(node)).into_iter().flatten();
-                for (other, _) in column {
+                let column = (!held).then(|| mobility.moved(node)).into_iter().flatten();
+                for other in column {
                     if !moved[start..].contains(&other) {
                         moved.push(other);
                     }
@@ -113,27 +117,21 @@ impl<const D: usize> System<D> {
     /// Makes room for the contacts, in their order, each of which moves the nodes
     /// of a list.
     fn arrange(&mut self, constraints: &[Constraint<D>], lists: &[&[u32]], mobility: Mobility<D>) {
-        let Terms {
-            operators,
-            gains,
-            slots,
-        } = &mut self.terms;
+        let Terms { operators, gains } = &mut self.terms;
         self.points.clear();
         operators.clear();
         gains.clear();
-        slots.clear();
         let rows = [[0.0; 4]; D];
         for &number in self.colours.order() {
             let list = lists[number as usize];
             let slot = |node| list.iter().position(|&other| other == node).unwrap_or(0) as u32;
-            let start = [operators.len(), gains.len(), slots.len()];
+            let start = [operators.len(), gains.len()];
             for (_, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
                 if !held {
                     operators.push(Term {
                         slot: slot(node),
                         columns: rows,
                     });
-                    slots.extend(mobility.column(node).map(|(other, _)| slot(other)));
                 }
             }
             gains.extend(list.iter().map(|_| rows));
@@ -141,7 +139,6 @@ impl<const D: usize> System<D> {
                 number,
                 operators: start[0]..operators.len(),
                 gains: start[1]..gains.len(),
-                slots: start[2]..slots.len(),
                 by_normal: [0.0; D],
                 compliance: [0.0; 2],
                 inertia: [0.0; D],
@@ -166,6 +163,8 @@ impl<const D: usize> System<D> {
         self.velocity.clear();
         let velocities = self.nodes.iter().map(|&node| widen(&velocity(node)));
         self.velocity.extend(velocities);
+        self.heading.resize(self.velocity.len(), [0.0; 4]);
+        self.before.resize(self.velocity.len(), [0.0; 4]);
         self.colours.wake_all();
         let targets = self.targets(constraints, velocity);
         self.push(|_, point| {
@@ -263,6 +262,32 @@ impl<const D: usize> System<D> {
             }
             stays
         });
+        if 2 * self.colours.awake().len() < self.awake {
+            self.stir();
+        }
+    }
+
+    /// Whether all nodes go on along directions.
+    fn all_go(&self) -> bool {
+        self.awake == self.points.len()
+    }
+
+    /// Notes which nodes go on along directions.
+    fn stir(&mut self) {
+        self.awake = self.colours.awake().len();
+        self.stirred.clear();
+        if self.all_go() {
+            return;
+        }
+        self.is_stirred.clear();
+        self.is_stirred.resize(self.velocity.len(), false);
+        for &place in self.colours.awake() {
+            for &node in self.colours.nodes(place as usize) {
+                if !std::mem::replace(&mut self.is_stirred[node as usize], true) {
+                    self.stirred.push(node);
+                }
+            }
+        }
     }
 
     /// The contacts that take part, by their places.
@@ -315,9 +340,15 @@ impl<const D: usize> System<D> {
             (point.direction, point.step) = ([0.0; D], [0.0; D]);
         }
         self.ratio = 0.0;
-        self.heading.clear();
-        self.heading.resize(self.velocity.len(), [0.0; 4]);
-        self.before.clone_from(&self.velocity);
+        self.stir();
+        if self.all_go() {
+            self.heading.fill([0.0; 4]);
+            self.before.clone_from(&self.velocity);
+        }
+        for &node in &self.stirred {
+            let node = node as usize;
+            (self.heading[node], self.before[node]) = ([0.0; 4], self.velocity[node]);
+        }
     }
 
     /// Has each contact awake go on by a `ratio` of its last direction after a sweep: the
@@ -325,10 +356,20 @@ impl<const D: usize> System<D> {
     /// where it is then beyond a bound.
     pub(super) fn advance(&mut self, ratio: f64) {
         self.ratio = ratio;
-        go_on(
-            ratio,
-            [&mut self.velocity, &mut self.heading, &mut self.before],
-        );
+        let all_go = self.all_go();
+        let nodes = [&mut self.velocity, &mut self.heading, &mut self.before];
+        let nodes = nodes.map(Vec::as_mut_slice);
+        if all_go {
+            return go_on_all(ratio, nodes);
+        }
+        let [velocity, heading, before] = nodes;
+        for &node in &self.stirred {
+            let node = node as usize;
+            go_on(
+                ratio,
+                [&mut velocity[node], &mut heading[node], &mut before[node]],
+            );
+        }
     }
 
     /// Adds to the impulse of each contact awake what `change` says of it, and what that
@@ -369,28 +410,32 @@ impl<const D: usize> System<D> {
     }
 }
 
-/// Has velocities go on by a `ratio` of their last heading, which is then what has changed since
-/// it was one; before a sweep, having those `before` the last.
-fn go_on(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
+/// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since it
+/// was one; before a sweep, having that `before` the last.
+#[inline]
+fn go_on(ratio: f64, [velocity, heading, before]: [&mut Wide; 3]) {
+    for c in 0..4 {
+        let ahead = ratio * heading[c];
+        heading[c] = ahead + (velocity[c] - before[c]);
+        velocity[c] += ahead;
+        before[c] = velocity[c];
+    }
+}
+
+/// The same for all nodes.
+fn go_on_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
     if velocity.len() > NODES {
         let middle = velocity.len() / 2;
         let (velocity, more) = velocity.split_at_mut(middle);
         let (heading, further) = heading.split_at_mut(middle);
         let (before, others) = before.split_at_mut(middle);
         let rest = [more, further, others];
-        rayon::join(
-            || go_on(ratio, [velocity, heading, before]),
-            || go_on(ratio, rest),
-        );
+        let own = [velocity, heading, before];
+        rayon::join(|| go_on_all(ratio, own), || go_on_all(ratio, rest));
         return;
     }
     for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
-        for c in 0..4 {
-            let ahead = ratio * heading[c];
-            heading[c] = ahead + (velocity[c] - before[c]);
-            velocity[c] += ahead;
-            before[c] = velocity[c];
-        }
+        go_on(ratio, [velocity, heading, before]);
     }
 }
 

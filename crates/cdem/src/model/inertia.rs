@@ -200,18 +200,16 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
-    /// Column of M⁻¹ of a node, 1/kg: nodes, and the velocity of each for a unit
-    /// impulse in each component.
-    pub(crate) fn column(&self, node: usize) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
-        let inverse = match self.dense.get(self.dense_of[node] as usize) {
+    /// Column of M⁻¹ of a node, 1/kg: the velocity of each node that is
+    /// [coupled](Self::coupled) to it for a unit impulse in each component.
+    pub(crate) fn column(&self, node: usize) -> &[[f64; D]] {
+        match self.dense.get(self.dense_of[node] as usize) {
             None => &self.inverse[node..=node],
             Some(dense) => {
                 let row = (node - dense.first) * dense.size;
                 &dense.inverse[row..row + dense.size]
             }
-        };
-        let nodes = self.coupled(node).map(|other| other as u32);
-        nodes.zip(inverse.iter().copied())
+        }
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
@@ -278,9 +276,10 @@ impl<const D: usize> Inertia<D> {
         for (k, of_node) in velocity.iter_mut().enumerate() {
             let held = self.held(first + k);
             let mut wanted = beside[k];
-            for (other, inverse) in self.column(first + k) {
+            let others = self.coupled(first + k).zip(self.column(first + k));
+            for (other, inverse) in others {
                 for c in 0..D {
-                    wanted[c] += inverse[c] * momenta[other as usize - first][c];
+                    wanted[c] += inverse[c] * momenta[other - first][c];
                 }
             }
             for c in (0..D).filter(|&c| !held[c]) {
@@ -326,18 +325,17 @@ pub(crate) struct Mobility<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Mobility<'a, D> {
-    fn share(&self, node: u32) -> f64 {
+    /// What damping leaves of an impulse on a node.
+    pub(crate) fn share(&self, node: u32) -> f64 {
         let alpha = self.damping[self.block_of[node as usize] as usize];
         1.0 / (1.0 + 0.5 * alpha * self.interval)
     }
 
-    /// Column of what stands for M⁻¹ of a node, 1/kg: nodes that are not held, and
-    /// the velocity of each for a unit impulse in each component.
-    pub(crate) fn column(self, node: u32) -> impl Iterator<Item = (u32, [f64; D])> + use<'a, D> {
-        let (inertia, share) = (self.inertia, self.share(node));
-        let column = inertia.column(node as usize);
-        let moved = column.filter(|(other, _)| !inertia.is_held(*other as usize));
-        moved.map(move |(other, inverse)| (other, inverse.map(|x| share * x)))
+    /// Nodes that an impulse on a node moves: those that are not held.
+    pub(crate) fn moved(self, node: u32) -> impl Iterator<Item = u32> + use<'a, D> {
+        let coupled = self.inertia.coupled(node as usize);
+        let free = coupled.filter(move |&other| !self.inertia.is_held(other));
+        free.map(|other| other as u32)
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
