@@ -81,8 +81,8 @@ impl<const D: usize> Hold<D> {
         self.end.extend(velocities);
     }
 
-    /// Gives the nodes the velocities after, or what they have changed by where another island
-    /// has moved a node that a contact has slid on to.
+    /// Gives the nodes the velocities after; or what these have changed by where another island
+    /// has moved the node, as one that a contact has slid on to.
     pub(super) fn redo(&self, velocity: &mut [[f64; D]]) {
         let changes = self.start.iter().zip(&self.end);
         for (&node, (old, new)) in self.nodes.iter().zip(changes) {
@@ -100,7 +100,8 @@ impl<const D: usize> Island<D> {
     /// After the kick of a substep: the impulses that keep closed pairs
     /// together, (11), or part them, (6)–(10). `before` are the velocities
     /// before the kick of `interval` seconds at `time`, which precedes a drift
-    /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them is returned.
+    /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them is
+    /// [to be done](Hold::redo).
     pub(super) fn hold(
         &mut self,
         setting: &Setting<D>,

@@ -10,6 +10,7 @@ mod exact;
 mod face;
 pub(crate) mod formed;
 mod grouping;
+mod heading;
 mod hold;
 mod impact;
 pub(crate) mod island;

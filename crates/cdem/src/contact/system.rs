@@ -7,17 +7,15 @@
 
 use crate::contact::colours::{Colours, Values, Visit, larger};
 use crate::contact::face::Face;
+use crate::contact::heading::Heading;
 use crate::contact::point::{Filling, Point, Term, Terms, Wide, nodes_of, push, truncated, widen};
 use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
-use crate::vector::{add_scaled, dot, norm, scale, sub};
+use crate::vector::{add_scaled, dot, norm, sub};
 
 /// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
 /// some tens of them.
 pub(super) const SHARE: usize = 256;
-
-/// Nodes that a thread takes at once, at most.
-const NODES: usize = 8192;
 
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
@@ -31,17 +29,8 @@ pub(crate) struct System<const D: usize> {
     /// Their velocities, m/s, and the largest of nodes that are held.
     pub(super) velocity: Vec<Wide>,
     held_speed: f64,
-    /// What the directions of search do to velocities, and velocities before the last sweep,
-    /// m/s.
-    heading: Vec<Wide>,
-    before: Vec<Wide>,
-    /// How far along its direction each contact awake has yet to go: its nodes have gone.
-    ratio: f64,
-    /// The nodes that go, if not all: those of contacts awake, and of some that have fallen
-    /// asleep since so many were awake; and which they are of all.
-    stirred: Vec<u32>,
-    awake: usize,
-    is_stirred: Vec<bool>,
+    /// Where they are going.
+    heading: Heading,
     /// In which order contacts are visited.
     pub(super) colours: Colours,
     /// The contacts, by their places in that order.
@@ -163,8 +152,6 @@ impl<const D: usize> System<D> {
         self.velocity.clear();
         let velocities = self.nodes.iter().map(|&node| widen(&velocity(node)));
         self.velocity.extend(velocities);
-        self.heading.resize(self.velocity.len(), [0.0; 4]);
-        self.before.resize(self.velocity.len(), [0.0; 4]);
         self.colours.wake_all();
         let targets = self.targets(constraints, velocity);
         self.push(|_, point| {
@@ -248,46 +235,18 @@ impl<const D: usize> System<D> {
         if least == 0.0 {
             return;
         }
-        let (points, gains) = (&self.points, &self.terms.gains);
-        let (heading, before) = (&mut self.heading, &mut self.before);
+        let (points, heading) = (&self.points, &mut self.heading);
+        let gains = &self.terms.gains;
         self.colours.doze(|place, nodes| {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                let leaves = scale(-1.0, &point.direction);
-                for (&node, rows) in nodes.iter().zip(&gains[point.gains.clone()]) {
-                    push(rows, &leaves, &mut heading[node as usize]);
-                    push(rows, &point.step, &mut before[node as usize]);
-                }
+                let nodes = (nodes, &gains[point.gains.clone()]);
+                heading.leave(nodes, [&point.direction, &point.step]);
             }
             stays
         });
-        if 2 * self.colours.awake().len() < self.awake {
-            self.stir();
-        }
-    }
-
-    /// Whether all nodes go on along directions.
-    fn all_go(&self) -> bool {
-        self.awake == self.points.len()
-    }
-
-    /// Notes which nodes go on along directions.
-    fn stir(&mut self) {
-        self.awake = self.colours.awake().len();
-        self.stirred.clear();
-        if self.all_go() {
-            return;
-        }
-        self.is_stirred.clear();
-        self.is_stirred.resize(self.velocity.len(), false);
-        for &place in self.colours.awake() {
-            for &node in self.colours.nodes(place as usize) {
-                if !std::mem::replace(&mut self.is_stirred[node as usize], true) {
-                    self.stirred.push(node);
-                }
-            }
-        }
+        self.heading.narrow(&self.colours);
     }
 
     /// The contacts that take part, by their places.
@@ -310,7 +269,7 @@ impl<const D: usize> System<D> {
     pub(super) fn sweep(&mut self, reluctance: f64) -> Swept {
         let sweep = Sweep {
             terms: &self.terms,
-            ratio: std::mem::take(&mut self.ratio),
+            ratio: self.heading.take_ratio(),
             reluctance,
         };
         let [change, scale, square] =
@@ -339,37 +298,14 @@ impl<const D: usize> System<D> {
             let point = &mut self.points[place as usize];
             (point.direction, point.step) = ([0.0; D], [0.0; D]);
         }
-        self.ratio = 0.0;
-        self.stir();
-        if self.all_go() {
-            self.heading.fill([0.0; 4]);
-            self.before.clone_from(&self.velocity);
-        }
-        for &node in &self.stirred {
-            let node = node as usize;
-            (self.heading[node], self.before[node]) = ([0.0; 4], self.velocity[node]);
-        }
+        self.heading.begin(&self.colours, &self.velocity);
     }
 
     /// Has each contact awake go on by a `ratio` of its last direction after a sweep: the
     /// velocities now, all at once, and each impulse in the next sweep, which sets it right
     /// where it is then beyond a bound.
     pub(super) fn advance(&mut self, ratio: f64) {
-        self.ratio = ratio;
-        let all_go = self.all_go();
-        let nodes = [&mut self.velocity, &mut self.heading, &mut self.before];
-        let nodes = nodes.map(Vec::as_mut_slice);
-        if all_go {
-            return go_on_all(ratio, nodes);
-        }
-        let [velocity, heading, before] = nodes;
-        for &node in &self.stirred {
-            let node = node as usize;
-            go_on(
-                ratio,
-                [&mut velocity[node], &mut heading[node], &mut before[node]],
-            );
-        }
+        self.heading.advance(ratio, &mut self.velocity);
     }
 
     /// Adds to the impulse of each contact awake what `change` says of it, and what that
@@ -407,35 +343,6 @@ impl<const D: usize> System<D> {
         };
         let [largest] = self.colours.pass(own, velocity, &respond);
         largest
-    }
-}
-
-/// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since it
-/// was one; before a sweep, having that `before` the last.
-#[inline]
-fn go_on(ratio: f64, [velocity, heading, before]: [&mut Wide; 3]) {
-    for c in 0..4 {
-        let ahead = ratio * heading[c];
-        heading[c] = ahead + (velocity[c] - before[c]);
-        velocity[c] += ahead;
-        before[c] = velocity[c];
-    }
-}
-
-/// The same for all nodes.
-fn go_on_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
-    if velocity.len() > NODES {
-        let middle = velocity.len() / 2;
-        let (velocity, more) = velocity.split_at_mut(middle);
-        let (heading, further) = heading.split_at_mut(middle);
-        let (before, others) = before.split_at_mut(middle);
-        let rest = [more, further, others];
-        let own = [velocity, heading, before];
-        rayon::join(|| go_on_all(ratio, own), || go_on_all(ratio, rest));
-        return;
-    }
-    for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
-        go_on(ratio, [velocity, heading, before]);
     }
 }
 

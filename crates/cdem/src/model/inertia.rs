@@ -246,22 +246,14 @@ impl<const D: usize> Inertia<D> {
         }
         for &node in due {
             let node = node as usize;
-            match self.dense.get(self.dense_of[node] as usize) {
-                None => {
-                    for c in 0..D {
-                        velocity[node][c] += self.inverse[node][c] * impulse[node][c];
-                    }
-                }
-                Some(dense) => {
-                    let row = (node - dense.first) * dense.size;
-                    for b in 0..dense.size {
-                        for c in 0..D {
-                            velocity[node][c] +=
-                                dense.inverse[row + b][c] * impulse[dense.first + b][c];
-                        }
-                    }
+            let mut sum = velocity[node];
+            let impulses = &impulse[self.coupled(node)];
+            for (inverse, impulse) in self.column(node).iter().zip(impulses) {
+                for c in 0..D {
+                    sum[c] += inverse[c] * impulse[c];
                 }
             }
+            velocity[node] = sum;
         }
     }
 

@@ -1,0 +1,131 @@
+//! Where the velocities of an island are going while its solver goes along directions of
+//! search: what these do to the nodes is known without asking the contacts, as each sweep has
+//! added its part of it. A step along them takes each node once.
+
+use crate::contact::colours::Colours;
+use crate::contact::point::{Rows, Wide, push};
+use crate::vector::scale;
+
+/// Nodes that a thread takes at once, at most.
+const NODES: usize = 8192;
+
+/// What the directions of the contacts awake do to the velocities of nodes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Heading {
+    /// That, and the velocities before the last sweep, m/s.
+    heading: Vec<Wide>,
+    before: Vec<Wide>,
+    /// How far along its direction each impulse has yet to go: velocities have.
+    ratio: f64,
+    /// Contacts of which all nodes go; those of fewer are listed.
+    of_contacts: usize,
+    are_listed: bool,
+    listed: Vec<u32>,
+    is_listed: Vec<bool>,
+}
+
+impl Heading {
+    /// Goes nowhere from these velocities, m/s, those of the nodes of all contacts.
+    pub(super) fn begin(&mut self, colours: &Colours, velocity: &[Wide]) {
+        self.heading.resize(velocity.len(), [0.0; 4]);
+        self.before.resize(velocity.len(), [0.0; 4]);
+        self.ratio = 0.0;
+        self.list(colours);
+        if !self.are_listed {
+            self.heading.fill([0.0; 4]);
+            self.before.copy_from_slice(velocity);
+        }
+        for &node in &self.listed {
+            let node = node as usize;
+            (self.heading[node], self.before[node]) = ([0.0; 4], velocity[node]);
+        }
+    }
+
+    /// Goes on with the nodes of the contacts awake, once these are half as many as before.
+    pub(super) fn narrow(&mut self, colours: &Colours) {
+        if 2 * colours.awake().len() < self.of_contacts {
+            self.list(colours);
+        }
+    }
+
+    fn list(&mut self, colours: &Colours) {
+        let awake = colours.awake();
+        self.of_contacts = awake.len();
+        self.are_listed = awake.len() < colours.order().len();
+        self.listed.clear();
+        if !self.are_listed {
+            return;
+        }
+        self.is_listed.clear();
+        self.is_listed.resize(self.before.len(), false);
+        for node in awake
+            .iter()
+            .flat_map(|&place| colours.nodes(place as usize))
+        {
+            if !std::mem::replace(&mut self.is_listed[*node as usize], true) {
+                self.listed.push(*node);
+            }
+        }
+    }
+
+    /// Leaves out a contact with these nodes, and what impulses make of their velocities: its
+    /// direction, and what it did in the last sweep.
+    pub(super) fn leave<const D: usize>(
+        &mut self,
+        (nodes, gains): (&[u32], &[Rows<D>]),
+        [direction, step]: [&[f64; D]; 2],
+    ) {
+        let back = scale(-1.0, direction);
+        for (&node, rows) in nodes.iter().zip(gains) {
+            push(rows, &back, &mut self.heading[node as usize]);
+            push(rows, step, &mut self.before[node as usize]);
+        }
+    }
+
+    /// Has velocities go on by a `ratio` of the heading after a sweep.
+    pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [Wide]) {
+        self.ratio = ratio;
+        if !self.are_listed {
+            return advance_all(ratio, [velocity, &mut self.heading, &mut self.before]);
+        }
+        let (heading, before) = (&mut self.heading, &mut self.before);
+        for &node in &self.listed {
+            let node = node as usize;
+            let of_node = [&mut velocity[node], &mut heading[node], &mut before[node]];
+            advance(ratio, of_node);
+        }
+    }
+
+    /// By which ratio of its direction each impulse has to go on, from now on by none.
+    pub(super) fn take_ratio(&mut self) -> f64 {
+        std::mem::take(&mut self.ratio)
+    }
+}
+
+/// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since
+/// it was one.
+#[inline]
+fn advance(ratio: f64, [velocity, heading, before]: [&mut Wide; 3]) {
+    for c in 0..4 {
+        let ahead = ratio * heading[c];
+        heading[c] = ahead + (velocity[c] - before[c]);
+        velocity[c] += ahead;
+        before[c] = velocity[c];
+    }
+}
+
+/// The same for all nodes.
+fn advance_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
+    if velocity.len() > NODES {
+        let middle = velocity.len() / 2;
+        let (velocity, more) = velocity.split_at_mut(middle);
+        let (heading, further) = heading.split_at_mut(middle);
+        let (before, others) = before.split_at_mut(middle);
+        let (own, rest) = ([velocity, heading, before], [more, further, others]);
+        rayon::join(|| advance_all(ratio, own), || advance_all(ratio, rest));
+        return;
+    }
+    for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
+        advance(ratio, [velocity, heading, before]);
+    }
+}
