@@ -124,8 +124,7 @@ impl Colours {
                 let place = self.awake[number];
                 self.awake[kept] = place;
                 let place = place as usize;
-                let nodes = &self.nodes[self.starts[place]..self.starts[place + 1]];
-                kept += usize::from(stay(place, nodes));
+                kept += usize::from(stay(place, self.nodes(place)));
             }
             next = std::mem::replace(&mut self.begins[task], kept);
         }
@@ -196,10 +195,10 @@ impl Colours {
         let mut all = [0.0; N];
         for tasks in &self.colours {
             let awake = self.begins[tasks.start]..self.begins[tasks.end];
-            let is_small = awake.len() <= CALLED_FOR * self.task;
             if awake.is_empty() {
                 continue;
             }
+            let is_small = awake.len() <= CALLED_FOR * self.task;
             if is_small || tasks.len() == 1 {
                 all = F::together(all, run(awake));
                 continue;
@@ -304,9 +303,8 @@ impl<'a, V> Values<'a, V> {
     ///
     /// The nodes are in range, and no one else uses their values while this lives.
     unsafe fn new(values: &Shared<'a, V>, nodes: &'a [u32]) -> Self {
-        let Shared { first, slice } = *values;
         Self {
-            values: Shared { first, slice },
+            values: Shared { ..*values },
             nodes,
         }
     }

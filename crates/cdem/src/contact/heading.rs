@@ -129,3 +129,22 @@ fn advance_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
         advance(ratio, [velocity, heading, before]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_nodes_go_as_each_would() {
+        let start = |k: usize| [0.0, 1.0, 2.0].map(|of| [(k as f64 + of).sin(); 4]);
+        let count = 3 * NODES + 1;
+        let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
+        let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);
+        advance_all(0.7, [&mut velocity, &mut heading, &mut before]);
+        for k in 0..count {
+            let [mut one, mut of_one, mut once] = start(k);
+            advance(0.7, [&mut one, &mut of_one, &mut once]);
+            assert!((one, of_one, once) == (velocity[k], heading[k], before[k]));
+        }
+    }
+}

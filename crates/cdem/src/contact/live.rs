@@ -42,8 +42,8 @@ pub(crate) struct Live<const D: usize> {
     /// Foot on the target: while the pair sticks, the material point it is
     /// bound to; while it slides, where it was last.
     pub(crate) foot: [f64; 2],
-    /// Unit normal out of the target when it was last asked for: by how the edges of it lie
-    /// alone it might go either way.
+    /// Unit normal out of the target in the last kick: how two edges lie leaves open which
+    /// way theirs goes.
     #[serde(with = "raw")]
     pub(crate) normal: [f64; D],
     /// Offset from the anchored point that is kept, in the frame, m: what it was

@@ -437,9 +437,13 @@ impl<const D: usize> Contacts<D> {
     /// moves, m.
     pub(crate) fn part(&mut self, at: Positions<D>, inertia: &Inertia<D>) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
-        if self.model == ContactModel::Penalty {
+        let limit = PENETRATION * self.terms.tolerance;
+        let is_deep = self.live().any(|live| live.penetration() > limit);
+        if self.model == ContactModel::Penalty || !is_deep {
             return moves;
         }
+        // The next kick sees it no more.
+        self.books.penetration = self.max_penetration(at);
         let setting = self.terms.setting(inertia);
         for island in &mut self.islands {
             let deepest = island
@@ -447,7 +451,7 @@ impl<const D: usize> Contacts<D> {
                 .iter()
                 .map(Live::penetration)
                 .fold(0.0, f64::max);
-            if deepest > PENETRATION * self.terms.tolerance {
+            if deepest > limit {
                 moves.extend(island.part(&setting, at));
             }
         }

@@ -222,6 +222,8 @@ impl<const D: usize> Contacts<D> {
         inertia: &Inertia<D>,
         time: f64,
     ) {
+        // The next kick sees another surface.
+        self.books.penetration = self.max_penetration(old.at);
         let before = self.exchange_surface(mesh, surface);
         self.search = Search::default();
         self.near.clear();

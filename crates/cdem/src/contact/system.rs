@@ -230,7 +230,7 @@ impl<const D: usize> System<D> {
     }
 
     /// Leaves those out of what follows whose relative velocities changed by less than
-    /// `least` in the last sweep, m/s: of what the others do nothing is theirs.
+    /// `least` in the last sweep, m/s: directions go on without theirs.
     pub(super) fn doze(&mut self, least: f64) {
         if least == 0.0 {
             return;
