@@ -2,6 +2,8 @@
 //! search: what these do to the nodes is known without asking the contacts, as each sweep has
 //! added its part of it. A step along them takes each node once.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::contact::colours::Colours;
 use crate::contact::point::{Rows, Wide, push};
 use crate::vector::scale;
@@ -76,23 +78,27 @@ impl Heading {
         [direction, step]: [&[f64; D]; 2],
     ) {
         let back = scale(-1.0, direction);
-        for (&node, rows) in nodes.iter().zip(gains) {
-            push(rows, &back, &mut self.heading[node as usize]);
-            push(rows, step, &mut self.before[node as usize]);
-        }
+        Arch::new().dispatch(Leave {
+            nodes,
+            gains,
+            impulses: [&back, step],
+            values: [&mut self.heading, &mut self.before],
+        });
     }
 
     /// Has velocities go on by a `ratio` of the heading after a sweep.
     pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [Wide]) {
         self.ratio = ratio;
-        if !self.are_listed {
-            return advance_all(ratio, [velocity, &mut self.heading, &mut self.before]);
-        }
-        let (heading, before) = (&mut self.heading, &mut self.before);
-        for &node in &self.listed {
-            let node = node as usize;
-            let of_node = [&mut velocity[node], &mut heading[node], &mut before[node]];
-            advance(ratio, of_node);
+        let nodes = [velocity, &mut self.heading, &mut self.before];
+        if self.are_listed {
+            let listed = Some(&*self.listed);
+            Arch::new().dispatch(Advance {
+                ratio,
+                nodes,
+                listed,
+            });
+        } else {
+            advance_all(ratio, nodes);
         }
     }
 
@@ -104,7 +110,7 @@ impl Heading {
 
 /// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since
 /// it was one.
-#[inline]
+#[inline(always)]
 fn advance(ratio: f64, [velocity, heading, before]: [&mut Wide; 3]) {
     for c in 0..4 {
         let ahead = ratio * heading[c];
@@ -125,8 +131,60 @@ fn advance_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
         rayon::join(|| advance_all(ratio, own), || advance_all(ratio, rest));
         return;
     }
-    for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
-        advance(ratio, [velocity, heading, before]);
+    Arch::new().dispatch(Advance {
+        ratio,
+        nodes: [velocity, heading, before],
+        listed: None,
+    });
+}
+
+/// Nodes that go on, all or those listed, with whatever instructions the machine has.
+struct Advance<'a> {
+    ratio: f64,
+    /// Their velocities, headings, and velocities before.
+    nodes: [&'a mut [Wide]; 3],
+    listed: Option<&'a [u32]>,
+}
+
+impl WithSimd for Advance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let [velocity, heading, before] = self.nodes;
+        if let Some(listed) = self.listed {
+            for &node in listed {
+                let node = node as usize;
+                let of_node = [&mut velocity[node], &mut heading[node], &mut before[node]];
+                advance(self.ratio, of_node);
+            }
+            return;
+        }
+        for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
+            advance(self.ratio, [velocity, heading, before]);
+        }
+    }
+}
+
+/// What impulses do to the nodes of a contact, each to values of its own.
+struct Leave<'a, const D: usize> {
+    nodes: &'a [u32],
+    gains: &'a [Rows<D>],
+    impulses: [&'a [f64; D]; 2],
+    values: [&'a mut [Wide]; 2],
+}
+
+impl<const D: usize> WithSimd for Leave<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let mut values = self.values;
+        for (&node, rows) in self.nodes.iter().zip(self.gains) {
+            for (impulse, values) in self.impulses.into_iter().zip(&mut values) {
+                push(rows, impulse, &mut values[node as usize]);
+            }
+        }
     }
 }
 

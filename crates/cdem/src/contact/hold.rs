@@ -24,6 +24,8 @@ const WORTH_A_SOLVE: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Hold<const D: usize> {
     constraints: Vec<Constraint<D>>,
+    /// Of how many, from the first on.
+    asked: usize,
     /// By how much their gaps would have missed theirs, m; and what of it the last solve has
     /// left.
     missed: Vec<f64>,
@@ -45,9 +47,10 @@ pub(super) struct Held {
 }
 
 impl<const D: usize> Hold<D> {
-    /// Begins a kick, in which nothing has been asked for yet.
-    fn begin(&mut self) {
-        self.constraints.clear();
+    /// Begins a kick of so many contacts, of which nothing has been asked for yet.
+    fn begin(&mut self, contacts: usize) {
+        self.constraints.resize_with(contacts, Constraint::default);
+        self.asked = 0;
         self.missed.clear();
         self.again = 0;
         self.start(&[], &[]);
@@ -220,11 +223,11 @@ impl<const D: usize> Island<D> {
         (time, interval, drift): (f64, f64, f64),
         books: &mut Books,
     ) {
-        hold.begin();
+        hold.begin(self.live.len());
         let precision = (RESIDUAL, self.precision(setting, motion.positions(), drift));
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
-            if hold.constraints.len() < self.live.len() {
+            if hold.asked < self.live.len() {
                 self.ask_of_new(setting, motion, hold, (interval, drift), books);
             }
             self.solve_for_gaps(setting, motion, hold, (precision, drift), books);
@@ -258,14 +261,17 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) {
         let at = motion.positions();
-        let new = self.live[hold.constraints.len()..].par_iter();
-        let constraint = |live: &Live<D>| {
-            let operator = live.operator(setting.surface, at);
-            live.constraint(operator, (drift, interval), setting.tolerance)
-        };
-        hold.constraints
-            .par_extend(new.with_min_len(SHARE).map(constraint));
-        hold.missed.resize(self.live.len(), 0.0);
+        let count = self.live.len();
+        hold.constraints.resize_with(count, Constraint::default);
+        let new = hold.asked..count;
+        let pairs = hold.constraints[new.clone()].par_iter_mut();
+        let pairs = pairs.zip(&self.live[new]).with_min_len(SHARE);
+        pairs.for_each(|(constraint, live)| {
+            live.relate(&mut constraint.operator, setting.surface, at);
+            live.ask(constraint, (drift, interval), setting.tolerance);
+        });
+        hold.asked = count;
+        hold.missed.resize(count, 0.0);
         let constraints = &hold.constraints;
         books.solution(|| self.system.load(constraints, setting.mobility(interval)));
         hold.start(self.system.nodes(), motion.velocity);
@@ -341,8 +347,7 @@ impl<const D: usize> Island<D> {
         if breaks {
             let known = self.live.iter().zip(&hold.missed);
             for (constraint, (live, missed)) in hold.constraints.iter_mut().zip(known) {
-                let operator = constraint.operator;
-                *constraint = live.constraint(operator, (drift, interval), setting.tolerance);
+                live.ask(constraint, (drift, interval), setting.tolerance);
                 constraint.target[0] -= missed / drift;
             }
         }

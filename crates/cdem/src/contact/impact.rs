@@ -129,8 +129,8 @@ impl<const D: usize> Island<D> {
     /// those that were closed stay so as far as their last kick's impulse bears.
     fn impact(&mut self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
         let constraint = |live: &Live<D>| {
-            let operator = live.operator(setting.surface, motion.positions());
-            live.impact(operator, duration, setting.tolerance)
+            let within = (duration, setting.tolerance);
+            live.impact(setting.surface, motion.positions(), within)
         };
         let live = self.live.par_iter().with_min_len(SHARE);
         let constraints: Vec<_> = live.map(constraint).collect();

@@ -8,7 +8,7 @@ use crate::contact::hold::Hold;
 use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
 use crate::contact::overlaps::Overlaps;
-use crate::contact::solve::{Constraint, Limit};
+use crate::contact::solve::Constraint;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::system::System;
 use crate::contact::touches::{Touches, Wanted};
@@ -380,7 +380,7 @@ impl<const D: usize> Island<D> {
             level: setting.halvings_at(pair),
             blocks,
         };
-        let operator = surface.operator(pair, &foot, at, None);
+        let operator = surface.operator(pair, &foot, at);
         self.live.push(Live {
             pair,
             law: setting.laws.between(blocks[0], blocks[1]),
@@ -408,17 +408,13 @@ impl<const D: usize> Island<D> {
         // The solver of velocities, over one second from rest, without shear.
         let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.live.len());
         for live in &mut self.live {
-            let operator = live.operator(setting.surface, at);
-            let mut target = [0.0; D];
-            target[0] = live.penetration();
-            live.offset[0] += target[0];
-            constraints.push(Constraint {
-                operator,
-                target,
-                limit: Limit::default(),
-                impulse: [0.0; D],
-                borne: [0.0; D],
-            });
+            let mut constraint = Constraint {
+                operator: live.operator(setting.surface, at),
+                ..Constraint::default()
+            };
+            constraint.target[0] = live.penetration();
+            live.offset[0] += constraint.target[0];
+            constraints.push(constraint);
         }
         let precision = self.precision(setting, at, 1.0);
         self.system.load(&constraints, setting.mobility(0.0));

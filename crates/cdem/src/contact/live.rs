@@ -285,7 +285,7 @@ impl<const D: usize> Live<D> {
     ) {
         let frame = |pair| {
             let foot = surface.project(pair, at).foot;
-            surface.operator(pair, &foot, at, None).frame
+            surface.operator(pair, &foot, at).frame
         };
         let [old, new] = [self.pair, next].map(frame);
         let sign = if is_swapped { -1.0 } else { 1.0 };
@@ -323,7 +323,19 @@ impl<const D: usize> Live<D> {
 
     /// The operator at the present positions.
     pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Positions<D>) -> Operator<D> {
-        surface.operator(self.pair, &self.foot, at, Some(&self.normal))
+        let mut operator = Operator::default();
+        self.relate(&mut operator, surface, at);
+        operator
+    }
+
+    /// Makes an operator that at the present positions.
+    pub(crate) fn relate(
+        &self,
+        operator: &mut Operator<D>,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+    ) {
+        surface.relate(operator, self.pair, &self.foot, at, Some(&self.normal));
     }
 
     /// Bounds of the impulse of `interval` seconds.
@@ -340,17 +352,19 @@ impl<const D: usize> Live<D> {
         }
     }
 
-    /// The constraint that keeps the pair together over a drift of `drift`
-    /// seconds, after a kick of `interval` seconds: g(x_{n+1}) = (1 - [`AIM`]) g(x_n)
-    /// along ∇g(x_n), and the same for the tangents of a pair that sticks, as far as g
-    /// is not [`RIGHT`]; g ≥ 0 of one that bears nothing and has opened.
-    pub(crate) fn constraint(
+    /// Makes a constraint, but for its operator, the one that keeps the pair together over a
+    /// drift of `drift` seconds, after a kick of `interval` seconds:
+    /// g(x_{n+1}) = (1 - [`AIM`]) g(x_n) along ∇g(x_n), and the same for the tangents of a pair
+    /// that sticks, as far as g is not [`RIGHT`]; g ≥ 0 of one that bears nothing and has
+    /// opened.
+    pub(crate) fn ask(
         &self,
-        operator: Operator<D>,
+        constraint: &mut Constraint<D>,
         (drift, interval): (f64, f64),
         tolerance: f64,
-    ) -> Constraint<D> {
-        let mut target = [0.0; D];
+    ) {
+        let (operator, target) = (&constraint.operator, &mut constraint.target);
+        *target = [0.0; D];
         let right = RIGHT * tolerance;
         for r in 0..if self.sticks { D } else { 1 } {
             let wrong = self.offset[r] - operator.offset[r];
@@ -360,17 +374,11 @@ impl<const D: usize> Live<D> {
         if apart > 0.0 && self.impulse[0] == 0.0 {
             target[0] = -apart / drift;
         }
-        let limit = self.limit(interval);
+        constraint.limit = self.limit(interval);
         let force = expected(&self.force, &self.force_before);
-        let mut impulse = force.map(|force| force * interval);
-        impulse[0] = impulse[0].max(-limit.tension);
-        Constraint {
-            operator,
-            target,
-            limit,
-            impulse,
-            borne: [0.0; D],
-        }
+        constraint.impulse = force.map(|force| force * interval);
+        constraint.impulse[0] = constraint.impulse[0].max(-constraint.limit.tension);
+        constraint.borne = [0.0; D];
     }
 
     /// Takes what a kick of `interval` seconds has it bear, N·s.
@@ -396,15 +404,19 @@ impl<const D: usize> Live<D> {
     }
 
     /// The constraint at the instant of an impact before a drift of `drift`
-    /// seconds. A pair that was closed already bears the impulse of its last kick, of
+    /// seconds, at the present positions. A pair that was closed already bears the impulse of its last kick, of
     /// which it may give back all; a joint no more than its strength with that.
     pub(crate) fn impact(
         &self,
-        operator: Operator<D>,
-        drift: f64,
-        tolerance: f64,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+        (drift, tolerance): (f64, f64),
     ) -> Constraint<D> {
-        let mut constraint = self.constraint(operator, (drift, 0.0), tolerance);
+        let mut constraint = Constraint {
+            operator: self.operator(surface, at),
+            ..Constraint::default()
+        };
+        self.ask(&mut constraint, (drift, 0.0), tolerance);
         if self.fresh {
             constraint.impulse = [0.0; D];
             constraint.target = [0.0; D];

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::contact::orientation::{Orientation, Slack, moved};
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, Feature, MAX_NODES, Mark, Operator, PART, Pair, Positions, Projection,
-    Surface, beyond_reentrant,
+    FLUSH, FOOT_ROUND_OFF, Feature, Mark, Operator, PART, Pair, Positions, Projection, Surface,
+    beyond_reentrant,
 };
 use crate::mesh::Mesh;
 use crate::sample::ContactKind;
@@ -390,13 +390,14 @@ impl Surface<2> for Outline {
             )) <= tolerance
     }
 
-    fn operator(
+    fn relate(
         &self,
+        operator: &mut Operator<2>,
         pair: Pair,
         foot: &[f64; 2],
         at: Positions<2>,
         _along: Option<&[f64; 2]>,
-    ) -> Operator<2> {
+    ) {
         let [a, b] = self.edges[pair.target as usize];
         let p = self.main_node(pair);
         let (start, end) = (at.at(a), at.at(b));
@@ -408,26 +409,19 @@ impl Surface<2> for Outline {
         let anchor: [f64; 2] = std::array::from_fn(|c| start[c] + w * along[c]);
         let offset = sub(&at.at(p), &anchor);
         let frame = [normal, tangent];
-        let rows = frame.map(|direction| {
+        operator.frame = frame;
+        operator.offset = frame.map(|direction| dot(&direction, &offset));
+        operator.count = 3;
+        operator.nodes[..3].copy_from_slice(&[p, a, b]);
+        operator.rows[0] = frame;
+        for (r, direction) in frame.iter().enumerate() {
             // A turn ω = −normal·(v_b − v_a)/length moves the target's material
             // at the main point by ω × offset.
             let turning = (direction[1] * offset[0] - direction[0] * offset[1]) / length;
-            let mut row = [[0.0; 2]; MAX_NODES];
-            row[0] = direction;
             for c in 0..2 {
-                row[1][c] = -(1.0 - w) * direction[c] - turning * normal[c];
-                row[2][c] = -w * direction[c] + turning * normal[c];
+                operator.rows[1][r][c] = -(1.0 - w) * direction[c] - turning * normal[c];
+                operator.rows[2][r][c] = -w * direction[c] + turning * normal[c];
             }
-            row
-        });
-        let mut nodes = [0; MAX_NODES];
-        nodes[..3].copy_from_slice(&[p, a, b]);
-        Operator {
-            count: 3,
-            nodes,
-            rows,
-            frame,
-            offset: frame.map(|f| dot(&f, &offset)),
         }
     }
 

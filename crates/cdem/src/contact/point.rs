@@ -253,7 +253,7 @@ impl<const D: usize> Point<D> {
         let mut rows = [[[0.0; 4]; D]; MAX_NODES];
         let mut terms = operators.iter_mut();
         for (k, node, held) in nodes_of(operator, mobility) {
-            rows[k] = std::array::from_fn(|r| widen(&operator.rows[r][k]));
+            rows[k] = std::array::from_fn(|r| widen(&operator.rows[k][r]));
             let inverse = 1.0 / mobility.inertia.mass()[node as usize];
             for r in 0..D {
                 unheld[r] += dot(&rows[k][r], &rows[k][r]) * inverse;

@@ -62,7 +62,7 @@ impl<const D: usize> Contacts<D> {
             let time = surface.time_of_impact(pair, at, velocity, duration, tolerance)?;
             let then = at.after(velocity, time);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
-            let operator = surface.operator(pair, &foot, then, None);
+            let operator = surface.operator(pair, &foot, then);
             let speed = -operator.relative_velocity(0, velocity);
             Some(Place {
                 speed,
@@ -158,7 +158,7 @@ impl<const D: usize> Contacts<D> {
             let projection = surface.project(pair, at);
             let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
             let change = surface
-                .operator(pair, &foot, at, None)
+                .operator(pair, &foot, at)
                 .relative_velocity(0, moves);
             let after = projection.gap + change;
             let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
@@ -389,7 +389,7 @@ impl<const D: usize> Carry<'_, D> {
         };
         let frames = [
             live.operator(self.before, old.at).frame,
-            self.after.operator(pair, &foot, new.at, None).frame,
+            self.after.operator(pair, &foot, new.at).frame,
         ];
         for vector in live.in_frame() {
             *vector = turned(vector, &frames);

@@ -65,6 +65,19 @@ pub(crate) struct Constraint<const D: usize> {
     pub(crate) borne: [f64; D],
 }
 
+impl<const D: usize> Default for Constraint<D> {
+    /// Of no nodes: nothing is asked of it, and it bears nothing.
+    fn default() -> Self {
+        Self {
+            operator: Operator::default(),
+            target: [0.0; D],
+            limit: Limit::default(),
+            impulse: [0.0; D],
+            borne: [0.0; D],
+        }
+    }
+}
+
 impl<const D: usize> Constraint<D> {
     /// What a solve has added to the impulse that was borne, N·s.
     pub(crate) fn added(&self) -> [f64; D] {

@@ -1,7 +1,7 @@
 //! Tests of the solver on islands made by hand.
 
 use crate::contact::solve::{Constraint, FEW, Limit, RESIDUAL, shear_norm};
-use crate::contact::surface::{MAX_NODES, Operator};
+use crate::contact::surface::Operator;
 use crate::contact::system::System;
 use crate::model::inertia::{Inertia, Mobility};
 
@@ -24,26 +24,22 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
     });
     let mut operator = Operator {
         count: weights.len(),
-        nodes: [0; MAX_NODES],
-        rows: [[[0.0; D]; MAX_NODES]; D],
         frame,
-        offset: [0.0; D],
+        ..Operator::default()
     };
     for (k, &(node, weight)) in weights.iter().enumerate() {
         operator.nodes[k] = node;
         for r in 0..D {
-            operator.rows[r][k] = frame[r].map(|x| weight * x);
+            operator.rows[k][r] = frame[r].map(|x| weight * x);
         }
     }
     Constraint {
         operator,
-        target: [0.0; D],
         limit: Limit {
             friction,
             ..Limit::default()
         },
-        impulse: [0.0; D],
-        borne: [0.0; D],
+        ..Constraint::default()
     }
 }
 

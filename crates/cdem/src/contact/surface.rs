@@ -157,12 +157,25 @@ pub(crate) struct Operator<const D: usize> {
     pub(crate) count: usize,
     /// Their numbers.
     pub(crate) nodes: [u32; MAX_NODES],
-    /// `rows[r][k]`: what node k's velocity adds to row r.
-    pub(crate) rows: [[[f64; D]; MAX_NODES]; D],
+    /// `rows[k][r]`: what node k's velocity adds to row r.
+    pub(crate) rows: [[[f64; D]; D]; MAX_NODES],
     /// Row vectors in space: normal, then tangents.
     pub(crate) frame: [[f64; D]; D],
     /// Offset main point − anchored target point in the frame, m.
     pub(crate) offset: [f64; D],
+}
+
+impl<const D: usize> Default for Operator<D> {
+    /// Of no nodes.
+    fn default() -> Self {
+        Self {
+            count: 0,
+            nodes: [0; MAX_NODES],
+            rows: [[[0.0; D]; D]; MAX_NODES],
+            frame: [[0.0; D]; D],
+            offset: [0.0; D],
+        }
+    }
 }
 
 impl<const D: usize> Operator<D> {
@@ -175,21 +188,28 @@ impl<const D: usize> Operator<D> {
     pub(crate) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
         let nodes = self.nodes().iter().enumerate();
         nodes
-            .map(|(k, &node)| dot(&self.rows[r][k], &velocity[node as usize]))
+            .map(|(k, &node)| dot(&self.rows[k][r], &velocity[node as usize]))
             .sum()
     }
 
     /// Relative velocity of all rows, m/s.
     pub(crate) fn relative_velocities(&self, velocity: &[[f64; D]]) -> [f64; D] {
-        std::array::from_fn(|r| self.relative_velocity(r, velocity))
+        let mut relative = [0.0; D];
+        for (&node, rows) in self.nodes().iter().zip(&self.rows) {
+            let velocity = &velocity[node as usize];
+            for r in 0..D {
+                relative[r] += dot(&rows[r], velocity);
+            }
+        }
+        relative
     }
 
     /// Calls `receive` with the impulse on each node, N·s, of one in the frame.
     pub(crate) fn deliver(&self, impulse: &[f64; D], mut receive: impl FnMut(u32, &[f64; D])) {
-        for (k, &node) in self.nodes().iter().enumerate() {
+        for (&node, rows) in self.nodes().iter().zip(&self.rows) {
             let mut on = [0.0; D];
             for r in 0..D {
-                add_scaled(&mut on, impulse[r], &self.rows[r][k]);
+                add_scaled(&mut on, impulse[r], &rows[r]);
             }
             receive(node, &on);
         }
@@ -345,15 +365,23 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn point(&self, pair: Pair, at: Positions<D>) -> [f64; D] {
         at.at(self.main_nodes(pair.main)[0])
     }
-    /// Relative motion of the pair with the target point anchored at `foot`, its normal going
-    /// the way of `along`, if that is known.
-    fn operator(
+    /// Makes an operator that of the relative motion of the pair with the target point anchored
+    /// at `foot`, its normal going the way of `along`, if that is known. In place: operators
+    /// are large, and kept where solvers find them.
+    fn relate(
         &self,
+        operator: &mut Operator<D>,
         pair: Pair,
         foot: &[f64; 2],
         at: Positions<D>,
         along: Option<&[f64; D]>,
-    ) -> Operator<D>;
+    );
+    /// A new one, whose normal goes the way that the surface says.
+    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Operator<D> {
+        let mut operator = Operator::default();
+        self.relate(&mut operator, pair, foot, at, None);
+        operator
+    }
     /// Where the points of a pair with this `foot` are: on the main and on the target.
     fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<D>) -> [Mark<D>; 2];
     /// The pair with its points there, on blocks of these nodes, and its foot.

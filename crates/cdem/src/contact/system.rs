@@ -26,8 +26,10 @@ pub(crate) struct System<const D: usize> {
     changes: u64,
     /// Nodes that impulses move, sorted.
     nodes: Vec<u32>,
-    /// Their velocities, m/s, and the largest of nodes that are held.
+    /// Their velocities, m/s.
     pub(super) velocity: Vec<Wide>,
+    /// Nodes of contacts that are held, and their largest speed, m/s.
+    held: Vec<Held>,
     held_speed: f64,
     /// Where they are going.
     heading: Heading,
@@ -39,6 +41,15 @@ pub(crate) struct System<const D: usize> {
     /// Scratch of the solver.
     pub(super) directions: Directions<D>,
     pub(super) face: Face<D>,
+}
+
+/// A node of a contact that is held.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    /// Place of the contact, and the node's number among those of its constraint.
+    place: usize,
+    of_constraint: usize,
+    node: u32,
 }
 
 impl<const D: usize> System<D> {
@@ -108,6 +119,7 @@ impl<const D: usize> System<D> {
     fn arrange(&mut self, constraints: &[Constraint<D>], lists: &[&[u32]], mobility: Mobility<D>) {
         let Terms { operators, gains } = &mut self.terms;
         self.points.clear();
+        self.held.clear();
         operators.clear();
         gains.clear();
         let rows = [[0.0; 4]; D];
@@ -115,8 +127,14 @@ impl<const D: usize> System<D> {
             let list = lists[number as usize];
             let slot = |node| list.iter().position(|&other| other == node).unwrap_or(0) as u32;
             let start = [operators.len(), gains.len()];
-            for (_, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
-                if !held {
+            for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
+                if held {
+                    self.held.push(Held {
+                        place: self.points.len(),
+                        of_constraint: k,
+                        node,
+                    });
+                } else {
                     operators.push(Term {
                         slot: slot(node),
                         columns: rows,
@@ -153,10 +171,9 @@ impl<const D: usize> System<D> {
         let velocities = self.nodes.iter().map(|&node| widen(&velocity(node)));
         self.velocity.extend(velocities);
         self.colours.wake_all();
-        let targets = self.targets(constraints, velocity);
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
-            point.target = targets[point.number as usize];
+            point.target = constraint.target;
             point.limit = constraint.limit;
             point.borne = constraint.borne;
             point.impulse = std::array::from_fn(|r| {
@@ -169,6 +186,22 @@ impl<const D: usize> System<D> {
             point.start = point.impulse;
             sub(&point.impulse, &point.borne)
         });
+        self.add_held(constraints, velocity);
+    }
+
+    /// Takes what nodes that are held do from what is asked of the others; notes how fast they
+    /// are.
+    fn add_held(&mut self, constraints: &[Constraint<D>], velocity: impl Fn(u32) -> [f64; D]) {
+        self.held_speed = 0.0;
+        for held in &self.held {
+            let point = &mut self.points[held.place];
+            let operator = &constraints[point.number as usize].operator;
+            let velocity = velocity(held.node);
+            self.held_speed = self.held_speed.max(norm(&velocity));
+            for r in 0..D {
+                point.target[r] -= dot(&operator.rows[held.of_constraint][r], &velocity);
+            }
+        }
     }
 
     /// Adds to the velocities what impulses do that each contact awake has of its own, N·s.
@@ -181,36 +214,10 @@ impl<const D: usize> System<D> {
             .pass(&mut self.points, &mut self.velocity, &push);
     }
 
-    /// What is asked of the nodes that are not held, m/s; notes how fast those are
-    /// that are.
-    fn targets(
-        &mut self,
-        constraints: &[Constraint<D>],
-        velocity: impl Fn(u32) -> [f64; D],
-    ) -> Vec<[f64; D]> {
-        self.held_speed = 0.0;
-        let mut known = self.known.iter();
-        let target = |constraint: &Constraint<D>| {
-            let mut target = constraint.target;
-            let nodes = known.by_ref().map_while(|known| *known).enumerate();
-            for (k, (node, _)) in nodes.filter(|(_, (_, held))| *held) {
-                let velocity = velocity(node);
-                self.held_speed = self.held_speed.max(norm(&velocity));
-                for r in 0..D {
-                    target[r] -= dot(&constraint.operator.rows[r][k], &velocity);
-                }
-            }
-            target
-        };
-        constraints.iter().map(target).collect()
-    }
-
     /// The largest speed of a node, m/s.
     pub(super) fn fastest(&self) -> f64 {
-        self.velocity
-            .iter()
-            .map(norm)
-            .fold(self.held_speed, f64::max)
+        let squares = self.velocity.iter().map(|velocity| dot(velocity, velocity));
+        squares.fold(0.0, f64::max).sqrt().max(self.held_speed)
     }
 
     /// Nodes that are moved, sorted.

@@ -1,6 +1,7 @@
 //! From impulses to velocities: M⁻¹, lumped or dense by block, with the
 //! prescribed components of nodes held.
 
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::AT_ONCE;
@@ -82,6 +83,9 @@ pub(crate) struct Inertia<const D: usize> {
 }
 
 const LUMPED: u32 = u32::MAX;
+
+/// Nodes of a dense block that are kicked side by side.
+const ABREAST: usize = 4;
 
 impl<const D: usize> Inertia<D> {
     /// `dense`: first node and n×n mass matrix of each block that has one.
@@ -182,7 +186,7 @@ impl<const D: usize> Inertia<D> {
     /// that does to them.
     pub(crate) fn set(&self, node: usize, wanted: &[f64; D], velocity: &mut [[f64; D]]) {
         let change: [f64; D] = std::array::from_fn(|c| wanted[c] - velocity[node][c]);
-        if let Some(dense) = self.dense.get(self.dense_of[node] as usize) {
+        if let Some(dense) = self.dense_at(node) {
             let column = node - dense.first;
             for b in 0..dense.size {
                 let drag = change.map(|v| -dense.matrix[b * dense.size + column] * v);
@@ -192,9 +196,14 @@ impl<const D: usize> Inertia<D> {
         velocity[node] = *wanted;
     }
 
+    /// The block with a dense matrix that a node belongs to, if it does.
+    fn dense_at(&self, node: usize) -> Option<&Dense<D>> {
+        self.dense.get(self.dense_of[node] as usize)
+    }
+
     /// Nodes that an impulse on `node` sets in motion.
     pub(crate) fn coupled(&self, node: usize) -> std::ops::Range<usize> {
-        match self.dense.get(self.dense_of[node] as usize) {
+        match self.dense_at(node) {
             Some(dense) => dense.first..dense.first + dense.size,
             None => node..node + 1,
         }
@@ -203,7 +212,7 @@ impl<const D: usize> Inertia<D> {
     /// Column of M⁻¹ of a node, 1/kg: the velocity of each node that is
     /// [coupled](Self::coupled) to it for a unit impulse in each component.
     pub(crate) fn column(&self, node: usize) -> &[[f64; D]] {
-        match self.dense.get(self.dense_of[node] as usize) {
+        match self.dense_at(node) {
             None => &self.inverse[node..=node],
             Some(dense) => {
                 let row = (node - dense.first) * dense.size;
@@ -214,7 +223,7 @@ impl<const D: usize> Inertia<D> {
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
     pub(crate) fn push(&self, node: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
-        match self.dense.get(self.dense_of[node] as usize) {
+        match self.dense_at(node) {
             None => {
                 for c in 0..D {
                     velocity[node][c] += self.inverse[node][c] * impulse[c];
@@ -244,17 +253,12 @@ impl<const D: usize> Inertia<D> {
             });
             return;
         }
-        for &node in due {
-            let node = node as usize;
-            let mut sum = velocity[node];
-            let impulses = &impulse[self.coupled(node)];
-            for (inverse, impulse) in self.column(node).iter().zip(impulses) {
-                for c in 0..D {
-                    sum[c] += inverse[c] * impulse[c];
-                }
-            }
-            velocity[node] = sum;
-        }
+        Arch::new().dispatch(Kick {
+            inertia: self,
+            due,
+            impulse,
+            velocity,
+        });
     }
 
     /// Gives the free components of the nodes from `first` on the velocities that these
@@ -287,7 +291,7 @@ impl<const D: usize> Inertia<D> {
 
     /// Row of M of `node` times a vector `of` each node.
     pub(crate) fn weighted(&self, node: usize, of: impl Fn(usize) -> [f64; D]) -> [f64; D] {
-        match self.dense.get(self.dense_of[node] as usize) {
+        match self.dense_at(node) {
             None => of(node).map(|v| self.mass[node] * v),
             Some(dense) => {
                 let row = (node - dense.first) * dense.size;
@@ -302,6 +306,63 @@ impl<const D: usize> Inertia<D> {
             }
         }
     }
+}
+
+/// Nodes that get impulses, with whatever instructions the machine has.
+struct Kick<'a, const D: usize> {
+    inertia: &'a Inertia<D>,
+    /// Those of a dense block together and in order.
+    due: &'a [u32],
+    impulse: &'a [[f64; D]],
+    velocity: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> WithSimd for Kick<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let mut due = self.due;
+        while let Some(&node) = due.first() {
+            let nodes = self.inertia.coupled(node as usize);
+            due = &due[nodes.len()..];
+            let inverse = match self.inertia.dense_at(node as usize) {
+                Some(dense) => &*dense.inverse,
+                None => &self.inertia.inverse[nodes.clone()],
+            };
+            let (impulse, velocity) = (&self.impulse[nodes.clone()], &mut self.velocity[nodes]);
+            let (some, rest) = velocity.as_chunks_mut::<ABREAST>();
+            let first = ABREAST * some.len();
+            for (velocity, first) in some.iter_mut().zip((0..).step_by(ABREAST)) {
+                kick(inverse, first, impulse, velocity);
+            }
+            for (velocity, first) in rest.iter_mut().zip(first..) {
+                kick(inverse, first, impulse, std::array::from_mut(velocity));
+            }
+        }
+    }
+}
+
+/// Kicks `N` nodes of a block, the first of which has a number in it, by its inverse and its
+/// impulses.
+#[inline(always)]
+fn kick<const D: usize, const N: usize>(
+    inverse: &[[f64; D]],
+    first: usize,
+    impulse: &[[f64; D]],
+    velocity: &mut [[f64; D]; N],
+) {
+    // A column is a row: the inverse is symmetric to the bit.
+    let columns = inverse.chunks_exact(impulse.len());
+    let mut sum = *velocity;
+    for (column, impulse) in columns.zip(impulse) {
+        for (sum, inverse) in sum.iter_mut().zip(&column[first..first + N]) {
+            for c in 0..D {
+                sum[c] += inverse[c] * impulse[c];
+            }
+        }
+    }
+    *velocity = sum;
 }
 
 /// What contact impulses do in a kick: M⁻¹, less what mass-proportional damping

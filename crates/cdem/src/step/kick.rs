@@ -314,14 +314,25 @@ impl<const D: usize> Model<D> {
         if !self.acting(substep.time).mass_damping {
             return;
         }
-        for &node in substep.nodes() {
-            let n = node as usize;
-            let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
-            if alpha > 0.0 {
+        let mut due = substep.nodes();
+        while let Some(&node) = due.first() {
+            let nodes = self.inertia.coupled(node as usize);
+            due = &due[nodes.len()..];
+            let alpha = self.blocks[self.block_of[nodes.start] as usize]
+                .damping
+                .mass;
+            if alpha == 0.0 {
+                continue;
+            }
+            let (first, sums) = (nodes.start, &mut impulses.sums);
+            let both = impulses.before[nodes.clone()]
+                .iter()
+                .zip(&after[nodes.clone()]);
+            sums.clear();
+            sums.extend(both.map(|(before, after)| add(before, after)));
+            for n in nodes {
                 let share = 0.5 * alpha * impulses.interval[n];
-                let before = &impulses.before;
-                let sum = |node: usize| add(&before[node], &after[node]);
-                let momenta = self.inertia.weighted(n, sum);
+                let momenta = self.inertia.weighted(n, |other| sums[other - first]);
                 for c in 0..D {
                     let damping = -share * momenta[c];
                     impulses.damping[n][c] += damping;

@@ -57,6 +57,8 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) corrections: Corrections,
     pub(crate) plan: Plan,
     impulses: Impulses<D>,
+    /// Impulses of contacts in a kick on their nodes, N·s.
+    received: Vec<(u32, [f64; D])>,
     /// Where blocks may touch: elements around nodes.
     around: Around,
     /// Which boundary conditions act.
@@ -106,6 +108,7 @@ impl<const D: usize> Run<D> {
         let mut run = Self {
             around,
             impulses: Impulses::new(nodes),
+            received: Vec::new(),
             block_impulse: vec![[0.0; 3]; model.blocks.len()],
             node_impulse: vec![[0.0; D]; nodes],
             touched: Vec::new(),
@@ -362,7 +365,8 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
-        let mut received = Vec::new();
+        let mut received = std::mem::take(&mut self.received);
+        received.clear();
         let mut motion = self.model.motion(&mut self.state);
         let interval = &self.impulses.interval;
         contacts.hold(
@@ -387,6 +391,7 @@ impl<const D: usize> Run<D> {
             self.remember_contact(substep, &received);
         }
         self.receive(&received);
+        self.received = received;
     }
 
     /// Keeps the contact forces of a kick for local damping in the next.

@@ -93,7 +93,7 @@ impl<const D: usize> First<D> {
             time,
             is_only: !others.any(is_close),
             features: features(surface, pair),
-            normal: surface.operator(pair, &foot, then, None).frame[0],
+            normal: surface.operator(pair, &foot, then).frame[0],
         })
     }
 

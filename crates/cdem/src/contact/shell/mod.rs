@@ -438,19 +438,20 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn operator(
+    fn relate(
         &self,
+        operator: &mut Operator<3>,
         pair: Pair,
         foot: &[f64; 2],
         at: Positions<3>,
         along: Option<&[f64; 3]>,
-    ) -> Operator<3> {
+    ) {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
-                self.facing_operator(vertex, triangle, foot, at)
+                self.relate_facing(operator, (vertex, triangle), foot, at);
             }
             Meeting::Crossing { main, target } => {
-                self.crossing_operator([main, target], foot, at, along)
+                self.relate_crossing(operator, [main, target], (foot, along), at);
             }
         }
     }

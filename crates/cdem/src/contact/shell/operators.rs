@@ -3,18 +3,18 @@
 use super::Shell;
 use super::crossing::{Crossing, Pivot};
 use super::facing::Material;
-use crate::contact::surface::{MAX_NODES, Operator, Positions};
+use crate::contact::surface::{Operator, Positions};
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 impl Shell {
     /// Of a vertex and the point at `foot` of a triangle.
-    pub(super) fn facing_operator(
+    pub(super) fn relate_facing(
         &self,
-        vertex: u32,
-        triangle: u32,
+        operator: &mut Operator<3>,
+        (vertex, triangle): (u32, u32),
         foot: &[f64; 2],
         at: Positions<3>,
-    ) -> Operator<3> {
+    ) {
         let p = self.skin.point(vertex, at);
         let points = self.skin.triangle(triangle, at);
         let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
@@ -22,20 +22,21 @@ impl Shell {
         let frame = frame(material.normal(), &sub(&points[1], &points[0]));
         let corners = self.skin.triangles[triangle as usize].corners;
         let corners = [vertex, corners[0], corners[1], corners[2]];
-        self.assemble(frame, material.offset(), corners, |direction| {
+        let rows = |direction: &[f64; 3]| {
             let [a, b, c] = material.rows(direction).map(|row| scale(-1.0, &row));
             [*direction, a, b, c]
-        })
+        };
+        self.assemble(operator, frame, material.offset(), (corners, rows));
     }
 
     /// Of the points at `foot` of two edges.
-    pub(super) fn crossing_operator(
+    pub(super) fn relate_crossing(
         &self,
+        operator: &mut Operator<3>,
         [main, target]: [u32; 2],
-        foot: &[f64; 2],
+        (foot, along): (&[f64; 2], Option<&[f64; 3]>),
         at: Positions<3>,
-        along: Option<&[f64; 3]>,
-    ) -> Operator<3> {
+    ) {
         let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
         let outward = along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
@@ -53,26 +54,22 @@ impl Shell {
         let [main, target] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
         let corners = [main[0], main[1], target[0], target[1]];
         let frame = frame(&normal, &along);
-        self.assemble(frame, pivot.offset(), corners, |direction| {
-            pivot.rows(direction)
-        })
+        let rows = |direction: &[f64; 3]| pivot.rows(direction);
+        self.assemble(operator, frame, pivot.offset(), (corners, rows));
     }
 
-    /// The operator of what each of four corners adds along the directions of a frame.
+    /// Makes an operator that of what each of four corners adds along the directions of a
+    /// frame.
     fn assemble(
         &self,
+        operator: &mut Operator<3>,
         frame: [[f64; 3]; 3],
         offset: &[f64; 3],
-        corners: [u32; 4],
-        of_direction: impl Fn(&[f64; 3]) -> [[f64; 3]; 4],
-    ) -> Operator<3> {
-        let mut operator = Operator {
-            count: 0,
-            nodes: [0; MAX_NODES],
-            rows: [[[0.0; 3]; MAX_NODES]; 3],
-            frame,
-            offset: frame.map(|direction| dot(&direction, offset)),
-        };
+        (corners, of_direction): ([u32; 4], impl Fn(&[f64; 3]) -> [[f64; 3]; 4]),
+    ) {
+        operator.frame = frame;
+        operator.offset = frame.map(|direction| dot(&direction, offset));
+        operator.count = 0;
         let rows = frame.map(|direction| of_direction(&direction));
         for (c, corner) in corners.into_iter().enumerate() {
             let nodes = self.skin.nodes_of_corner(corner);
@@ -80,14 +77,16 @@ impl Shell {
             for &node in nodes {
                 let known = operator.nodes().iter().position(|&other| other == node);
                 let k = known.unwrap_or(operator.count);
-                operator.nodes[k] = node;
-                operator.count = operator.count.max(k + 1);
+                if known.is_none() {
+                    operator.nodes[k] = node;
+                    operator.rows[k] = [[0.0; 3]; 3];
+                    operator.count += 1;
+                }
                 for r in 0..3 {
-                    add_scaled(&mut operator.rows[r][k], share, &rows[r][c]);
+                    add_scaled(&mut operator.rows[k][r], share, &rows[r][c]);
                 }
             }
         }
-        operator
     }
 }
 
