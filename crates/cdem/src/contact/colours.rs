@@ -15,6 +15,8 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use crate::contact::pack::Pack;
+
 /// Points of a task, at least, where there are more: some 15 µs of sweeping.
 const TASK: usize = 64;
 
@@ -168,6 +170,11 @@ impl Colours {
         self.starts[place]..self.starts[place + 1]
     }
 
+    /// How many nodes there are.
+    pub(super) fn node_count(&self) -> usize {
+        self.node_count
+    }
+
     /// Nodes of the point at a place.
     pub(super) fn nodes(&self, place: usize) -> &[u32] {
         &self.nodes[self.range(place)]
@@ -221,7 +228,7 @@ fn abreast<'a>(groups: &'a [&'a [u32]]) -> impl Iterator<Item = u32> + 'a {
 /// What is done at a place. Compiled into each [`Task`], for the instructions it runs with:
 /// `#[inline(always)]`, as no closure can be.
 pub(super) trait Visit<T, V, const N: usize>: Sync {
-    fn visit(&self, place: usize, own: &mut T, values: Values<V>) -> [f64; N];
+    fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, values: Values<V>) -> [f64; N];
 
     /// What two visits, or any number, return together: the larger numbers, or what is not one.
     #[inline(always)]
@@ -268,7 +275,7 @@ where
     type Output = [f64; N];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> [f64; N] {
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; N] {
         let mut all = [0.0; N];
         for &place in self.places {
             let place = place as usize;
@@ -276,7 +283,7 @@ where
             // SAFETY: promised to `new`.
             let (own, values) =
                 unsafe { (self.own.get_mut(place), Values::new(self.values, nodes)) };
-            all = F::together(all, self.visit.visit(place, own, values));
+            all = F::together(all, self.visit.visit(simd, place, own, values));
         }
         all
     }
@@ -309,20 +316,38 @@ impl<'a, V> Values<'a, V> {
         }
     }
 
-    /// The value of the point's node with this number, from 0.
-    #[inline(always)]
-    pub(super) fn get(&self, number: usize) -> &V {
-        // SAFETY: promised to `new`; what this lends ends before what `get_mut` does.
-        unsafe { self.values.get(self.nodes[number] as usize) }
-    }
-
     /// Changes the value of each node in turn, given what there is `of_each`.
     #[inline(always)]
-    pub(super) fn change<T>(&mut self, of_each: &[T], change: impl Fn(&mut V, &T)) {
+    pub(super) fn change<T>(&mut self, of_each: &[T], mut change: impl FnMut(&mut V, &T)) {
         for (&node, own) in self.nodes.iter().zip(of_each) {
             // SAFETY: promised to `new`, and borrowed from it as a whole, one at a time.
             change(unsafe { self.values.get_mut(node as usize) }, own);
         }
+    }
+}
+
+impl<V: Pack> Values<'_, V> {
+    /// `N` numbers of the point's nodes, the first in a lane of the node with this number, the
+    /// others each so far behind the one before: those of the next nodes follow.
+    #[inline(always)]
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        (number, lane): (usize, usize),
+        stride: usize,
+    ) -> [f64; N] {
+        let node = self.nodes[number];
+        let mut are_beside = true;
+        for n in 0..N {
+            let beyond = (lane + n * stride) / V::WIDTH;
+            are_beside &= self.nodes[number + beyond] == node + beyond as u32;
+        }
+        assert!(are_beside);
+        // SAFETY: the values of these nodes are promised to `new`, and lie side by side; what is
+        // read of them ends before what `change` lends begins.
+        std::array::from_fn(|n| unsafe {
+            let first = self.values.first.add(node as usize).cast::<f64>();
+            *first.add(lane + n * stride)
+        })
     }
 }
 
@@ -333,7 +358,7 @@ struct Shared<'a, T> {
 }
 
 // SAFETY: it hands out what a mutable slice would, each place to one thread at a
-// time, as `get` and `get_mut` demand.
+// time, as `get_mut` demands.
 unsafe impl<T: Send> Sync for Shared<'_, T> {}
 
 impl<'a, T> Shared<'a, T> {
@@ -342,15 +367,6 @@ impl<'a, T> Shared<'a, T> {
             first: slice.as_mut_ptr(),
             slice: PhantomData,
         }
-    }
-
-    /// # Safety
-    ///
-    /// `place` is within the slice, and no one changes it while the result lives.
-    #[inline(always)]
-    unsafe fn get(&self, place: usize) -> &T {
-        // SAFETY: promised by the caller.
-        unsafe { &*self.first.add(place) }
     }
 
     /// # Safety
@@ -382,10 +398,14 @@ mod tests {
     struct Mix;
 
     impl Visit<f64, f64, 1> for Mix {
-        fn visit(&self, _: usize, own: &mut f64, mut values: Values<f64>) -> [f64; 1] {
-            for number in 0..values.nodes.len() {
-                *own += values.get(number) / 3.0;
-            }
+        fn visit<S: Simd>(
+            &self,
+            _: S,
+            _: usize,
+            own: &mut f64,
+            mut values: Values<f64>,
+        ) -> [f64; 1] {
+            values.change(values.nodes, |value, _| *own += *value / 3.0);
             values.change(values.nodes, |value, _| *value += own.cos());
             [*own]
         }

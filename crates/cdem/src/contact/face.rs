@@ -10,7 +10,9 @@
 //! sets \[Dostal2005\]; to let sweeps free what is bound in error, that of subspace
 //! minimisation \[Silcowitz2010\].
 
-use crate::contact::point::Wide;
+use pulp::Scalar;
+
+use crate::contact::pack::{Factors, Pack};
 use crate::contact::solve::Limit;
 use crate::contact::system::System;
 use crate::vector::{add_scaled, dot};
@@ -25,20 +27,20 @@ const FLAT: f64 = 1e-14;
 /// in the momenta.
 const GROWTH: f64 = 1e3;
 
-/// Scratch: a value for each contact, or node; those in use are of contacts awake.
+/// Scratch: a value for each contact, or pack of nodes; those in use are of contacts awake.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Face<const D: usize> {
-    /// Nodes of the contacts awake.
-    nodes: Vec<u32>,
+pub(super) struct Face<const D: usize, P> {
+    /// Packs of the contacts awake.
+    packs: Vec<u32>,
     /// Rows whose impulse lies within its bounds.
     free: Vec<[bool; D]>,
     /// Velocities that are missing in free rows, m/s.
     missing: Vec<[f64; D]>,
     /// Direction of search, N·s; what it does to the relative velocities in free
-    /// rows and to the nodes, m/s.
+    /// rows and to the packs, m/s.
     direction: Vec<[f64; D]>,
     response: Vec<[f64; D]>,
-    velocity: Vec<Wide>,
+    velocity: Vec<P>,
     /// Last square of the missing velocities, J; 0: begins anew.
     square: f64,
 }
@@ -50,7 +52,7 @@ enum End {
     Slip(usize),
 }
 
-impl<const D: usize> System<D> {
+impl<const D: usize, P: Pack> System<D, P> {
     /// Moves impulses within their bounds towards those with which all contacts
     /// that hold have the velocity they ask for: `steps` steps of conjugate
     /// gradients at most, each of the cost of a sweep. Shear at its limit stays
@@ -78,17 +80,17 @@ impl<const D: usize> System<D> {
     }
 }
 
-impl<const D: usize> Face<D> {
+impl<const D: usize, P: Pack> Face<D, P> {
     /// The face of the impulses as they are, and what is missing on it.
-    fn enter(&mut self, system: &mut System<D>) {
+    fn enter(&mut self, system: &mut System<D, P>) {
         let count = system.points.len();
         self.square = 0.0;
         self.free.resize(count, [false; D]);
         self.missing.resize(count, [0.0; D]);
         self.direction.resize(count, [0.0; D]);
         self.response.resize(count, [0.0; D]);
-        self.velocity.resize(system.velocity.len(), [0.0; 4]);
-        system.awake_nodes(&mut self.nodes);
+        self.velocity.resize(system.velocity.len(), P::default());
+        system.awake_packs(&mut self.packs);
         let mut velocity = std::mem::take(&mut system.velocity);
         system.relative_velocities(&mut velocity, &mut self.response);
         system.velocity = velocity;
@@ -110,14 +112,14 @@ impl<const D: usize> Face<D> {
     }
 
     /// The largest velocity that is missing, m/s.
-    fn worst(&self, system: &System<D>) -> f64 {
+    fn worst(&self, system: &System<D, P>) -> f64 {
         let missing = system.awake().flat_map(|(place, _)| &self.missing[place]);
         missing.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
     /// The next direction. Returns the step to its lowest point and the largest
     /// velocity that a contact's part of it makes alone, m/s.
-    fn turn(&mut self, system: &System<D>) -> (f64, f64) {
+    fn turn(&mut self, system: &System<D, P>) -> (f64, f64) {
         let mut square = 0.0;
         for (place, point) in system.awake() {
             let (missing, compliance) = (&self.missing[place], &point.compliance);
@@ -131,8 +133,8 @@ impl<const D: usize> Face<D> {
             0.0
         };
         self.square = square;
-        for &node in &self.nodes {
-            self.velocity[node as usize] = [0.0; 4];
+        for &pack in &self.packs {
+            self.velocity[pack as usize] = P::default();
         }
         let missing = &self.missing;
         let turn = |place: usize, direction: &mut [f64; D]| {
@@ -171,7 +173,7 @@ impl<const D: usize> Face<D> {
     }
 
     /// The step at which a first contact comes to a bound, and which.
-    fn bound(&self, system: &System<D>) -> (f64, Option<End>) {
+    fn bound(&self, system: &System<D, P>) -> (f64, Option<End>) {
         let mut first = (f64::INFINITY, None);
         for (place, point) in system.awake() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
@@ -191,7 +193,7 @@ impl<const D: usize> Face<D> {
         first
     }
 
-    fn advance(&mut self, system: &mut System<D>, step: f64) {
+    fn advance(&mut self, system: &mut System<D, P>, step: f64) {
         let (points, awake) = (&mut system.points, system.colours.awake());
         for place in awake.iter().map(|&place| place as usize) {
             add_scaled(&mut points[place].impulse, step, &self.direction[place]);
@@ -199,13 +201,15 @@ impl<const D: usize> Face<D> {
                 self.missing[place][r] -= step * self.response[place][r];
             }
         }
-        for node in self.nodes.iter().map(|&node| node as usize) {
-            add_scaled(&mut system.velocity[node], step, &self.velocity[node]);
+        let step = Factors::new(Scalar::new(), &[step]);
+        for pack in self.packs.iter().map(|&pack| pack as usize) {
+            let made = std::array::from_ref(&self.velocity[pack]);
+            system.velocity[pack].add_scaled(Scalar::new(), &step, made);
         }
     }
 
     /// Leaves a contact at its bound, and begins anew on the smaller face.
-    fn stop(&mut self, system: &mut System<D>, end: End) {
+    fn stop(&mut self, system: &mut System<D, P>, end: End) {
         let (place, first) = match end {
             End::Open(place) => (place, 0),
             End::Slip(place) => (place, 1),

@@ -5,7 +5,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::colours::Colours;
-use crate::contact::point::{Rows, Wide, push};
+use crate::contact::pack::{Factors, Pack};
 use crate::vector::scale;
 
 /// Nodes that a thread takes at once, at most.
@@ -13,10 +13,10 @@ const NODES: usize = 8192;
 
 /// What the directions of the contacts awake do to the velocities of nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Heading {
+pub(super) struct Heading<P> {
     /// That, and the velocities before the last sweep, m/s.
-    heading: Vec<Wide>,
-    before: Vec<Wide>,
+    heading: Vec<P>,
+    before: Vec<P>,
     /// How far along its direction each impulse has yet to go: velocities have.
     ratio: f64,
     /// Contacts of which all nodes go; those of fewer are listed.
@@ -26,20 +26,20 @@ pub(super) struct Heading {
     is_listed: Vec<bool>,
 }
 
-impl Heading {
+impl<P: Pack> Heading<P> {
     /// Goes nowhere from these velocities, m/s, those of the nodes of all contacts.
-    pub(super) fn begin(&mut self, colours: &Colours, velocity: &[Wide]) {
-        self.heading.resize(velocity.len(), [0.0; 4]);
-        self.before.resize(velocity.len(), [0.0; 4]);
+    pub(super) fn begin(&mut self, colours: &Colours, velocity: &[P]) {
+        self.heading.resize(velocity.len(), P::default());
+        self.before.resize(velocity.len(), P::default());
         self.ratio = 0.0;
         self.list(colours);
         if !self.are_listed {
-            self.heading.fill([0.0; 4]);
+            self.heading.fill(P::default());
             self.before.copy_from_slice(velocity);
         }
         for &node in &self.listed {
             let node = node as usize;
-            (self.heading[node], self.before[node]) = ([0.0; 4], velocity[node]);
+            (self.heading[node], self.before[node]) = (P::default(), velocity[node]);
         }
     }
 
@@ -74,7 +74,7 @@ impl Heading {
     /// direction, and what it did in the last sweep.
     pub(super) fn leave<const D: usize>(
         &mut self,
-        (nodes, gains): (&[u32], &[Rows<D>]),
+        (nodes, gains): (&[u32], &[[P; D]]),
         [direction, step]: [&[f64; D]; 2],
     ) {
         let back = scale(-1.0, direction);
@@ -87,7 +87,7 @@ impl Heading {
     }
 
     /// Has velocities go on by a `ratio` of the heading after a sweep.
-    pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [Wide]) {
+    pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [P]) {
         self.ratio = ratio;
         let nodes = [velocity, &mut self.heading, &mut self.before];
         if self.are_listed {
@@ -111,8 +111,9 @@ impl Heading {
 /// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since
 /// it was one.
 #[inline(always)]
-fn advance(ratio: f64, [velocity, heading, before]: [&mut Wide; 3]) {
-    for c in 0..4 {
+fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
+    let [velocity, heading, before] = packs.map(P::numbers_mut);
+    for c in 0..P::WIDTH {
         let ahead = ratio * heading[c];
         heading[c] = ahead + (velocity[c] - before[c]);
         velocity[c] += ahead;
@@ -121,7 +122,7 @@ fn advance(ratio: f64, [velocity, heading, before]: [&mut Wide; 3]) {
 }
 
 /// The same for all nodes.
-fn advance_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
+fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
     if velocity.len() > NODES {
         let middle = velocity.len() / 2;
         let (velocity, more) = velocity.split_at_mut(middle);
@@ -139,14 +140,14 @@ fn advance_all(ratio: f64, [velocity, heading, before]: [&mut [Wide]; 3]) {
 }
 
 /// Nodes that go on, all or those listed, with whatever instructions the machine has.
-struct Advance<'a> {
+struct Advance<'a, P> {
     ratio: f64,
     /// Their velocities, headings, and velocities before.
-    nodes: [&'a mut [Wide]; 3],
+    nodes: [&'a mut [P]; 3],
     listed: Option<&'a [u32]>,
 }
 
-impl WithSimd for Advance<'_> {
+impl<P: Pack> WithSimd for Advance<'_, P> {
     type Output = ();
 
     #[inline(always)]
@@ -167,22 +168,22 @@ impl WithSimd for Advance<'_> {
 }
 
 /// What impulses do to the nodes of a contact, each to values of its own.
-struct Leave<'a, const D: usize> {
+struct Leave<'a, const D: usize, P> {
     nodes: &'a [u32],
-    gains: &'a [Rows<D>],
+    gains: &'a [[P; D]],
     impulses: [&'a [f64; D]; 2],
-    values: [&'a mut [Wide]; 2],
+    values: [&'a mut [P]; 2],
 }
 
-impl<const D: usize> WithSimd for Leave<'_, D> {
+impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let mut values = self.values;
-        for (&node, rows) in self.nodes.iter().zip(self.gains) {
-            for (impulse, values) in self.impulses.into_iter().zip(&mut values) {
-                push(rows, impulse, &mut values[node as usize]);
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (impulse, values) in self.impulses.into_iter().zip(self.values) {
+            let factors = Factors::new(simd, impulse);
+            for (&node, rows) in self.nodes.iter().zip(self.gains) {
+                values[node as usize].add_scaled(simd, &factors, rows);
             }
         }
     }
@@ -191,10 +192,11 @@ impl<const D: usize> WithSimd for Leave<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::pack::OfNode;
 
     #[test]
     fn many_nodes_go_as_each_would() {
-        let start = |k: usize| [0.0, 1.0, 2.0].map(|of| [(k as f64 + of).sin(); 4]);
+        let start = |k: usize| [0.0, 1.0, 2.0].map(|of| OfNode::of(&[(k as f64 + of).sin(); 4]));
         let count = 3 * NODES + 1;
         let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
         let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);
@@ -202,7 +204,7 @@ mod tests {
         for k in 0..count {
             let [mut one, mut of_one, mut once] = start(k);
             advance(0.7, [&mut one, &mut of_one, &mut once]);
-            assert!((one, of_one, once) == (velocity[k], heading[k], before[k]));
+            assert_eq!((one, of_one, once), (velocity[k], heading[k], before[k]));
         }
     }
 }

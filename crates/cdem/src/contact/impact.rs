@@ -9,7 +9,8 @@ use crate::contact::Jump;
 use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
 use crate::contact::live::Live;
 use crate::contact::solve::{Constraint, FEW, RESIDUAL};
-use crate::contact::system::{SHARE, System};
+use crate::contact::solver::Solver;
+use crate::contact::system::SHARE;
 use crate::model::motion::Motion;
 
 /// Residual at which the solve of an impact is done in an island of more than [`FEW`]
@@ -42,7 +43,7 @@ impl<const D: usize> Impact<D> {
     /// the same instant, N·s.
     fn solve(
         &mut self,
-        system: &mut System<D>,
+        system: &mut Solver<D>,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (impulses, scale): (&[(u32, [f64; D])], f64),

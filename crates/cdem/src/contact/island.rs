@@ -9,8 +9,8 @@ use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
 use crate::contact::overlaps::Overlaps;
 use crate::contact::solve::Constraint;
+use crate::contact::solver::Solver;
 use crate::contact::surface::{Pair, Positions, Surface};
-use crate::contact::system::System;
 use crate::contact::touches::{Touches, Wanted};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
@@ -242,7 +242,7 @@ pub(crate) struct Island<const D: usize> {
     pub(crate) nodes: Vec<u32>,
     /// What its contacts do to each other: kept while they stay, and for its storage.
     #[serde(skip)]
-    pub(super) system: System<D>,
+    pub(super) system: Solver<D>,
     /// When open pairs touch: known from a kick on, through its drift.
     #[serde(skip)]
     pub(super) touches: Touches,
@@ -418,8 +418,8 @@ impl<const D: usize> Island<D> {
         }
         let precision = self.precision(setting, at, 1.0);
         self.system.load(&constraints, setting.mobility(0.0));
-        self.system.solve_from_rest(&constraints, precision);
-        let moved = |(_, shift): &(u32, [f64; D])| *shift != [0.0; D];
-        self.system.velocities().filter(moved).collect()
+        let mut shifts = self.system.solve_from_rest(&constraints, precision);
+        shifts.retain(|(_, shift)| *shift != [0.0; D]);
+        shifts
     }
 }

@@ -30,6 +30,7 @@ mod outline_exact_tests;
 #[cfg(test)]
 mod outline_tests;
 mod overlaps;
+mod pack;
 mod penalty;
 mod point;
 pub(crate) mod remesh;
@@ -40,6 +41,7 @@ mod shell;
 mod solve;
 #[cfg(test)]
 mod solve_tests;
+mod solver;
 pub(crate) mod surface;
 mod system;
 mod together;

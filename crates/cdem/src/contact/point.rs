@@ -6,8 +6,9 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::colours::Values;
+use crate::contact::pack::{Factors, Pack};
 use crate::contact::solve::{Constraint, Limit, shear_norm, shear_square};
-use crate::contact::surface::{MAX_NODES, Operator};
+use crate::contact::surface::Operator;
 use crate::contact::system::SHARE;
 use crate::model::inertia::Mobility;
 use crate::vector::{dot, sub};
@@ -17,37 +18,31 @@ use crate::vector::{dot, sub};
 const HELD: f64 = 1e-12;
 
 /// A vector as the registers hold it: components that there are not are 0.
-pub(super) type Wide = [f64; 4];
-
-/// A vector for each row of a contact's frame.
-pub(super) type Rows<const D: usize> = [Wide; D];
-
-/// The same vector, wide.
-#[inline(always)]
-pub(super) fn widen<const D: usize>(vector: &[f64; D]) -> Wide {
-    std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
-}
+type Wide = [f64; 4];
 
 /// The components that there are.
 #[inline(always)]
-pub(super) fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
+fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
     std::array::from_fn(|c| wide[c])
 }
 
 /// What contacts have to do with the nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Terms<const D: usize> {
+pub(super) struct Terms<const D: usize, P> {
     /// Relative velocities as functions of nodal velocities.
     pub(super) operators: Vec<Term<D>>,
-    /// Velocities that impulses make, 1/kg, for each of a contact's nodes in turn.
-    pub(super) gains: Vec<Rows<D>>,
+    /// Velocities that impulses make, 1/kg, for each of a contact's packs in turn, row by row.
+    pub(super) gains: Vec<[P; D]>,
 }
 
 /// What the velocity of a node adds to a relative velocity.
 #[derive(Clone, Debug)]
 pub(super) struct Term<const D: usize> {
-    /// The node's number among those of its contact.
+    /// In which of its contact's packs its numbers begin, where in that, and how far they are
+    /// apart.
     pub(super) slot: u32,
+    pub(super) lane: u32,
+    pub(super) stride: u32,
     /// What each of its components adds, row by row: for nothing has to be added up across a
     /// register then.
     pub(super) columns: [Wide; D],
@@ -83,6 +78,25 @@ pub(super) struct Point<const D: usize> {
     pub(super) direction: [f64; D],
 }
 
+/// How much of what a change of its impulse does a contact holds back.
+#[derive(Clone, Copy)]
+pub(super) struct Reluctance {
+    share: f64,
+    /// That and all of it, and 1 over both.
+    whole: f64,
+    give: f64,
+}
+
+impl Reluctance {
+    pub(super) fn new(share: f64) -> Self {
+        Self {
+            share,
+            whole: 1.0 + share,
+            give: 1.0 / (1.0 + share),
+        }
+    }
+}
+
 /// Nodes of a contact, with their rows and whether they are held in all components.
 pub(super) fn nodes_of<'a, const D: usize>(
     operator: &'a Operator<D>,
@@ -92,18 +106,15 @@ pub(super) fn nodes_of<'a, const D: usize>(
     nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_held(node as usize)))
 }
 
-impl<const D: usize> Terms<D> {
+impl<const D: usize, P: Pack> Terms<D, P> {
     /// Relative velocity of a contact whose nodes have these velocities, m/s.
     #[inline(always)]
-    pub(super) fn relative<'a>(
-        &self,
-        point: &Point<D>,
-        velocity: impl Fn(usize) -> &'a Wide,
-    ) -> [f64; D] {
+    pub(super) fn relative(&self, point: &Point<D>, velocity: &Values<P>) -> [f64; D] {
         // Component by component, as an addition waits for the one before.
         let mut sums = [[0.0; 4]; D];
         for term in &self.operators[point.operators.clone()] {
-            let node = velocity(term.slot as usize);
+            let first = (term.slot as usize, term.lane as usize);
+            let node: [f64; D] = velocity.numbers(first, term.stride as usize);
             for c in 0..D {
                 for r in 0..4 {
                     sums[c][r] += node[c] * term.columns[c][r];
@@ -121,82 +132,82 @@ impl<const D: usize> Terms<D> {
 
     /// Adds the velocities that an impulse of a contact makes, m/s.
     #[inline(always)]
-    pub(super) fn push(&self, gains: Range<usize>, impulse: &[f64; D], mut values: Values<Wide>) {
-        values.change(&self.gains[gains], |node, rows| push(rows, impulse, node));
-    }
-}
-
-/// Adds the velocity that an impulse makes, m/s.
-#[inline(always)]
-pub(super) fn push<const D: usize>(rows: &Rows<D>, impulse: &[f64; D], node: &mut Wide) {
-    for r in 0..D {
-        for c in 0..4 {
-            node[c] += impulse[r] * rows[r][c];
-        }
+    pub(super) fn push<S: Simd>(
+        &self,
+        simd: S,
+        gains: Range<usize>,
+        impulse: &[f64; D],
+        mut velocity: Values<P>,
+    ) {
+        let factors = Factors::new(simd, impulse);
+        velocity.change(&self.gains[gains], |pack, rows| {
+            pack.add_scaled(simd, &factors, rows);
+        });
     }
 }
 
 /// Works out the velocities that impulses of a contact with these rows make, 1/kg: those of
 /// the nodes of one mass matrix are next to each other, and so are what these move.
 #[inline(always)]
-fn respond<const D: usize>(
-    gains: &mut [Rows<D>],
-    rows: &[Rows<D>],
-    nodes: &[u32],
+fn respond<S: Simd, const D: usize, P: Pack>(
+    simd: S,
+    mut gains: &mut [[P; D]],
+    operator: &Operator<D>,
     mobility: Mobility<D>,
 ) {
-    let inertia = mobility.inertia;
-    let mut gains = gains.iter_mut();
+    let (inertia, nodes) = (mobility.inertia, operator.nodes());
     let mut first = 0;
     while first < nodes.len() {
-        let moved = inertia.coupled(nodes[first] as usize);
-        let is_coupled = |node: &&u32| moved.contains(&(**node as usize));
+        let coupled = inertia.coupled(nodes[first] as usize);
+        let is_coupled = |node: &&u32| coupled.contains(&(**node as usize));
         let own = first..first + nodes[first..].iter().take_while(is_coupled).count();
-        let is_free = |k: usize| !inertia.is_held(nodes[k] as usize);
         let share = mobility.share(nodes[first]);
         first = own.end;
-        if !own.clone().any(is_free) {
+        if own.clone().all(|k| inertia.is_held(nodes[k] as usize)) {
             continue;
         }
-        let mut columns: [&[[f64; D]]; MAX_NODES] = [&[]; MAX_NODES];
-        for k in own.clone() {
-            columns[k] = inertia.column(nodes[k] as usize);
+        if coupled.len() == 1 {
+            let (gain, rest) = gains.split_at_mut(1);
+            let inverse = inertia.alone(nodes[own.start] as usize);
+            for (row, gain) in operator.rows[own.start].iter().zip(&mut gain[0]) {
+                let made: [f64; D] = std::array::from_fn(|c| share * (inverse[c] * row[c]));
+                *gain = P::of(&made);
+            }
+            gains = rest;
+            continue;
         }
-        for (place, _) in moved
-            .enumerate()
-            .filter(|(_, node)| !inertia.is_held(*node))
-        {
-            let mut made = [[0.0; 4]; D];
+        let (of_own, rest) = gains.split_at_mut(D * coupled.len().div_ceil(P::WIDTH));
+        for (number, gain) in of_own.iter_mut().enumerate() {
+            let (first, c) = (P::WIDTH * (number / D), number % D);
+            let mut made = [P::default(); D];
             for k in own.clone() {
-                let inverse = widen(&columns[k][place]);
+                let column = P::of(&inertia.column(nodes[k] as usize, c)[first..]);
                 for r in 0..D {
-                    for c in 0..4 {
-                        made[r][c] += inverse[c] * rows[k][r][c];
-                    }
+                    let row = Factors::new(simd, &[operator.rows[k][r][c]]);
+                    made[r].add_scaled(simd, &row, &[column]);
                 }
             }
-            if let Some(gain) = gains.next() {
-                for r in 0..D {
-                    for c in 0..4 {
-                        gain[r][c] = share * made[r][c];
-                    }
-                }
+            let share = Factors::new(simd, &[share]);
+            for r in 0..D {
+                gain[r] = P::default();
+                gain[r].add_scaled(simd, &share, &[made[r]]);
             }
         }
+        gains = rest;
     }
 }
 
 /// Points that take their constraints' operators, with what impulses do: their parts of
 /// operators and gains follow each other as they do.
-pub(super) struct Filling<'a, const D: usize> {
+pub(super) struct Filling<'a, const D: usize, P> {
     pub(super) points: &'a mut [Point<D>],
     pub(super) operators: &'a mut [Term<D>],
-    pub(super) gains: &'a mut [Rows<D>],
+    pub(super) gains: &'a mut [[P; D]],
     pub(super) constraints: &'a [Constraint<D>],
     pub(super) mobility: Mobility<'a, D>,
 }
 
-impl<const D: usize> Filling<'_, D> {
+impl<const D: usize, P: Pack> Filling<'_, D, P> {
     /// Fills them, on as many threads as it is worth.
     pub(super) fn run(self) {
         if self.points.len() <= SHARE {
@@ -223,17 +234,17 @@ impl<const D: usize> Filling<'_, D> {
     }
 }
 
-impl<const D: usize> WithSimd for Filling<'_, D> {
+impl<const D: usize, P: Pack> WithSimd for Filling<'_, D, P> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let (mut operators, mut gains) = (self.operators, self.gains);
         for point in self.points {
             let (own, rest) = operators.split_at_mut(point.operators.len());
             let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
             let operator = &self.constraints[point.number as usize].operator;
-            point.fill(own, own_gains, operator, self.mobility);
+            point.fill(simd, (own, own_gains), operator, self.mobility);
             (operators, gains) = (rest, rest_gains);
         }
     }
@@ -242,39 +253,40 @@ impl<const D: usize> WithSimd for Filling<'_, D> {
 impl<const D: usize> Point<D> {
     /// Takes the operator, with what impulses do.
     #[inline(always)]
-    fn fill(
+    fn fill<S: Simd, P: Pack>(
         &mut self,
-        operators: &mut [Term<D>],
-        gains: &mut [Rows<D>],
+        simd: S,
+        (operators, gains): (&mut [Term<D>], &mut [[P; D]]),
         operator: &Operator<D>,
         mobility: Mobility<D>,
     ) {
         let mut unheld = [0.0; D];
-        let mut rows = [[[0.0; 4]; D]; MAX_NODES];
         let mut terms = operators.iter_mut();
         for (k, node, held) in nodes_of(operator, mobility) {
-            rows[k] = std::array::from_fn(|r| widen(&operator.rows[k][r]));
+            let rows = &operator.rows[k];
             let inverse = 1.0 / mobility.inertia.mass()[node as usize];
             for r in 0..D {
-                unheld[r] += dot(&rows[k][r], &rows[k][r]) * inverse;
+                unheld[r] += dot(&rows[r], &rows[r]) * inverse;
             }
             if !held && let Some(term) = terms.next() {
                 for c in 0..D {
                     for r in 0..D {
-                        term.columns[c][r] = rows[k][r][c];
+                        term.columns[c][r] = rows[r][c];
                     }
                 }
             }
         }
-        respond(gains, &rows, operator.nodes(), mobility);
+        respond(simd, gains, operator, mobility);
         // Relative velocity in each row for a unit impulse in each other, 1/kg.
         let mut own = [[0.0; 4]; D];
         for term in &*operators {
-            let gain = &gains[term.slot as usize];
-            for s in 0..D {
-                for c in 0..D {
+            for c in 0..D {
+                let lane = term.lane as usize + c * term.stride as usize;
+                let gain = &gains[term.slot as usize + lane / P::WIDTH];
+                for s in 0..D {
+                    let gain = gain[s].numbers()[lane % P::WIDTH];
                     for r in 0..4 {
-                        own[s][r] += gain[s][c] * term.columns[c][r];
+                        own[s][r] += gain * term.columns[c][r];
                     }
                 }
             }
@@ -355,12 +367,16 @@ impl<const D: usize> Point<D> {
         &self,
         old: &[f64; D],
         relative: &[f64; D],
-        reluctance: f64,
+        reluctance: Reluctance,
     ) -> ([f64; D], f64) {
         let mut impulse = *old;
-        let back = self.held_back(old, reluctance);
-        let [normal, tangent] = self.compliance.map(|own| (1.0 + reluctance) * own);
-        let give = 1.0 / (1.0 + reluctance);
+        let Reluctance { share, whole, give } = reluctance;
+        let back = if share > 0.0 {
+            self.held_back(old, share)
+        } else {
+            [0.0; D]
+        };
+        let (normal, tangent) = (whole * self.compliance[0], whole * self.compliance[1]);
         if normal > 0.0 {
             let wanted = self.target[0] - relative[0] - back[0];
             let closed = old[0] + wanted * (give * self.inertia[0]);

@@ -1,6 +1,7 @@
 //! Contacts that share nodes, solved together: projected Gauss–Seidel over an
 //! island, on velocities (design, section 5).
 
+use crate::contact::pack::Pack;
 use crate::contact::surface::Operator;
 use crate::contact::system::{Swept, System};
 use crate::vector::sub;
@@ -167,7 +168,7 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Most sweeps and steps of descents of a solve.
 const MAX_EFFORT: u32 = 2000;
 
-impl<const D: usize> System<D> {
+impl<const D: usize, P: Pack> System<D, P> {
     /// Finds the impulses of the constraints that were loaded and adds them to
     /// the velocities. Returns the residual: the largest change of a relative velocity
     /// in the last sweep, or what [`RELUCTANCE`] misses of one, over the largest that
@@ -190,10 +191,15 @@ impl<const D: usize> System<D> {
         residual
     }
 
-    /// The same for nodes at rest; their velocities are left here.
-    pub(crate) fn solve_from_rest(&mut self, constraints: &[Constraint<D>], least: f64) {
+    /// The same for nodes at rest: those that are moved, and their velocities, m/s.
+    pub(crate) fn solve_from_rest(
+        &mut self,
+        constraints: &[Constraint<D>],
+        least: f64,
+    ) -> Vec<(u32, [f64; D])> {
         self.begin(constraints, |_| [0.0; D]);
         self.iterate(RESIDUAL, least);
+        self.velocities().collect()
     }
 
     /// Finds the impulses; returns the residual.
@@ -355,25 +361,25 @@ pub(super) struct Directions<const D: usize> {
 }
 
 impl<const D: usize> Directions<D> {
-    fn begin(&mut self, system: &mut System<D>) {
+    fn begin<P: Pack>(&mut self, system: &mut System<D, P>) {
         self.kept.resize(system.points.len(), [0.0; D]);
         self.square = 0.0;
         system.forget_directions();
     }
 
-    fn keep(&mut self, system: &System<D>) {
+    fn keep<P: Pack>(&mut self, system: &System<D, P>) {
         for (place, point) in system.awake() {
             self.kept[place] = point.impulse;
         }
     }
 
-    fn restore(&self, system: &mut System<D>) {
+    fn restore<P: Pack>(&self, system: &mut System<D, P>) {
         system.add(|place, point| sub(&self.kept[place], &point.impulse));
     }
 
     /// Goes on along the last direction after a sweep, whose change, of this square, stands for
     /// a gradient.
-    fn advance(&mut self, system: &mut System<D>, square: f64) {
+    fn advance<P: Pack>(&mut self, system: &mut System<D, P>, square: f64) {
         // A change that grows says that bounds have changed hands: start anew.
         let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };

@@ -1,8 +1,8 @@
 //! Tests of the solver on islands made by hand.
 
 use crate::contact::solve::{Constraint, FEW, Limit, RESIDUAL, shear_norm};
+use crate::contact::solver::Solver;
 use crate::contact::surface::Operator;
-use crate::contact::system::System;
 use crate::model::inertia::{Inertia, Mobility};
 
 /// Mobility of blocks without damping at an instant.
@@ -105,7 +105,7 @@ fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
         }
         let mut velocity = closing(counts, 3);
         let before: f64 = velocity.iter().map(|v| v[1]).sum();
-        let mut system = System::default();
+        let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &block_of));
         let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         assert!(residual <= 1e-8, "{counts:?}: {residual:e}");
@@ -140,7 +140,7 @@ fn velocities_are_what_impulses_make_of_them() {
     let inertia = Inertia::<2>::new(vec![2.0; start.len()], Vec::new());
     let block_of = vec![0; start.len()];
     let mut velocity = start.clone();
-    let mut system = System::default();
+    let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &block_of));
     let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     assert!(residual <= RESIDUAL, "{residual:e}");
@@ -168,7 +168,7 @@ fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
             constraint.impulse[0] = start;
         }
         let mut velocity = closing(counts, 5);
-        let mut system = System::default();
+        let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &block_of));
         system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         velocity
@@ -183,11 +183,11 @@ fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
 fn storage_that_has_been_used_gives_the_same_bits_as_new() {
     let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
     let block_of = vec![0; 21];
-    let mut used = System::default();
+    let mut used = Solver::default();
     let mut other = flush_faces([9, 8], 0.2);
     used.load(&other, mobility(&inertia, &block_of));
     used.solve(&mut other, &mut closing([9, 8], 1), (RESIDUAL, 0.0));
-    let mut results = [used, System::default()].map(|mut system| {
+    let mut results = [used, Solver::default()].map(|mut system| {
         let mut constraints = flush_faces([12, 9], 0.4);
         let mut velocity = closing([12, 9], 2);
         system.load(&constraints, mobility(&inertia, &block_of));
@@ -215,7 +215,7 @@ fn a_long_row_of_rigid_masses_is_stopped_as_one() {
     }
     let mut velocity = vec![[0.0, -1.0]; 2 * BLOCKS as usize];
     velocity.push([0.0; 2]);
-    let mut system = System::default();
+    let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &block_of));
     let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     assert!(residual <= 1e-8, "{residual:e}");
@@ -227,7 +227,7 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     let inertia = Inertia::<3>::new(vec![2.0, 1e300], Vec::new());
     let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
     let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
-    let mut system = System::default();
+    let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
     system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     let impulse = constraints[0].impulse;
@@ -264,7 +264,7 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
         .map(|_| [(); 3].map(|()| random.f64() - 0.5))
         .collect();
     let mut velocity = start.clone();
-    let mut system = System::default();
+    let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &block_of));
     system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     let mut expected = start;
@@ -290,18 +290,18 @@ fn what_is_held_may_change_between_solves() {
     let matrix: Vec<f64> = (0..16).map(|k| unit[(k / 4) ^ (k % 4)]).collect();
     let mut inertia = Inertia::<2>::new(vec![0.25, 0.25, 0.25, 0.25, 1.0], vec![(0, matrix)]);
     let block_of = [0; 5];
-    let solve = |system: &mut System<2>, inertia: &Inertia<2>| {
+    let solve = |system: &mut Solver<2>, inertia: &Inertia<2>| {
         let mut constraints = vec![contact(&[(0, 0.5), (1, 0.5), (4, -1.0)], 0.5)];
         let mut velocity = vec![[0.1, -1.0], [0.0, -1.0], [0.2, 0.3], [0.0, 0.5], [0.0, 0.4]];
         system.load(&constraints, mobility(inertia, &block_of));
         system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         (constraints[0].impulse, velocity)
     };
-    let mut kept = System::default();
+    let mut kept = Solver::default();
     for held in [[false; 2], [true; 2], [true, false], [false; 2]] {
         inertia.hold(&[[false; 2], [false; 2], held, [false, held[0]], [false; 2]]);
         let found = solve(&mut kept, &inertia);
-        assert_eq!(found, solve(&mut System::default(), &inertia), "{held:?}");
+        assert_eq!(found, solve(&mut Solver::default(), &inertia), "{held:?}");
         if held == [true; 2] {
             assert_eq!(found.1[2], [0.2, 0.3], "held");
         }
@@ -322,7 +322,7 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
             constraint.impulse[0] = start;
         }
         let mut velocity = vec![[0.0, -1.0], [0.0, 1.0]];
-        let mut system = System::default();
+        let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &[0, 0]));
         let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
         // What either misses, over the velocity that its impulse makes; the last sweeps
@@ -360,7 +360,7 @@ fn a_velocity_that_is_no_number_is_no_solution() {
     let inertia = Inertia::<2>::new(vec![1.0; 2], Vec::new());
     let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
     let mut velocity = vec![[0.0, f64::NAN], [0.0, 1.0]];
-    let mut system = System::default();
+    let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
     let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     assert_eq!(residual, f64::INFINITY);

@@ -5,10 +5,13 @@
 //! change. Nodes that are held do not take part: their velocities go into what is
 //! asked for.
 
+use pulp::{Scalar, Simd};
+
 use crate::contact::colours::{Colours, Values, Visit, larger};
 use crate::contact::face::Face;
 use crate::contact::heading::Heading;
-use crate::contact::point::{Filling, Point, Term, Terms, Wide, nodes_of, push, truncated, widen};
+use crate::contact::pack::{Factors, Pack, Seat};
+use crate::contact::point::{Filling, Point, Reluctance, Term, Terms, nodes_of};
 use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
@@ -19,28 +22,30 @@ pub(super) const SHARE: usize = 256;
 
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct System<const D: usize> {
+pub(crate) struct System<const D: usize, P> {
     /// Nodes of each contact, and whether they are held, and `None` behind the last:
     /// what the numbers are for; and after how many changes of what is held.
     known: Vec<Option<(u32, bool)>>,
     changes: u64,
-    /// Nodes that impulses move, sorted.
+    /// Nodes that impulses move, sorted, and where their numbers are among those of all packs.
     nodes: Vec<u32>,
-    /// Their velocities, m/s.
-    pub(super) velocity: Vec<Wide>,
+    seats: Vec<Seat>,
+    /// Their velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
+    /// are what [colours](Colours) know as nodes.
+    pub(super) velocity: Vec<P>,
     /// Nodes of contacts that are held, and their largest speed, m/s.
     held: Vec<Held>,
     held_speed: f64,
     /// Where they are going.
-    heading: Heading,
+    heading: Heading<P>,
     /// In which order contacts are visited.
     pub(super) colours: Colours,
     /// The contacts, by their places in that order.
     pub(super) points: Vec<Point<D>>,
-    terms: Terms<D>,
+    terms: Terms<D, P>,
     /// Scratch of the solver.
     pub(super) directions: Directions<D>,
-    pub(super) face: Face<D>,
+    pub(super) face: Face<D, P>,
 }
 
 /// A node of a contact that is held.
@@ -52,7 +57,7 @@ struct Held {
     node: u32,
 }
 
-impl<const D: usize> System<D> {
+impl<const D: usize, P: Pack> System<D, P> {
     /// Takes the geometry of the constraints.
     pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
         if !self.fits(constraints, mobility) {
@@ -90,10 +95,10 @@ impl<const D: usize> System<D> {
             let start = moved.len();
             for (_, node, held) in nodes_of(&constraint.operator, mobility) {
                 self.known.push(Some((node, held)));
-                let column = (!held).then(|| mobility.moved(node)).into_iter().flatten();
-                for other in column {
-                    if !moved[start..].contains(&other) {
-                        moved.push(other);
+                let coupled = (!held).then(|| mobility.inertia.coupled(node as usize));
+                for other in coupled.into_iter().flatten() {
+                    if !moved[start..].contains(&(other as u32)) {
+                        moved.push(other as u32);
                     }
                 }
             }
@@ -103,30 +108,59 @@ impl<const D: usize> System<D> {
         self.nodes.clone_from(&moved);
         self.nodes.sort_unstable();
         self.nodes.dedup();
-        let numbers: Vec<u32> = moved
-            .iter()
-            .map(|node| self.nodes.partition_point(|other| other < node) as u32)
-            .collect();
-        let parts = ends.windows(2).map(|ends| ends[0]..ends[1]);
-        let lists: Vec<&[u32]> = parts.clone().map(|part| &numbers[part]).collect();
-        self.colours = Colours::new(self.nodes.len(), &lists);
-        let parts: Vec<&[u32]> = parts.map(|part| &moved[part]).collect();
-        self.arrange(constraints, &parts, mobility);
+        let count = self.place(mobility);
+        let parts = ends.windows(2).map(|ends| &moved[ends[0]..ends[1]]);
+        let lists: Vec<Vec<u32>> = parts.map(|nodes| self.packs(nodes)).collect();
+        let lists: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
+        self.colours = Colours::new(count, &lists);
+        self.arrange(constraints, &lists, mobility);
     }
 
-    /// Makes room for the contacts, in their order, each of which moves the nodes
-    /// of a list.
+    /// Places the nodes in packs, of which those that one mass matrix couples have some of their
+    /// own; returns how many packs there are.
+    fn place(&mut self, mobility: Mobility<D>) -> usize {
+        let (mut packs, mut nodes) = (0, self.nodes.as_slice());
+        self.seats.clear();
+        while let Some(&node) = nodes.first() {
+            let count = mobility.inertia.coupled(node as usize).len();
+            let (seats, taken) = Seat::of::<D, P>(count, packs);
+            self.seats.extend(seats);
+            packs += taken;
+            nodes = &nodes[count..];
+        }
+        packs
+    }
+
+    /// Where the numbers of a node are.
+    fn seat(&self, node: u32) -> Seat {
+        self.seats[self.nodes.partition_point(|&other| other < node)]
+    }
+
+    /// The packs of nodes.
+    fn packs(&self, nodes: &[u32]) -> Vec<u32> {
+        let mut packs = Vec::new();
+        for &node in nodes {
+            let seat = self.seat(node);
+            for c in 0..D {
+                let pack = (seat.number(c) / P::WIDTH) as u32;
+                if !packs.contains(&pack) {
+                    packs.push(pack);
+                }
+            }
+        }
+        packs
+    }
+
+    /// Makes room for the contacts, in their order, each of which moves the packs of a list.
     fn arrange(&mut self, constraints: &[Constraint<D>], lists: &[&[u32]], mobility: Mobility<D>) {
-        let Terms { operators, gains } = &mut self.terms;
         self.points.clear();
         self.held.clear();
-        operators.clear();
-        gains.clear();
-        let rows = [[0.0; 4]; D];
+        self.terms.operators.clear();
+        self.terms.gains.clear();
         for &number in self.colours.order() {
             let list = lists[number as usize];
-            let slot = |node| list.iter().position(|&other| other == node).unwrap_or(0) as u32;
-            let start = [operators.len(), gains.len()];
+            let slot = |pack| list.iter().position(|&other| other == pack).unwrap_or(0);
+            let start = [self.terms.operators.len(), self.terms.gains.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
                 if held {
                     self.held.push(Held {
@@ -135,17 +169,22 @@ impl<const D: usize> System<D> {
                         node,
                     });
                 } else {
-                    operators.push(Term {
-                        slot: slot(node),
-                        columns: rows,
+                    let seat = self.seat(node);
+                    let first = seat.number(0);
+                    self.terms.operators.push(Term {
+                        slot: slot((first / P::WIDTH) as u32) as u32,
+                        lane: (first % P::WIDTH) as u32,
+                        stride: seat.stride,
+                        columns: [[0.0; 4]; D],
                     });
                 }
             }
-            gains.extend(list.iter().map(|_| rows));
+            let gains = list.iter().map(|_| [P::default(); D]);
+            self.terms.gains.extend(gains);
             self.points.push(Point {
                 number,
-                operators: start[0]..operators.len(),
-                gains: start[1]..gains.len(),
+                operators: start[0]..self.terms.operators.len(),
+                gains: start[1]..self.terms.gains.len(),
                 by_normal: [0.0; D],
                 compliance: [0.0; 2],
                 inertia: [0.0; D],
@@ -168,8 +207,14 @@ impl<const D: usize> System<D> {
         velocity: impl Fn(u32) -> [f64; D],
     ) {
         self.velocity.clear();
-        let velocities = self.nodes.iter().map(|&node| widen(&velocity(node)));
-        self.velocity.extend(velocities);
+        self.velocity
+            .resize(self.colours.node_count(), P::default());
+        let numbers = bytemuck::cast_slice_mut::<P, f64>(&mut self.velocity);
+        for (&node, seat) in self.nodes.iter().zip(&self.seats) {
+            for (c, component) in velocity(node).into_iter().enumerate() {
+                numbers[seat.number(c)] = component;
+            }
+        }
         self.colours.wake_all();
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
@@ -216,7 +261,9 @@ impl<const D: usize> System<D> {
 
     /// The largest speed of a node, m/s.
     pub(super) fn fastest(&self) -> f64 {
-        let squares = self.velocity.iter().map(|velocity| dot(velocity, velocity));
+        let squares = self
+            .velocities()
+            .map(|(_, velocity)| dot(&velocity, &velocity));
         squares.fold(0.0, f64::max).sqrt().max(self.held_speed)
     }
 
@@ -227,8 +274,9 @@ impl<const D: usize> System<D> {
 
     /// Nodes that are moved and their velocities, m/s.
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
-        let velocities = self.velocity.iter().map(truncated);
-        self.nodes.iter().copied().zip(velocities)
+        let numbers = bytemuck::cast_slice::<P, f64>(&self.velocity);
+        let nodes = self.nodes.iter().zip(&self.seats);
+        nodes.map(|(&node, seat)| (node, std::array::from_fn(|c| numbers[seat.number(c)])))
     }
 
     /// Has all contacts take part in what follows.
@@ -244,12 +292,12 @@ impl<const D: usize> System<D> {
         }
         let (points, heading) = (&self.points, &mut self.heading);
         let gains = &self.terms.gains;
-        self.colours.doze(|place, nodes| {
+        self.colours.doze(|place, packs| {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                let nodes = (nodes, &gains[point.gains.clone()]);
-                heading.leave(nodes, [&point.direction, &point.step]);
+                let packs = (packs, &gains[point.gains.clone()]);
+                heading.leave(packs, [&point.direction, &point.step]);
             }
             stays
         });
@@ -262,14 +310,14 @@ impl<const D: usize> System<D> {
         places.map(|&place| (place as usize, &self.points[place as usize]))
     }
 
-    /// The nodes of those, sorted.
-    pub(super) fn awake_nodes(&self, nodes: &mut Vec<u32>) {
-        nodes.clear();
+    /// The packs of those, sorted.
+    pub(super) fn awake_packs(&self, packs: &mut Vec<u32>) {
+        packs.clear();
         for &place in self.colours.awake() {
-            nodes.extend_from_slice(self.colours.nodes(place as usize));
+            packs.extend_from_slice(self.colours.nodes(place as usize));
         }
-        nodes.sort_unstable();
-        nodes.dedup();
+        packs.sort_unstable();
+        packs.dedup();
     }
 
     /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax).
@@ -277,7 +325,7 @@ impl<const D: usize> System<D> {
         let sweep = Sweep {
             terms: &self.terms,
             ratio: self.heading.take_ratio(),
-            reluctance,
+            reluctance: Reluctance::new(reluctance),
         };
         let [change, scale, square] =
             self.colours
@@ -291,7 +339,7 @@ impl<const D: usize> System<D> {
 
     /// Relative velocities of the contacts awake without what held nodes add, m/s, by
     /// their places.
-    pub(super) fn relative_velocities(&self, velocity: &mut [Wide], relative: &mut [[f64; D]]) {
+    pub(super) fn relative_velocities(&self, velocity: &mut [P], relative: &mut [[f64; D]]) {
         let relate = Relate {
             terms: &self.terms,
             points: &self.points,
@@ -330,8 +378,9 @@ impl<const D: usize> System<D> {
         let point = &mut self.points[place];
         add_scaled(&mut point.impulse, 1.0, change);
         let gains = &self.terms.gains[point.gains.clone()];
-        for (&node, rows) in self.colours.nodes(place).iter().zip(gains) {
-            push(rows, change, &mut self.velocity[node as usize]);
+        let factors = Factors::new(Scalar::new(), change);
+        for (&pack, rows) in self.colours.nodes(place).iter().zip(gains) {
+            self.velocity[pack as usize].add_scaled(Scalar::new(), &factors, rows);
         }
     }
 
@@ -340,7 +389,7 @@ impl<const D: usize> System<D> {
     pub(super) fn respond<T: Send>(
         &self,
         own: &mut [T],
-        velocity: &mut [Wide],
+        velocity: &mut [P],
         direct: impl Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
     ) -> f64 {
         let respond = Respond {
@@ -364,25 +413,34 @@ pub(super) struct Swept {
 }
 
 /// A visit of Gauss–Seidel, at velocities that have gone on by a ratio of the directions.
-struct Sweep<'a, const D: usize> {
-    terms: &'a Terms<D>,
+struct Sweep<'a, const D: usize, P> {
+    terms: &'a Terms<D, P>,
     ratio: f64,
-    reluctance: f64,
+    reluctance: Reluctance,
 }
 
-impl<const D: usize> Visit<Point<D>, Wide, 3> for Sweep<'_, D> {
+impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
     #[inline(always)]
-    fn visit(&self, _: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 3] {
-        let relative = self.terms.relative(point, |slot| values.get(slot));
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        _: usize,
+        point: &mut Point<D>,
+        velocity: Values<P>,
+    ) -> [f64; 3] {
+        let relative = self.terms.relative(point, &velocity);
         let old = point.advance(self.ratio);
         let (impulse, change) = point.relaxed(&old, &relative, self.reluctance);
-        let step = sub(&impulse, &old);
-        (point.impulse, point.step) = (impulse, step);
+        let mut step = [0.0; D];
+        for r in 0..D {
+            step[r] = impulse[r] - old[r];
+            (point.impulse[r], point.step[r]) = (impulse[r], step[r]);
+        }
         // What bears nothing may have to at any time, and does not sleep.
         let is_open = impulse[0] <= -point.limit.tension;
         point.change = if is_open { f64::INFINITY } else { change };
         if step != [0.0; D] {
-            self.terms.push(point.gains.clone(), &step, values);
+            self.terms.push(simd, point.gains.clone(), &step, velocity);
         }
         let normal = impulse[0].abs().max(point.borne[0].abs());
         [change, normal * point.compliance[0], point.square(&step)]
@@ -399,55 +457,66 @@ impl<const D: usize> Visit<Point<D>, Wide, 3> for Sweep<'_, D> {
 }
 
 /// A visit that makes an impulse known.
-struct Push<'a, const D: usize, F> {
-    terms: &'a Terms<D>,
+struct Push<'a, const D: usize, P, F> {
+    terms: &'a Terms<D, P>,
     impulse: F,
 }
 
-impl<const D: usize, F> Visit<Point<D>, Wide, 0> for Push<'_, D, F>
+impl<const D: usize, P: Pack, F> Visit<Point<D>, P, 0> for Push<'_, D, P, F>
 where
     F: Fn(usize, &mut Point<D>) -> [f64; D] + Sync,
 {
     #[inline(always)]
-    fn visit(&self, place: usize, point: &mut Point<D>, values: Values<Wide>) -> [f64; 0] {
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        place: usize,
+        point: &mut Point<D>,
+        velocity: Values<P>,
+    ) -> [f64; 0] {
         let impulse = (self.impulse)(place, point);
-        self.terms.push(point.gains.clone(), &impulse, values);
+        self.terms
+            .push(simd, point.gains.clone(), &impulse, velocity);
         []
     }
 }
 
 /// A visit that takes a relative velocity.
-struct Relate<'a, const D: usize> {
-    terms: &'a Terms<D>,
+struct Relate<'a, const D: usize, P> {
+    terms: &'a Terms<D, P>,
     points: &'a [Point<D>],
 }
 
-impl<const D: usize> Visit<[f64; D], Wide, 0> for Relate<'_, D> {
+impl<const D: usize, P: Pack> Visit<[f64; D], P, 0> for Relate<'_, D, P> {
     #[inline(always)]
-    fn visit(&self, place: usize, own: &mut [f64; D], values: Values<Wide>) -> [f64; 0] {
-        *own = self
-            .terms
-            .relative(&self.points[place], |slot| values.get(slot));
+    fn visit<S: Simd>(
+        &self,
+        _: S,
+        place: usize,
+        own: &mut [f64; D],
+        velocity: Values<P>,
+    ) -> [f64; 0] {
+        *own = self.terms.relative(&self.points[place], &velocity);
         []
     }
 }
 
 /// A visit that makes known what becomes of something of a contact.
-struct Respond<'a, const D: usize, F> {
-    terms: &'a Terms<D>,
+struct Respond<'a, const D: usize, P, F> {
+    terms: &'a Terms<D, P>,
     points: &'a [Point<D>],
     direct: F,
 }
 
-impl<const D: usize, T, F> Visit<T, Wide, 1> for Respond<'_, D, F>
+impl<const D: usize, P: Pack, T, F> Visit<T, P, 1> for Respond<'_, D, P, F>
 where
     F: Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
 {
     #[inline(always)]
-    fn visit(&self, place: usize, own: &mut T, values: Values<Wide>) -> [f64; 1] {
+    fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, velocity: Values<P>) -> [f64; 1] {
         let (impulse, size) = (self.direct)(place, own);
-        self.terms
-            .push(self.points[place].gains.clone(), &impulse, values);
+        let gains = self.points[place].gains.clone();
+        self.terms.push(simd, gains, &impulse, velocity);
         [size]
     }
 }

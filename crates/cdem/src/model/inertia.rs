@@ -13,8 +13,8 @@ struct Dense<const D: usize> {
     size: usize,
     /// n×n, kg.
     matrix: Vec<f64>,
-    /// n×n inverse by component, zero in the rows of held nodes; symmetric to the bit.
-    inverse: Vec<[f64; D]>,
+    /// n×n inverse of each component, zero in the rows of held nodes; symmetric to the bit.
+    inverse: [Vec<f64>; D],
     /// Held components of its nodes, for which the inverse is; none before the first.
     held: Vec<[bool; D]>,
 }
@@ -26,7 +26,7 @@ impl<const D: usize> Dense<D> {
             first,
             size: matrix.len().isqrt(),
             matrix,
-            inverse: Vec::new(),
+            inverse: [const { Vec::new() }; D],
             held: Vec::new(),
         }
     }
@@ -36,13 +36,7 @@ impl<const D: usize> Dense<D> {
         if self.held == held {
             return;
         }
-        self.inverse = vec![[0.0; D]; self.size * self.size];
-        for c in 0..D {
-            let of_component = self.inverse_without(|a| held[a][c]);
-            for (entry, inverse) in self.inverse.iter_mut().zip(of_component) {
-                entry[c] = inverse;
-            }
-        }
+        self.inverse = std::array::from_fn(|c| self.inverse_without(|a| held[a][c]));
         self.held = held.to_vec();
     }
 
@@ -67,6 +61,14 @@ impl<const D: usize> Dense<D> {
     }
 }
 
+impl<const D: usize> Dense<D> {
+    /// Column of the inverse in a component: it is a row.
+    #[inline]
+    fn column(&self, node: usize, component: usize) -> &[f64] {
+        &self.inverse[component][node * self.size..][..self.size]
+    }
+}
+
 /// The mass matrix of all nodes and its inverse.
 #[derive(Clone, Debug)]
 pub(crate) struct Inertia<const D: usize> {
@@ -85,7 +87,7 @@ pub(crate) struct Inertia<const D: usize> {
 const LUMPED: u32 = u32::MAX;
 
 /// Nodes of a dense block that are kicked side by side.
-const ABREAST: usize = 4;
+const ABREAST: usize = 8;
 
 impl<const D: usize> Inertia<D> {
     /// `dense`: first node and n×n mass matrix of each block that has one.
@@ -209,15 +211,17 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
-    /// Column of M⁻¹ of a node, 1/kg: the velocity of each node that is
-    /// [coupled](Self::coupled) to it for a unit impulse in each component.
-    pub(crate) fn column(&self, node: usize) -> &[[f64; D]] {
+    /// 1/kg by component of a node of lumped mass, 0 where it is held.
+    pub(crate) fn alone(&self, node: usize) -> &[f64; D] {
+        &self.inverse[node]
+    }
+
+    /// Column of M⁻¹ of a node, 1/kg: the velocity in a component of each node that is
+    /// [coupled](Self::coupled) to it for a unit impulse in that.
+    pub(crate) fn column(&self, node: usize, component: usize) -> &[f64] {
         match self.dense_at(node) {
-            None => &self.inverse[node..=node],
-            Some(dense) => {
-                let row = (node - dense.first) * dense.size;
-                &dense.inverse[row..row + dense.size]
-            }
+            None => &self.inverse[node][component..=component],
+            Some(dense) => dense.column(node - dense.first, component),
         }
     }
 
@@ -230,10 +234,11 @@ impl<const D: usize> Inertia<D> {
                 }
             }
             Some(dense) => {
-                let row = (node - dense.first) * dense.size;
-                for a in 0..dense.size {
-                    for c in 0..D {
-                        velocity[dense.first + a][c] += dense.inverse[row + a][c] * impulse[c];
+                let moved = &mut velocity[self.coupled(node)];
+                for c in 0..D {
+                    let column = dense.column(node - dense.first, c);
+                    for (velocity, inverse) in moved.iter_mut().zip(column) {
+                        velocity[c] += inverse * impulse[c];
                     }
                 }
             }
@@ -272,10 +277,10 @@ impl<const D: usize> Inertia<D> {
         for (k, of_node) in velocity.iter_mut().enumerate() {
             let held = self.held(first + k);
             let mut wanted = beside[k];
-            let others = self.coupled(first + k).zip(self.column(first + k));
-            for (other, inverse) in others {
-                for c in 0..D {
-                    wanted[c] += inverse[c] * momenta[other - first][c];
+            for c in 0..D {
+                let others = self.coupled(first + k).zip(self.column(first + k, c));
+                for (other, inverse) in others {
+                    wanted[c] += inverse * momenta[other - first][c];
                 }
             }
             for c in (0..D).filter(|&c| !held[c]) {
@@ -326,43 +331,48 @@ impl<const D: usize> WithSimd for Kick<'_, D> {
         while let Some(&node) = due.first() {
             let nodes = self.inertia.coupled(node as usize);
             due = &due[nodes.len()..];
-            let inverse = match self.inertia.dense_at(node as usize) {
-                Some(dense) => &*dense.inverse,
-                None => &self.inertia.inverse[nodes.clone()],
-            };
             let (impulse, velocity) = (&self.impulse[nodes.clone()], &mut self.velocity[nodes]);
+            let Some(dense) = self.inertia.dense_at(node as usize) else {
+                let inverse = self.inertia.alone(node as usize);
+                for c in 0..D {
+                    velocity[0][c] += inverse[c] * impulse[0][c];
+                }
+                continue;
+            };
             let (some, rest) = velocity.as_chunks_mut::<ABREAST>();
             let first = ABREAST * some.len();
             for (velocity, first) in some.iter_mut().zip((0..).step_by(ABREAST)) {
-                kick(inverse, first, impulse, velocity);
+                kick(dense, first, impulse, velocity);
             }
             for (velocity, first) in rest.iter_mut().zip(first..) {
-                kick(inverse, first, impulse, std::array::from_mut(velocity));
+                kick(dense, first, impulse, std::array::from_mut(velocity));
             }
         }
     }
 }
 
-/// Kicks `N` nodes of a block, the first of which has a number in it, by its inverse and its
-/// impulses.
+/// Kicks `N` nodes of a block with a dense matrix, the first of which has a number in it.
 #[inline(always)]
 fn kick<const D: usize, const N: usize>(
-    inverse: &[[f64; D]],
+    dense: &Dense<D>,
     first: usize,
     impulse: &[[f64; D]],
     velocity: &mut [[f64; D]; N],
 ) {
-    // A column is a row: the inverse is symmetric to the bit.
-    let columns = inverse.chunks_exact(impulse.len());
-    let mut sum = *velocity;
-    for (column, impulse) in columns.zip(impulse) {
-        for (sum, inverse) in sum.iter_mut().zip(&column[first..first + N]) {
-            for c in 0..D {
-                sum[c] += inverse[c] * impulse[c];
+    for c in 0..D {
+        let mut sum = [0.0; N];
+        for n in 0..N {
+            sum[n] = velocity[n][c];
+        }
+        for (column, impulse) in dense.inverse[c].chunks_exact(dense.size).zip(impulse) {
+            for (sum, inverse) in sum.iter_mut().zip(&column[first..first + N]) {
+                *sum += inverse * impulse[c];
             }
         }
+        for n in 0..N {
+            velocity[n][c] = sum[n];
+        }
     }
-    *velocity = sum;
 }
 
 /// What contact impulses do in a kick: M⁻¹, less what mass-proportional damping
@@ -377,18 +387,11 @@ pub(crate) struct Mobility<'a, const D: usize> {
     pub(crate) interval: f64,
 }
 
-impl<'a, const D: usize> Mobility<'a, D> {
+impl<const D: usize> Mobility<'_, D> {
     /// What damping leaves of an impulse on a node.
     pub(crate) fn share(&self, node: u32) -> f64 {
         let alpha = self.damping[self.block_of[node as usize] as usize];
         1.0 / (1.0 + 0.5 * alpha * self.interval)
-    }
-
-    /// Nodes that an impulse on a node moves: those that are not held.
-    pub(crate) fn moved(self, node: u32) -> impl Iterator<Item = u32> + use<'a, D> {
-        let coupled = self.inertia.coupled(node as usize);
-        let free = coupled.filter(move |&other| !self.inertia.is_held(other));
-        free.map(|other| other as u32)
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
