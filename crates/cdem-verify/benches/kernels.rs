@@ -14,16 +14,12 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use cdem::Simulation;
 use cdem::mesh::ElementKind;
 use cdem::scene::Kinematics;
-use cdem::{Simulation, Stage};
-use cdem_verify::load;
-use cdem_verify::timing::{keep, step};
+use cdem_verify::timing::{TRIALS, free_block, keep, seconds_of_an_update};
 use rayon::prelude::*;
 use serde_json::json;
-
-/// Times that a thing is measured; the best counts: what disturbs makes it longer.
-const TRIALS: usize = 5;
 
 /// Numbers of each array of the triad: more than caches hold.
 const TRIAD: usize = 16 << 20;
@@ -67,7 +63,7 @@ fn main() -> std::io::Result<()> {
             (Kinematics::Total, "total"),
             (Kinematics::Incremental, "incremental"),
         ] {
-            let mut simulation = block(kind, kinematics, wanted / pieces as f64);
+            let mut simulation = free_block(kind, kinematics, wanted / pieces as f64);
             let elements = simulation.overview().elements;
             let [each, whole] = rayon::scope(|_| seconds_of_an_update(&mut simulation));
             let bytes = bytes_moved(kind, points, kinematics, &simulation);
@@ -93,46 +89,6 @@ fn main() -> std::io::Result<()> {
     }
     let result = json!({ "threads": threads, "triad_bytes_per_second": triad, "kernels": rows });
     keep("kernels", &result)
-}
-
-/// A box of about so many cells, on one level, that flies and spins a little.
-fn block(kind: ElementKind, kinematics: Kinematics, cells: f64) -> Simulation {
-    let dimension = kind.dimension();
-    let mut case = load(if dimension == 2 {
-        "free-flight-2d"
-    } else {
-        "free-flight-3d"
-    });
-    let along = cells.powf(1.0 / dimension as f64).round() as usize;
-    case.divide("block", &vec![along; dimension], kind);
-    case.block("block").kinematics = kinematics;
-    case.scene.time.end = 1.0;
-    case.start()
-}
-
-/// What the forces of an element take in a step, and the whole step, s.
-fn seconds_of_an_update(simulation: &mut Simulation) -> [f64; 2] {
-    let forces = |simulation: &Simulation| {
-        let times = simulation.stage_times();
-        let own = times.iter().find(|(stage, _)| *stage == Stage::Forces);
-        own.map_or(0.0, |(_, time)| time.as_secs_f64())
-    };
-    simulation.time_stages();
-    let mut best = [f64::INFINITY; 2];
-    for _ in 0..TRIALS {
-        let (before, updates) = (forces(simulation), simulation.element_updates());
-        let began = Instant::now();
-        for _ in 0..10 {
-            step(simulation);
-        }
-        let made = (simulation.element_updates() - updates) as f64;
-        let whole = began.elapsed().as_secs_f64() / made;
-        best = [
-            best[0].min((forces(simulation) - before) / made),
-            best[1].min(whole),
-        ];
-    }
-    best
 }
 
 /// Bytes that an update must move: gradients and volumes, numbers of nodes, records there and

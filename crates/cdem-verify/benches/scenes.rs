@@ -1,14 +1,20 @@
 //! Whole scenes, the examples: updates and block-steps a second, and where the time goes.
 //!
+//! The last column but those of the stages is what updates of elements make beside as many of the
+//! same kinds in large blocks that touch nothing, which are measured first.
+//!
 //! `cargo bench -p cdem-verify --bench scenes` steps each example for ten seconds or to its end,
 //! `-- 60` for sixty, `-- wall-2d crowd-3d` these alone; without results, on
 //! `RAYON_NUM_THREADS` threads. Writes `target/bench/scenes.json` too.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
-use cdem::Stage;
+use cdem::mesh::ElementKind;
+use cdem::sample::FieldValues;
+use cdem::scene::Kinematics;
+use cdem::{Simulation, Stage};
 use cdem_verify::example;
-use cdem_verify::timing::{Timed, keep};
+use cdem_verify::timing::{Timed, free_block, keep, seconds_of_an_update};
 use serde_json::json;
 
 const EXAMPLES: [&str; 8] = [
@@ -21,6 +27,9 @@ const EXAMPLES: [&str; 8] = [
     "crowd-3d",
     "rockfall-3d",
 ];
+
+/// Cells of a large block.
+const CELLS: f64 = 5e4;
 
 fn main() -> std::io::Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -36,17 +45,22 @@ fn main() -> std::io::Result<()> {
         "{:14} {:>6} {:>8} {:>7} {:>6}",
         "scene", "blocks", "elements", "steps", "run"
     );
-    print!(" {:>11} {:>13}", "updates/s", "block-steps/s");
+    print!(
+        " {:>11} {:>13} {:>8}",
+        "updates/s", "block-steps/s", "of bulk"
+    );
     for stage in Stage::ALL {
         print!(" {:>8}", short(stage));
     }
     println!();
+    let mut bulk = Bulk::default();
     let mut rows = Vec::new();
     for name in EXAMPLES {
         if any_named && !is_named(name) {
             continue;
         }
-        let mut simulation = example(name).start();
+        let case = example(name);
+        let mut simulation = case.start();
         let overview = simulation.overview();
         let (blocks, elements) = (overview.blocks.len(), overview.elements);
         let timed = rayon::scope(|_| Timed::of(&mut simulation, |_, spent| spent > seconds));
@@ -56,10 +70,14 @@ fn main() -> std::io::Result<()> {
             timed.steps,
             100.0 * run
         );
+        let kinematics = case.scene.block[0].kinematics;
+        let of_bulk =
+            timed.update_rate() * bulk.seconds_of_a_mean_update(&mut simulation, kinematics);
         print!(
-            " {:11.2e} {:13.2e}",
+            " {:11.2e} {:13.2e} {:6.0} %",
             timed.update_rate(),
-            timed.block_rate(blocks)
+            timed.block_rate(blocks),
+            100.0 * of_bulk
         );
         for (_, time) in &timed.stages {
             print!(" {:8.1}", 100.0 * time / timed.seconds);
@@ -72,6 +90,7 @@ fn main() -> std::io::Result<()> {
             "steps": timed.steps,
             "share_of_run": run,
             "updates_per_second": timed.update_rate(),
+            "of_bulk": of_bulk,
             "block_steps_per_second": timed.block_rate(blocks),
             "share_of_stages": timed.shares(),
         }));
@@ -80,6 +99,40 @@ fn main() -> std::io::Result<()> {
         "scenes",
         &json!({ "threads": rayon::current_num_threads(), "scenes": rows }),
     )
+}
+
+/// What updates of elements take in large blocks that touch nothing.
+#[derive(Default)]
+struct Bulk(Vec<((ElementKind, Kinematics), f64)>);
+
+impl Bulk {
+    /// Of the kinds that a run has now, each as often as it is updated, s.
+    fn seconds_of_a_mean_update(&mut self, run: &mut Simulation, kinematics: Kinematics) -> f64 {
+        let frame = run.frame();
+        let level = frame.cell_fields.iter().find(|field| field.name == "level");
+        let Some(FieldValues::Whole(levels)) = level.map(|field| &field.values) else {
+            panic!("a frame has levels");
+        };
+        let (mut seconds, mut updates) = (0.0, 0.0);
+        for (&kind, &level) in frame.kinds.iter().zip(levels) {
+            let of_step = f64::from(level).exp2();
+            updates += of_step;
+            seconds += of_step * self.seconds(kind, kinematics);
+        }
+        seconds / updates
+    }
+
+    /// Of one kind, forces and all, s.
+    fn seconds(&mut self, kind: ElementKind, kinematics: Kinematics) -> f64 {
+        let key = (kind, kinematics);
+        if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
+            return *known;
+        }
+        let mut block = free_block(kind, kinematics, CELLS);
+        let [_, whole] = rayon::scope(|_| seconds_of_an_update(&mut block));
+        self.0.push((key, whole));
+        whole
+    }
 }
 
 /// The first word of a stage's name that tells it from others.

@@ -8,8 +8,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use cdem::mesh::ElementKind;
+use cdem::scene::Kinematics;
 use cdem::{Simulation, Stage};
 use serde_json::{Map, Value, json};
+
+use crate::load;
 
 /// Steps that were timed.
 #[derive(Clone, Debug)]
@@ -70,6 +74,56 @@ impl Timed {
             shares.map(|(stage, time)| (stage.name().to_owned(), json!(time / self.seconds)));
         Value::Object(shares.collect::<Map<_, _>>())
     }
+}
+
+/// Times that a thing is measured; the best counts: what disturbs makes it longer.
+pub const TRIALS: usize = 5;
+
+/// A box of about so many cells, on one level, that flies and spins a little.
+///
+/// # Panics
+/// If the scene that it is of cannot be read.
+#[must_use]
+pub fn free_block(kind: ElementKind, kinematics: Kinematics, cells: f64) -> Simulation {
+    let dimension = kind.dimension();
+    let mut case = load(if dimension == 2 {
+        "free-flight-2d"
+    } else {
+        "free-flight-3d"
+    });
+    let along = cells.powf(1.0 / dimension as f64).round() as usize;
+    case.divide("block", &vec![along; dimension], kind);
+    case.block("block").kinematics = kinematics;
+    case.scene.time.end = 1.0;
+    case.start()
+}
+
+/// What the forces of an element take in a step, and the whole step, s.
+///
+/// # Panics
+/// With the message a user would get, if a step fails.
+pub fn seconds_of_an_update(simulation: &mut Simulation) -> [f64; 2] {
+    let forces = |simulation: &Simulation| {
+        let times = simulation.stage_times();
+        let own = times.iter().find(|(stage, _)| *stage == Stage::Forces);
+        own.map_or(0.0, |(_, time)| time.as_secs_f64())
+    };
+    simulation.time_stages();
+    let mut best = [f64::INFINITY; 2];
+    for _ in 0..TRIALS {
+        let (before, updates) = (forces(simulation), simulation.element_updates());
+        let began = Instant::now();
+        for _ in 0..10 {
+            step(simulation);
+        }
+        let made = (simulation.element_updates() - updates) as f64;
+        let whole = began.elapsed().as_secs_f64() / made;
+        best = [
+            best[0].min((forces(simulation) - before) / made),
+            best[1].min(whole),
+        ];
+    }
+    best
 }
 
 /// One step of a run.

@@ -99,9 +99,9 @@ pub(crate) fn pad<const D: usize>(a: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|c| if c < D { a[c] } else { 0.0 })
 }
 
-/// The first `D` of three components.
+/// The first `D` components.
 #[inline]
-pub(crate) fn truncate<const D: usize>(a: &[f64; 3]) -> [f64; D] {
+pub(crate) fn truncate<const D: usize>(a: &[f64]) -> [f64; D] {
     std::array::from_fn(|c| a[c])
 }
 

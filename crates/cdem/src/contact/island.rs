@@ -303,6 +303,7 @@ impl<const D: usize> Island<D> {
             );
         }
         self.go(motion, duration - elapsed);
+        self.touches = touches;
     }
 
     /// Moves the island at the velocities that the pairs near were looked at with.

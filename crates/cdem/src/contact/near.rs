@@ -178,8 +178,11 @@ impl Near {
         if longest.is_nan() || longest > self.serves {
             self.serves = AHEAD * longest;
             let far = self.serves;
+            let mut soon = std::mem::take(&mut self.soon);
+            soon.clear();
             let open = (0..self.open.len()).filter(|&number| !self.is_apart(number, far));
-            self.soon = open.map(|number| number as u32).collect();
+            soon.extend(open.map(|number| number as u32));
+            self.soon = soon;
         }
         let near = &*self;
         let soon = near.soon.iter().map(|&number| number as usize);

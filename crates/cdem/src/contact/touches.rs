@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::contact::closed::Closed;
 use crate::contact::island::{Island, SHALLOW, Setting};
 use crate::contact::live::{Live, Moment};
+use crate::contact::near::Near;
 use crate::contact::orientation::Slack;
 use crate::contact::rightful::rightful;
 use crate::contact::surface::{Pair, Positions, Surface};
@@ -23,6 +24,13 @@ pub(super) struct Touches {
     /// Those that are not never, with their numbers among the pairs near, which
     /// rise.
     touch: Vec<(usize, Touch)>,
+    /// Storage of a look: what there was before; places of the pairs looked at, and these; what
+    /// glances tell, and looks; closed pairs, sorted.
+    before: Vec<(usize, Touch)>,
+    anew: Vec<(usize, Pair)>,
+    glances: Vec<(Look, f64)>,
+    looked: Vec<(Touch, f64)>,
+    closed: Vec<Pair>,
 }
 
 /// When a pair touches, s from the start of the drift.
@@ -187,31 +195,24 @@ impl Touches {
             near, live, nodes, ..
         } = island;
         near.measure(nodes, motion);
-        let known = std::mem::take(&mut self.touch);
-        let mut known = known.into_iter().peekable();
-        for number in near.may_touch(duration - elapsed) {
-            while let Some(before) = known.next_if(|(of, _)| *of < number) {
-                self.touch.push(before);
-            }
-            let old = known.next_if(|(of, _)| *of == number);
-            self.touch.push(old.unwrap_or((number, Touch::Never)));
-        }
-        self.touch.extend(known);
-        let mut anew = Vec::new();
+        self.add_near(near, duration - elapsed);
+        self.anew.clear();
         for (place, &(number, touch)) in self.touch.iter().enumerate() {
             let pair = near.pair(number);
             if again(nodes, touch, pair) {
-                anew.push((place, pair));
+                self.anew.push((place, pair));
             }
         }
         let at = motion.positions();
         let formed = match at.formed {
             Some(_) => None,
-            None => setting.surface.form(anew.len(), None),
+            None => setting.surface.form(self.anew.len(), None),
         };
         let at = at.with(at.formed.or(formed.as_ref()));
-        let mut pairs: Vec<Pair> = live.iter().map(|live| live.pair).collect();
-        pairs.sort_unstable();
+        self.closed.clear();
+        self.closed.extend(live.iter().map(|live| live.pair));
+        self.closed.sort_unstable();
+        let pairs = &self.closed;
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
         let remaining = duration - elapsed;
         let look = |&(_, pair): &(usize, Pair)| {
@@ -221,12 +222,13 @@ impl Touches {
                 look_at(setting, (motion, at), pair, (wanted, remaining))
             }
         };
-        let looks: Vec<_> = anew.par_iter().with_min_len(SHARE).map(look).collect();
+        let pairs = self.anew.par_iter().with_min_len(SHARE);
+        pairs.map(look).collect_into_vec(&mut self.glances);
         // At rest most pairs are told at a glance.
         let more = |(look, _): &(Look, f64)| matches!(look, Look::Within(_));
-        let closed = looks.iter().any(more);
+        let closed = self.glances.iter().any(more);
         let closed = closed.then(|| Closed::new(live, setting.surface, (motion, at)));
-        let touch = |(&(_, pair), (look, apart)): (&(usize, Pair), (Look, f64))| match look {
+        let touch = |(&(_, pair), &(look, apart)): (&(usize, Pair), &(Look, f64))| match look {
             Look::Touch(touch) => (touch, apart),
             Look::Within(span) => {
                 let interval = (span, elapsed, duration);
@@ -236,14 +238,29 @@ impl Touches {
                 (touch.unwrap_or(Touch::Never), apart)
             }
         };
-        let looked = anew.par_iter().zip(looks).with_min_len(SHARE).map(touch);
-        let looked: Vec<_> = looked.collect();
-        for ((place, _), (touch, apart)) in anew.into_iter().zip(looked) {
+        let pairs = self.anew.par_iter().zip(&self.glances).with_min_len(SHARE);
+        pairs.map(touch).collect_into_vec(&mut self.looked);
+        for (&(place, _), &(touch, apart)) in self.anew.iter().zip(&self.looked) {
             let (number, of_pair) = &mut self.touch[place];
             near.remember(*number, apart);
             *of_pair = touch;
         }
         self.touch.retain(|(_, touch)| *touch != Touch::Never);
+    }
+
+    /// Adds the pairs near that may touch within a duration, s, and of which nothing is known.
+    fn add_near(&mut self, near: &mut Near, duration: f64) {
+        std::mem::swap(&mut self.touch, &mut self.before);
+        self.touch.clear();
+        let mut known = self.before.iter().copied().peekable();
+        for number in near.may_touch(duration) {
+            while let Some(before) = known.next_if(|(of, _)| *of < number) {
+                self.touch.push(before);
+            }
+            let old = known.next_if(|(of, _)| *of == number);
+            self.touch.push(old.unwrap_or((number, Touch::Never)));
+        }
+        self.touch.extend(known);
     }
 }
 

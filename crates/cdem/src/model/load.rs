@@ -23,7 +23,7 @@ impl<const D: usize> SurfaceLoad<D> {
                 .iter()
                 .map(|&node| pad(&mesh.nodes[node as usize]))
                 .collect();
-            area_shares(&points, thickness)
+            area_shares(&points, thickness)[..facet.len()]
                 .iter()
                 .map(|area| area.iter().map(|x| x * x).sum::<f64>().sqrt())
                 .collect()
@@ -48,7 +48,11 @@ impl<const D: usize> SurfaceLoad<D> {
             |time: f64| time >= self.load.start && self.load.end.is_none_or(|end| time < end);
         let varies = match &self.load.kind {
             LoadKind::Pressure(pressure) => pressure.value(start) != pressure.value(end),
-            LoadKind::Traction(traction) => traction.value(start) != traction.value(end),
+            LoadKind::Traction(traction) => {
+                let [one, other] = [start, end]
+                    .map(|time| traction.value_of(time, |traction| truncate::<D>(traction)));
+                one != other
+            }
         };
         acts(start) != acts(end) || acts(end) && varies
     }
@@ -68,18 +72,21 @@ impl<const D: usize> SurfaceLoad<D> {
             LoadKind::Pressure(pressure) => {
                 let pressure = pressure.value(time);
                 for facet in &self.facets {
-                    let points: Vec<[f64; 3]> = facet.iter().map(|&node| pad(&at(node))).collect();
-                    let shares = area_shares(&points, self.thickness);
+                    let mut points = [[0.0; 3]; 4];
+                    for (point, &node) in points.iter_mut().zip(facet) {
+                        *point = pad(&at(node));
+                    }
+                    let shares = area_shares(&points[..facet.len()], self.thickness);
                     for (&node, area) in facet.iter().zip(&shares) {
                         push(node, truncate(&scale(-pressure, area)));
                     }
                 }
             }
             LoadKind::Traction(traction) => {
-                let traction = traction.value(time);
+                let traction = traction.value_of(time, |traction| truncate::<D>(traction));
                 for (facet, shares) in self.facets.iter().zip(&self.shares) {
                     for (&node, share) in facet.iter().zip(shares) {
-                        push(node, std::array::from_fn(|c| traction[c] * share));
+                        push(node, scale(*share, &traction));
                     }
                 }
             }
@@ -88,22 +95,23 @@ impl<const D: usize> SurfaceLoad<D> {
 }
 
 /// Outward area vector ∫N_a n dA of each node of a facet: an edge (times
-/// `thickness`), a triangle or a quadrilateral; exact for warped ones too.
-fn area_shares(points: &[[f64; 3]], thickness: f64) -> Vec<[f64; 3]> {
+/// `thickness`), a triangle or a quadrilateral; exact for warped ones too. Of nodes that there
+/// are not, whatever.
+fn area_shares(points: &[[f64; 3]], thickness: f64) -> [[f64; 3]; 4] {
     match points {
         [a, b] => {
             let along = sub(b, a);
-            vec![[0.5 * thickness * along[1], -0.5 * thickness * along[0], 0.0]; 2]
+            [[0.5 * thickness * along[1], -0.5 * thickness * along[0], 0.0]; 4]
         }
-        [a, b, c] => vec![scale(1.0 / 6.0, &cross(&sub(b, a), &sub(c, a))); 3],
+        [a, b, c] => [scale(1.0 / 6.0, &cross(&sub(b, a), &sub(c, a))); 4],
         _ => quadrilateral_shares(points),
     }
 }
 
-fn quadrilateral_shares(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+fn quadrilateral_shares(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
     const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let gauss = 1.0 / 3.0_f64.sqrt();
-    let mut shares = vec![[0.0; 3]; 4];
+    let mut shares = [[0.0; 3]; 4];
     for at in CORNERS.map(|corner| corner.map(|x| x * gauss)) {
         let mut tangents = [[0.0; 3]; 2];
         for (corner, point) in CORNERS.iter().zip(points) {

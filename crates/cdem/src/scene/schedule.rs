@@ -39,6 +39,20 @@ impl Linear for f64 {
     }
 }
 
+impl<T: Linear, const N: usize> Linear for [T; N] {
+    fn towards(&self, other: &Self, factor: f64) -> Self {
+        std::array::from_fn(|n| self[n].towards(&other[n], factor))
+    }
+
+    fn plus(&self, other: &Self, factor: f64) -> Self {
+        std::array::from_fn(|n| self[n].plus(&other[n], factor))
+    }
+
+    fn times(&self, factor: f64) -> Self {
+        std::array::from_fn(|n| self[n].times(factor))
+    }
+}
+
 impl<T: Linear> Linear for Vec<T> {
     fn towards(&self, other: &Self, factor: f64) -> Self {
         let pairs = self.iter().zip(other);
@@ -62,18 +76,23 @@ impl<T: Linear> Schedule<T> {
     /// If a table has no rows; no checked scene holds such a table.
     #[must_use]
     pub fn value(&self, time: f64) -> T {
+        self.value_of(time, T::clone)
+    }
+
+    /// What is `of` the value at `time`, s, as some of its components.
+    pub(crate) fn value_of<U: Linear>(&self, time: f64, of: impl Fn(&T) -> U) -> U {
         let rows = match self {
-            Self::Constant(value) => return value.clone(),
+            Self::Constant(value) => return of(value),
             Self::Table(rows) => rows,
         };
         let next = rows.partition_point(|(t, _)| *t <= time);
         if next == 0 {
-            return rows[0].1.clone();
+            return of(&rows[0].1);
         }
         let (before, low) = &rows[next - 1];
         match rows.get(next) {
-            None => low.clone(),
-            Some((after, high)) => low.towards(high, (time - before) / (after - before)),
+            None => of(low),
+            Some((after, high)) => of(low).towards(&of(high), (time - before) / (after - before)),
         }
     }
 

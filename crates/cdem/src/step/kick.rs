@@ -6,7 +6,7 @@ use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
 use crate::scene::Damping;
-use crate::vector::{add, add_scaled, dot, scale, sub};
+use crate::vector::{add, add_scaled, dot, scale, sub, truncate};
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
 /// nothing is due.
@@ -397,8 +397,7 @@ impl<const D: usize> Model<D> {
 
     /// Acceleration of gravity, m/s².
     pub(crate) fn gravity_at(&self, time: f64) -> [f64; D] {
-        let gravity = self.gravity.value(time);
-        std::array::from_fn(|c| gravity[c])
+        self.gravity.value_of(time, |gravity| truncate(gravity))
     }
 
     /// Books the work of a kick once contact is solved, `after` being the

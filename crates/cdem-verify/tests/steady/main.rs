@@ -1,0 +1,39 @@
+//! What a step asks of the allocator once a run is under way.
+
+use cdem::Simulation;
+use cdem::mesh::ElementKind;
+use cdem_verify::timing::step;
+use cdem_verify::{columns, load};
+
+/// How often each of so many steps asks for memory, on one thread.
+fn requests(simulation: &mut Simulation, steps: usize) -> Vec<u64> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let request = |_| allocation_counter::measure(|| step(simulation)).count_total;
+    pool.expect("a pool")
+        .install(|| (0..steps).map(request).collect())
+}
+
+#[test]
+fn a_block_in_flight_asks_for_nothing() {
+    for (kind, divisions) in [
+        (ElementKind::Hex8, [1; 3]),
+        (ElementKind::Tet4, [4; 3]),
+        (ElementKind::Wedge6, [8; 3]),
+    ] {
+        let mut case = load("free-flight-3d");
+        case.divide("block", &divisions, kind);
+        // The first step makes room, and a look at the ledger, every 64, asks for more.
+        let requests = requests(&mut case.start(), 60);
+        assert!(requests[1..].iter().all(|&count| count == 0), "{kind:?}");
+    }
+}
+
+#[test]
+fn stones_at_rest_ask_for_some_lists_and_not_stone_by_stone() {
+    let mut simulation = columns(6, 4, 1);
+    let requests = requests(&mut simulation, 400);
+    let stones = simulation.overview().blocks.len() as u64;
+    // Contacts come and go in some of the steps, which number their nodes anew.
+    let least = requests[300..].iter().min();
+    assert!(least.is_some_and(|&least| least < stones), "{least:?}");
+}
