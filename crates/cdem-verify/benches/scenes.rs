@@ -1,7 +1,7 @@
 //! Whole scenes, the examples: updates and block-steps a second, and where the time goes.
 //!
-//! The last column but those of the stages is what updates of elements make beside as many of the
-//! same kinds in large blocks that touch nothing, which are measured first.
+//! The last column but those of the stages is what updates of elements make beside as many, of the
+//! kinds that a run ends with, in large blocks that touch nothing.
 //!
 //! `cargo bench -p cdem-verify --bench scenes` steps each example for ten seconds or to its end,
 //! `-- 60` for sixty, `-- wall-2d crowd-3d` these alone; without results, on
@@ -106,15 +106,25 @@ fn main() -> std::io::Result<()> {
 struct Bulk(Vec<((ElementKind, Kinematics), f64)>);
 
 impl Bulk {
-    /// Of the kinds that a run has now, each as often as it is updated, s.
+    /// Of the kinds that blocks which move have now, each as often as it is updated, s.
     fn seconds_of_a_mean_update(&mut self, run: &mut Simulation, kinematics: Kinematics) -> f64 {
         let frame = run.frame();
-        let level = frame.cell_fields.iter().find(|field| field.name == "level");
-        let Some(FieldValues::Whole(levels)) = level.map(|field| &field.values) else {
-            panic!("a frame has levels");
-        };
+        let fixed: Vec<bool> = run
+            .overview()
+            .blocks
+            .iter()
+            .map(|block| block.fixed)
+            .collect();
+        let [levels, blocks] = ["level", "block"].map(|name| {
+            let field = frame.cell_fields.iter().find(|field| field.name == name);
+            match field.map(|field| &field.values) {
+                Some(FieldValues::Whole(numbers)) => numbers,
+                _ => panic!("a frame has the {name} of each element"),
+            }
+        });
         let (mut seconds, mut updates) = (0.0, 0.0);
-        for (&kind, &level) in frame.kinds.iter().zip(levels) {
+        let elements = frame.kinds.iter().zip(levels).zip(blocks);
+        for ((&kind, &level), _) in elements.filter(|(_, block)| !fixed[**block as usize]) {
             let of_step = f64::from(level).exp2();
             updates += of_step;
             seconds += of_step * self.seconds(kind, kinematics);

@@ -2,6 +2,7 @@
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
+use cdem::scene::{Load, LoadKind, Schedule};
 use cdem_verify::timing::step;
 use cdem_verify::{columns, load};
 
@@ -25,6 +26,31 @@ fn a_block_in_flight_asks_for_nothing() {
         // The first step makes room, and a look at the ledger, every 64, asks for more.
         let requests = requests(&mut case.start(), 60);
         assert!(requests[1..].iter().all(|&count| count == 0), "{kind:?}");
+    }
+}
+
+#[test]
+fn a_block_that_is_pressed_pulled_and_damped_asks_for_nothing() {
+    for name in ["loaded-block", "loaded-block-3d"] {
+        let mut case = load(name);
+        let along = vec![4; case.scene.dimension];
+        case.scene.gravity = Schedule::Constant(vec![-9.81; case.scene.dimension]);
+        case.scene.material[0].damping.mass = 1.0;
+        let kind = match case.scene.dimension {
+            2 => ElementKind::Tri3,
+            _ => ElementKind::Hex8,
+        };
+        case.divide("block", &along, kind);
+        let pull = case.scene.load[0].clone();
+        case.scene.load.push(Load {
+            kind: LoadKind::Pressure(Schedule::Constant(1e3)),
+            ..pull
+        });
+        let requests = requests(&mut case.start(), 60);
+        assert!(
+            requests[1..].iter().all(|&count| count == 0),
+            "{requests:?}"
+        );
     }
 }
 

@@ -335,6 +335,8 @@ impl<V: Pack> Values<'_, V> {
         (number, lane): (usize, usize),
         stride: usize,
     ) -> [f64; N] {
+        const { assert!(size_of::<V>() == V::WIDTH * size_of::<f64>()) };
+        const { assert!(align_of::<V>() >= align_of::<f64>()) };
         let node = self.nodes[number];
         let mut are_beside = true;
         for n in 0..N {

@@ -8,8 +8,8 @@ use crate::contact::colours::Colours;
 use crate::contact::pack::{Factors, Pack};
 use crate::vector::scale;
 
-/// Nodes that a thread takes at once, at most.
-const NODES: usize = 8192;
+/// Packs that a thread takes at once, at most.
+const PACKS: usize = 8192;
 
 /// What the directions of the contacts awake do to the velocities of nodes.
 #[derive(Clone, Debug, Default)]
@@ -123,7 +123,7 @@ fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
 
 /// The same for all nodes.
 fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
-    if velocity.len() > NODES {
+    if velocity.len() > PACKS {
         let middle = velocity.len() / 2;
         let (velocity, more) = velocity.split_at_mut(middle);
         let (heading, further) = heading.split_at_mut(middle);
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn many_nodes_go_as_each_would() {
         let start = |k: usize| [0.0, 1.0, 2.0].map(|of| OfNode::of(&[(k as f64 + of).sin(); 4]));
-        let count = 3 * NODES + 1;
+        let count = 3 * PACKS + 1;
         let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
         let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);
         advance_all(0.7, [&mut velocity, &mut heading, &mut before]);

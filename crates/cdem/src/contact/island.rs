@@ -243,7 +243,7 @@ pub(crate) struct Island<const D: usize> {
     /// What its contacts do to each other: kept while they stay, and for its storage.
     #[serde(skip)]
     pub(super) system: Solver<D>,
-    /// When open pairs touch: known from a kick on, through its drift.
+    /// When open pairs touch: known from a kick on, through its drift; storage until the next.
     #[serde(skip)]
     pub(super) touches: Touches,
     /// What its contacts bear in a kick.
@@ -409,10 +409,8 @@ impl<const D: usize> Island<D> {
         // The solver of velocities, over one second from rest, without shear.
         let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.live.len());
         for live in &mut self.live {
-            let mut constraint = Constraint {
-                operator: live.operator(setting.surface, at),
-                ..Constraint::default()
-            };
+            let mut constraint = Constraint::default();
+            live.relate(&mut constraint.operator, setting.surface, at);
             constraint.target[0] = live.penetration();
             live.offset[0] += constraint.target[0];
             constraints.push(constraint);

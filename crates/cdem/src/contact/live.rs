@@ -403,19 +403,17 @@ impl<const D: usize> Live<D> {
         gap - self.offset[0] > RIGHT * tolerance
     }
 
-    /// The constraint at the instant of an impact before a drift of `drift`
-    /// seconds, at the present positions. A pair that was closed already bears the impulse of its last kick, of
-    /// which it may give back all; a joint no more than its strength with that.
+    /// The constraint at the instant of an impact before a drift of `drift` seconds, at the
+    /// present positions. A pair that was closed already bears the impulse of its last kick,
+    /// of which it may give back all; a joint no more than its strength with that.
     pub(crate) fn impact(
         &self,
         surface: &dyn Surface<D>,
         at: Positions<D>,
         (drift, tolerance): (f64, f64),
     ) -> Constraint<D> {
-        let mut constraint = Constraint {
-            operator: self.operator(surface, at),
-            ..Constraint::default()
-        };
+        let mut constraint = Constraint::default();
+        self.relate(&mut constraint.operator, surface, at);
         self.ask(&mut constraint, (drift, 0.0), tolerance);
         if self.fresh {
             constraint.impulse = [0.0; D];

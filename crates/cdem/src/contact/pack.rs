@@ -9,11 +9,17 @@ use pulp::Simd;
 /// matrix couples.
 pub(super) trait Pack: Pod + Debug + Default + Send + Sync {
     /// How many there are.
-    const WIDTH: usize;
+    const WIDTH: usize = size_of::<Self>() / size_of::<f64>();
 
-    fn numbers(&self) -> &[f64];
+    #[inline(always)]
+    fn numbers(&self) -> &[f64] {
+        bytemuck::cast_slice(std::slice::from_ref(self))
+    }
 
-    fn numbers_mut(&mut self) -> &mut [f64];
+    #[inline(always)]
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        bytemuck::cast_slice_mut(std::slice::from_mut(self))
+    }
 
     /// Adds multiples of others.
     fn add_scaled<S: Simd, const N: usize>(
@@ -64,8 +70,8 @@ pub(super) struct Seat {
 }
 
 impl Seat {
-    /// The seats of so many nodes that one mass matrix couples, in packs from one on; and how
-    /// many packs they take.
+    /// The seats of so many nodes that one mass matrix couples, in packs from the one with this
+    /// number on; and how many packs they take.
     pub(super) fn of<const D: usize, P: Pack>(
         nodes: usize,
         pack: usize,
@@ -101,18 +107,6 @@ pub(super) struct OfNode([f64; 4]);
 pub(super) struct OfBlock([f64; 8]);
 
 impl Pack for OfNode {
-    const WIDTH: usize = 4;
-
-    #[inline(always)]
-    fn numbers(&self) -> &[f64] {
-        &self.0
-    }
-
-    #[inline(always)]
-    fn numbers_mut(&mut self) -> &mut [f64] {
-        &mut self.0
-    }
-
     #[inline(always)]
     fn add_scaled<S: Simd, const N: usize>(
         &mut self,
@@ -129,18 +123,6 @@ impl Pack for OfNode {
 }
 
 impl Pack for OfBlock {
-    const WIDTH: usize = 8;
-
-    #[inline(always)]
-    fn numbers(&self) -> &[f64] {
-        &self.0
-    }
-
-    #[inline(always)]
-    fn numbers_mut(&mut self) -> &mut [f64] {
-        &mut self.0
-    }
-
     /// Told register by register: compilers would gather numbers of several packs into one.
     #[inline(always)]
     fn add_scaled<S: Simd, const N: usize>(
@@ -149,6 +131,7 @@ impl Pack for OfBlock {
         factors: &Factors<S, N>,
         all: &[Self; N],
     ) {
+        const { assert!(8 % S::F64_LANES == 0) };
         for n in 0..N {
             let registers = S::as_mut_simd_f64s(&mut self.0).0.iter_mut();
             for (own, other) in registers.zip(S::as_simd_f64s(&all[n].0).0) {

@@ -238,47 +238,73 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     }
 }
 
-/// Contacts between random nodes of unlike masses, in number above what one thread
-/// solves alone: their impulses are what the nodes have got.
+/// Nodes of a block in the test below: more than a pack has.
+const OF_A_BLOCK: usize = 12;
+
+/// So many blocks, the first of which have a dense mass matrix of unlike masses.
+fn blocks(dense: usize, of: usize, random: &mut fastrand::Rng) -> Inertia<3> {
+    let mut mass: Vec<f64> = (0..of * OF_A_BLOCK).map(|_| 0.5 + random.f64()).collect();
+    let mut matrices = Vec::new();
+    for first in (0..dense).map(|block| block * OF_A_BLOCK) {
+        let own = &mut mass[first..first + OF_A_BLOCK];
+        let mut matrix = vec![0.02; OF_A_BLOCK * OF_A_BLOCK];
+        for (a, mass) in own.iter_mut().enumerate() {
+            matrix[a * (OF_A_BLOCK + 1)] += *mass;
+            *mass += 0.02 * OF_A_BLOCK as f64;
+        }
+        matrices.push((first, matrix));
+    }
+    Inertia::new(mass, matrices)
+}
+
+/// Contacts of random nodes of one block and of another, in number above what one thread
+/// solves alone: their impulses are what the nodes have got, whatever masses are lumped, and
+/// though nodes are held, some in one component.
 #[test]
 fn nodes_get_the_impulses_of_their_own_contacts() {
-    let mut random = fastrand::Rng::with_seed(11);
-    let nodes = 150;
-    let mass: Vec<f64> = (0..nodes).map(|_| 0.5 + random.f64()).collect();
-    let inertia = Inertia::<3>::new(mass, Vec::new());
-    let block_of = vec![0; nodes];
-    let mut constraints: Vec<_> = (0..400)
-        .map(|_| {
-            let [a, b, c] = [(); 3].map(|()| random.u32(0..nodes as u32));
-            contact(
-                &[
-                    (a, 1.0),
-                    ((a + 1 + b % 70) % 150, -0.4),
-                    ((a + 80 + c % 60) % 150, -0.6),
-                ],
-                0.3,
-            )
-        })
-        .collect();
-    let start: Vec<[f64; 3]> = (0..nodes)
-        .map(|_| [(); 3].map(|()| random.f64() - 0.5))
-        .collect();
-    let mut velocity = start.clone();
-    let mut system = Solver::default();
-    system.load(&constraints, mobility(&inertia, &block_of));
-    system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
-    let mut expected = start;
-    for constraint in &constraints {
-        constraint
-            .operator
-            .deliver(&constraint.impulse, |node, impulse| {
+    for dense in [0, 6, 12] {
+        let (mut random, count) = (fastrand::Rng::with_seed(11), 12);
+        let mut inertia = blocks(dense, count, &mut random);
+        let nodes = inertia.mass().len();
+        let hold = |node: usize| {
+            [
+                node % 17 == 0,
+                node % 17 == 0,
+                node % 17 == 0 || node % 19 == 0,
+            ]
+        };
+        inertia.hold(&(0..nodes).map(hold).collect::<Vec<_>>());
+        let mut pick = |block: usize| (block * OF_A_BLOCK + random.usize(0..OF_A_BLOCK)) as u32;
+        let mut constraints: Vec<_> = (0..400)
+            .map(|k| {
+                let [one, other] = [k % count, (k + 1 + k / 40) % count];
+                let [a, b, c] = [pick(one), pick(other), pick(other)];
+                let weights = [(a, 1.0), (b, -0.4), (c, -0.6)];
+                contact(if b == c { &weights[..2] } else { &weights }, 0.3)
+            })
+            .collect();
+        let start: Vec<[f64; 3]> = (0..nodes)
+            .map(|_| [(); 3].map(|()| random.f64() - 0.5))
+            .collect();
+        let (block_of, mut velocity) = (vec![0; nodes], start.clone());
+        let mut system = Solver::default();
+        system.load(&constraints, mobility(&inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        let mut expected = start;
+        for constraint in &constraints {
+            let push = |node, impulse: &[f64; 3]| {
                 inertia.push(node as usize, impulse, &mut expected);
-            });
-    }
-    assert!(constraints.iter().any(|c| c.impulse[0] > 0.1));
-    for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
-        // Round-off of some thousand sums.
-        assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+            };
+            constraint.operator.deliver(&constraint.impulse, push);
+        }
+        assert!(constraints.iter().any(|c| c.impulse[0] > 0.1));
+        for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
+            // Round-off of some thousand sums.
+            assert!(
+                (found - expected).abs() < 1e-11,
+                "{dense}: {found} {expected}"
+            );
+        }
     }
 }
 

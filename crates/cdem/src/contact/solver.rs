@@ -8,9 +8,9 @@ use crate::model::inertia::Mobility;
 /// Contacts that share nodes, solved together.
 #[derive(Clone, Debug)]
 pub(crate) enum Solver<const D: usize> {
-    /// All masses are lumped.
+    /// No mass matrix couples nodes that contacts move.
     OfNodes(System<D, OfNode>),
-    /// Some are not.
+    /// One does, or more.
     OfBlocks(System<D, OfBlock>),
 }
 
@@ -23,18 +23,22 @@ impl<const D: usize> Default for Solver<D> {
 impl<const D: usize> Solver<D> {
     /// Takes the geometry of the constraints.
     pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
-        let is_lumped = mobility.inertia.lumped().is_some();
+        let couples = |node: &u32| {
+            let node = *node as usize;
+            mobility.inertia.is_dense(node) && !mobility.inertia.is_held(node)
+        };
+        let mut operators = constraints.iter().map(|constraint| &constraint.operator);
+        let couples = operators.any(|operator| operator.nodes().iter().any(couples));
+        if couples != matches!(self, Self::OfBlocks(_)) {
+            *self = if couples {
+                Self::OfBlocks(System::default())
+            } else {
+                Self::OfNodes(System::default())
+            };
+        }
         match self {
-            Self::OfNodes(system) if is_lumped => system.load(constraints, mobility),
-            Self::OfBlocks(system) if !is_lumped => system.load(constraints, mobility),
-            Self::OfNodes(_) => {
-                *self = Self::OfBlocks(System::default());
-                self.load(constraints, mobility);
-            }
-            Self::OfBlocks(_) => {
-                *self = Self::OfNodes(System::default());
-                self.load(constraints, mobility);
-            }
+            Self::OfNodes(system) => system.load(constraints, mobility),
+            Self::OfBlocks(system) => system.load(constraints, mobility),
         }
     }
 
@@ -64,7 +68,7 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Nodes that are moved, sorted.
+    /// Nodes that may be moved, and all that mass matrices couple to these, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
         match self {
             Self::OfNodes(system) => system.nodes(),

@@ -2,7 +2,7 @@
 //!
 //! Storage is kept from solve to solve.
 //! Contacts mostly stay, so they are numbered and coloured only when their nodes
-//! change. Nodes that are held do not take part: their velocities go into what is
+//! change. Nodes of contacts that are held do not take part: their velocities go into what is
 //! asked for.
 
 use pulp::{Scalar, Simd};
@@ -27,14 +27,15 @@ pub(crate) struct System<const D: usize, P> {
     /// what the numbers are for; and after how many changes of what is held.
     known: Vec<Option<(u32, bool)>>,
     changes: u64,
-    /// Nodes that impulses move, sorted, and where their numbers are among those of all packs.
+    /// Nodes that impulses may move, with all that mass matrices couple to them, sorted: held
+    /// ones among these get nothing. Where their numbers are among those of all packs.
     nodes: Vec<u32>,
     seats: Vec<Seat>,
     /// Their velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
     /// are what [colours](Colours) know as nodes.
     pub(super) velocity: Vec<P>,
     /// Nodes of contacts that are held, and their largest speed, m/s.
-    held: Vec<Held>,
+    held: Vec<HeldNode>,
     held_speed: f64,
     /// Where they are going.
     heading: Heading<P>,
@@ -50,7 +51,7 @@ pub(crate) struct System<const D: usize, P> {
 
 /// A node of a contact that is held.
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct HeldNode {
     /// Place of the contact, and the node's number among those of its constraint.
     place: usize,
     of_constraint: usize,
@@ -159,11 +160,11 @@ impl<const D: usize, P: Pack> System<D, P> {
         self.terms.gains.clear();
         for &number in self.colours.order() {
             let list = lists[number as usize];
-            let slot = |pack| list.iter().position(|&other| other == pack).unwrap_or(0);
+            let slot = |pack| list.iter().position(|&other| other == pack);
             let start = [self.terms.operators.len(), self.terms.gains.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
                 if held {
-                    self.held.push(Held {
+                    self.held.push(HeldNode {
                         place: self.points.len(),
                         of_constraint: k,
                         node,
@@ -172,7 +173,7 @@ impl<const D: usize, P: Pack> System<D, P> {
                     let seat = self.seat(node);
                     let first = seat.number(0);
                     self.terms.operators.push(Term {
-                        slot: slot((first / P::WIDTH) as u32) as u32,
+                        slot: slot((first / P::WIDTH) as u32).expect("a list of all packs") as u32,
                         lane: (first % P::WIDTH) as u32,
                         stride: seat.stride,
                         columns: [[0.0; 4]; D],
@@ -267,7 +268,7 @@ impl<const D: usize, P: Pack> System<D, P> {
         squares.fold(0.0, f64::max).sqrt().max(self.held_speed)
     }
 
-    /// Nodes that are moved, sorted.
+    /// Nodes that may be moved, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes
     }
@@ -320,7 +321,7 @@ impl<const D: usize, P: Pack> System<D, P> {
         packs.dedup();
     }
 
-    /// One sweep of Gauss–Seidel with some [`reluctance`](Point::relax).
+    /// One sweep of Gauss–Seidel with some [`Reluctance`].
     pub(super) fn sweep(&mut self, reluctance: f64) -> Swept {
         let sweep = Sweep {
             terms: &self.terms,
@@ -432,6 +433,7 @@ impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
         let old = point.advance(self.ratio);
         let (impulse, change) = point.relaxed(&old, &relative, self.reluctance);
         let mut step = [0.0; D];
+        // Number by number: what is written as a whole and read in parts waits for that.
         for r in 0..D {
             step[r] = impulse[r] - old[r];
             (point.impulse[r], point.step[r]) = (impulse[r], step[r]);

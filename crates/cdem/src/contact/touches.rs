@@ -19,7 +19,7 @@ use crate::vector::{norm, sub};
 const LEAST_DEPTH: f64 = 1e-7;
 
 /// When the open pairs of an island touch in a drift.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Touches {
     /// Those that are not never, with their numbers among the pairs near, which
     /// rise.
@@ -31,6 +31,13 @@ pub(super) struct Touches {
     glances: Vec<(Look, f64)>,
     looked: Vec<(Touch, f64)>,
     closed: Vec<Pair>,
+}
+
+impl Clone for Touches {
+    /// An empty one: a kick looks at all pairs anew.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 /// When a pair touches, s from the start of the drift.

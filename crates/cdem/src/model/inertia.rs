@@ -40,6 +40,12 @@ impl<const D: usize> Dense<D> {
         self.held = held.to_vec();
     }
 
+    /// Column of the inverse in a component: it is a row.
+    #[inline]
+    fn column(&self, node: usize, component: usize) -> &[f64] {
+        &self.inverse[component][node * self.size..][..self.size]
+    }
+
     /// Inverse of the rows and columns that are not held, zero in the others.
     fn inverse_without(&self, is_held: impl Fn(usize) -> bool) -> Vec<f64> {
         let n = self.size;
@@ -58,14 +64,6 @@ impl<const D: usize> Dense<D> {
             }
         }
         inverse
-    }
-}
-
-impl<const D: usize> Dense<D> {
-    /// Column of the inverse in a component: it is a row.
-    #[inline]
-    fn column(&self, node: usize, component: usize) -> &[f64] {
-        &self.inverse[component][node * self.size..][..self.size]
     }
 }
 
@@ -342,10 +340,10 @@ impl<const D: usize> WithSimd for Kick<'_, D> {
             let (some, rest) = velocity.as_chunks_mut::<ABREAST>();
             let first = ABREAST * some.len();
             for (velocity, first) in some.iter_mut().zip((0..).step_by(ABREAST)) {
-                kick(dense, first, impulse, velocity);
+                kick_abreast(dense, first, impulse, velocity);
             }
             for (velocity, first) in rest.iter_mut().zip(first..) {
-                kick(dense, first, impulse, std::array::from_mut(velocity));
+                kick_abreast(dense, first, impulse, std::array::from_mut(velocity));
             }
         }
     }
@@ -353,7 +351,7 @@ impl<const D: usize> WithSimd for Kick<'_, D> {
 
 /// Kicks `N` nodes of a block with a dense matrix, the first of which has a number in it.
 #[inline(always)]
-fn kick<const D: usize, const N: usize>(
+fn kick_abreast<const D: usize, const N: usize>(
     dense: &Dense<D>,
     first: usize,
     impulse: &[[f64; D]],
@@ -399,5 +397,46 @@ impl<const D: usize> Mobility<'_, D> {
         let share = self.share(node);
         let impulse = impulse.map(|x| share * x);
         self.inertia.push(node as usize, &impulse, velocity);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A kick gives the bits of impulses on one node after the other, of blocks of fewer and of
+    /// more nodes than go side by side, some held.
+    #[test]
+    fn a_kick_is_a_push_on_each_node_in_turn() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let sizes = [1, 3, 8, 12, 17];
+        let (mut mass, mut dense) = (Vec::new(), Vec::new());
+        for n in sizes {
+            let mut matrix = vec![0.1; n * n];
+            (0..n).for_each(|a| matrix[a * (n + 1)] += 1.0 + random.f64());
+            if n > 1 {
+                dense.push((mass.len(), matrix));
+            }
+            mass.resize(mass.len() + n, 1.0);
+        }
+        let mut vectors = || -> Vec<[f64; 3]> {
+            let vector = |_| [(); 3].map(|()| random.f64() - 0.5);
+            (0..mass.len()).map(vector).collect()
+        };
+        let (impulse, start) = (vectors(), vectors());
+        let mut inertia = Inertia::<3>::new(mass.clone(), dense);
+        let held: Vec<_> = (0..mass.len())
+            .map(|n| [n % 5 == 0, n % 5 == 0, n % 7 == 0])
+            .collect();
+        for held in [vec![[false; 3]; mass.len()], held] {
+            inertia.hold(&held);
+            let due: Vec<u32> = (0..mass.len() as u32).collect();
+            let [mut kicked, mut pushed] = [start.clone(), start.clone()];
+            inertia.kick(&due, &impulse, &mut kicked);
+            for (node, impulse) in impulse.iter().enumerate() {
+                inertia.push(node, impulse, &mut pushed);
+            }
+            assert_eq!(kicked, pushed);
+        }
     }
 }

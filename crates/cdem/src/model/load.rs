@@ -49,8 +49,7 @@ impl<const D: usize> SurfaceLoad<D> {
         let varies = match &self.load.kind {
             LoadKind::Pressure(pressure) => pressure.value(start) != pressure.value(end),
             LoadKind::Traction(traction) => {
-                let [one, other] = [start, end]
-                    .map(|time| traction.value_of(time, |traction| truncate::<D>(traction)));
+                let [one, other] = [start, end].map(|time| traction.vector::<D>(time));
                 one != other
             }
         };
@@ -83,7 +82,7 @@ impl<const D: usize> SurfaceLoad<D> {
                 }
             }
             LoadKind::Traction(traction) => {
-                let traction = traction.value_of(time, |traction| truncate::<D>(traction));
+                let traction = traction.vector::<D>(time);
                 for (facet, shares) in self.facets.iter().zip(&self.shares) {
                     for (&node, share) in facet.iter().zip(shares) {
                         push(node, scale(*share, &traction));

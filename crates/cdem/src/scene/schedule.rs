@@ -1,5 +1,7 @@
 //! Values that may change in time.
 
+use crate::vector::truncate;
+
 /// A constant, or a table of `(time, value)`: linear between its rows, held
 /// beyond its ends. Times increase strictly; a table has at least one row.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,6 +10,16 @@ pub enum Schedule<T> {
     Constant(T),
     /// Rows of time, s, and value.
     Table(Vec<(f64, T)>),
+}
+
+impl Schedule<Vec<f64>> {
+    /// The first `D` components of the value at `time`, s.
+    ///
+    /// # Panics
+    /// As [`value`](Self::value), or if there are fewer.
+    pub(crate) fn vector<const D: usize>(&self, time: f64) -> [f64; D] {
+        self.value_of(time, |vector| truncate(vector))
+    }
 }
 
 /// What a schedule can interpolate: numbers, and vectors of equal length.
@@ -79,8 +91,8 @@ impl<T: Linear> Schedule<T> {
         self.value_of(time, T::clone)
     }
 
-    /// What is `of` the value at `time`, s, as some of its components.
-    pub(crate) fn value_of<U: Linear>(&self, time: f64, of: impl Fn(&T) -> U) -> U {
+    /// The value at `time`, s, of what there is `of` a row's.
+    fn value_of<U: Linear>(&self, time: f64, of: impl Fn(&T) -> U) -> U {
         let rows = match self {
             Self::Constant(value) => return of(value),
             Self::Table(rows) => rows,
@@ -185,6 +197,7 @@ mod tests {
     fn vectors_are_interpolated_by_component() {
         let table = Schedule::Table(vec![(0.0, vec![0.0, 4.0]), (2.0, vec![2.0, 0.0])]);
         assert_eq!(table.value(0.5), [0.5, 3.0]);
+        assert_eq!(table.vector(0.5), [0.5, 3.0]);
         assert_eq!(table.integral(0.0, 2.0), [2.0, 4.0]);
     }
 

@@ -6,7 +6,7 @@ use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
 use crate::scene::Damping;
-use crate::vector::{add, add_scaled, dot, scale, sub, truncate};
+use crate::vector::{add, add_scaled, dot, scale, sub};
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
 /// nothing is due.
@@ -25,8 +25,8 @@ pub(crate) struct Impulses<const D: usize> {
     pub(crate) relevelled: Vec<(u32, [f64; D])>,
     /// Kick interval of each node, s.
     pub(crate) interval: Vec<f64>,
-    /// What groups of elements give their nodes, elastic and viscous; and the sums of the
-    /// nodes that are due, one after the other.
+    /// What groups of elements give their nodes, elastic and viscous; and sums: of these for the
+    /// nodes that are due, one after the other, or of velocities of a block.
     shares: [Vec<[f64; D]>; 2],
     sums: Vec<[f64; D]>,
 }
@@ -397,7 +397,7 @@ impl<const D: usize> Model<D> {
 
     /// Acceleration of gravity, m/s².
     pub(crate) fn gravity_at(&self, time: f64) -> [f64; D] {
-        self.gravity.value_of(time, |gravity| truncate(gravity))
+        self.gravity.vector(time)
     }
 
     /// Books the work of a kick once contact is solved, `after` being the

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::{Meeting, Shell};
 use crate::contact::orientation::{ROUND_OFF, Slack};
 use crate::contact::rightful::rightful;
-use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
+use crate::contact::surface::{Nearness, Operator, Pair, Positions, STEEP, Surface};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
@@ -305,12 +305,20 @@ proptest! {
         let at = Positions::new(&mesh.nodes, &still);
         let rigid: Vec<[f64; 3]> =
             mesh.nodes.iter().map(|x| add(&velocity, &cross(&spin, x))).collect();
+        let mut used = Operator::default();
         for pair in all_pairs(&shell).into_iter().step_by(7) {
             let projection = shell.project(pair, at);
             if projection.outside > 1.0 {
                 continue; // all but parallel: nothing to be exact about
             }
             let operator = shell.operator(pair, &anchor, at);
+            // Of what storage has held before nothing stays.
+            shell.relate(&mut used, pair, &anchor, at, None);
+            let of = |operator: &Operator<3>| {
+                let rows = operator.rows[..operator.count].to_vec();
+                (operator.nodes().to_vec(), rows, operator.frame, operator.offset)
+            };
+            prop_assert_eq!(of(&used), of(&operator));
             for r in 0..3 {
                 // Round-off of some hundred operations on lengths of order 1,
                 // over the sine of the edges' angle.
