@@ -268,9 +268,9 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
         let nodes = inertia.mass().len();
         let hold = |node: usize| {
             [
-                node % 17 == 0,
-                node % 17 == 0,
-                node % 17 == 0 || node % 19 == 0,
+                node.is_multiple_of(17),
+                node.is_multiple_of(17),
+                node.is_multiple_of(17) || node.is_multiple_of(19),
             ]
         };
         inertia.hold(&(0..nodes).map(hold).collect::<Vec<_>>());

@@ -426,7 +426,13 @@ mod tests {
         let (impulse, start) = (vectors(), vectors());
         let mut inertia = Inertia::<3>::new(mass.clone(), dense);
         let held: Vec<_> = (0..mass.len())
-            .map(|n| [n % 5 == 0, n % 5 == 0, n % 7 == 0])
+            .map(|n| {
+                [
+                    n.is_multiple_of(5),
+                    n.is_multiple_of(5),
+                    n.is_multiple_of(7),
+                ]
+            })
             .collect();
         for held in [vec![[false; 3]; mass.len()], held] {
             inertia.hold(&held);
