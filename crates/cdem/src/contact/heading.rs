@@ -1,6 +1,6 @@
 //! Where the velocities of an island are going while its solver goes along directions of
 //! search: what these do to the nodes is known without asking the contacts, as each sweep has
-//! added its part of it. A step along them takes each node once.
+//! added its part of it. A step along them takes each pack of nodes once.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -19,7 +19,7 @@ pub(super) struct Heading<P> {
     before: Vec<P>,
     /// How far along its direction each impulse has yet to go: velocities have.
     ratio: f64,
-    /// Contacts of which all nodes go; those of fewer are listed.
+    /// Contacts of which all packs go; those of fewer are listed.
     of_contacts: usize,
     are_listed: bool,
     listed: Vec<u32>,
@@ -37,9 +37,9 @@ impl<P: Pack> Heading<P> {
             self.heading.fill(P::default());
             self.before.copy_from_slice(velocity);
         }
-        for &node in &self.listed {
-            let node = node as usize;
-            (self.heading[node], self.before[node]) = (P::default(), velocity[node]);
+        for &pack in &self.listed {
+            let pack = pack as usize;
+            (self.heading[pack], self.before[pack]) = (P::default(), velocity[pack]);
         }
     }
 
@@ -60,26 +60,26 @@ impl<P: Pack> Heading<P> {
         }
         self.is_listed.clear();
         self.is_listed.resize(self.before.len(), false);
-        for node in awake
+        for pack in awake
             .iter()
             .flat_map(|&place| colours.nodes(place as usize))
         {
-            if !std::mem::replace(&mut self.is_listed[*node as usize], true) {
-                self.listed.push(*node);
+            if !std::mem::replace(&mut self.is_listed[*pack as usize], true) {
+                self.listed.push(*pack);
             }
         }
     }
 
-    /// Leaves out a contact with these nodes, and what impulses make of their velocities: its
+    /// Leaves out a contact with these packs, and what impulses make of their velocities: its
     /// direction, and what it did in the last sweep.
     pub(super) fn leave<const D: usize>(
         &mut self,
-        (nodes, gains): (&[u32], &[[P; D]]),
+        (packs, gains): (&[u32], &[[P; D]]),
         [direction, step]: [&[f64; D]; 2],
     ) {
         let back = scale(-1.0, direction);
         Arch::new().dispatch(Leave {
-            nodes,
+            packs,
             gains,
             impulses: [&back, step],
             values: [&mut self.heading, &mut self.before],
@@ -89,16 +89,16 @@ impl<P: Pack> Heading<P> {
     /// Has velocities go on by a `ratio` of the heading after a sweep.
     pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [P]) {
         self.ratio = ratio;
-        let nodes = [velocity, &mut self.heading, &mut self.before];
+        let packs = [velocity, &mut self.heading, &mut self.before];
         if self.are_listed {
             let listed = Some(&*self.listed);
             Arch::new().dispatch(Advance {
                 ratio,
-                nodes,
+                packs,
                 listed,
             });
         } else {
-            advance_all(ratio, nodes);
+            advance_all(ratio, packs);
         }
     }
 
@@ -121,7 +121,7 @@ fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
     }
 }
 
-/// The same for all nodes.
+/// The same for all packs.
 fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
     if velocity.len() > PACKS {
         let middle = velocity.len() / 2;
@@ -134,16 +134,16 @@ fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) 
     }
     Arch::new().dispatch(Advance {
         ratio,
-        nodes: [velocity, heading, before],
+        packs: [velocity, heading, before],
         listed: None,
     });
 }
 
-/// Nodes that go on, all or those listed, with whatever instructions the machine has.
+/// Packs that go on, all or those listed, with whatever instructions the machine has.
 struct Advance<'a, P> {
     ratio: f64,
     /// Their velocities, headings, and velocities before.
-    nodes: [&'a mut [P]; 3],
+    packs: [&'a mut [P]; 3],
     listed: Option<&'a [u32]>,
 }
 
@@ -152,12 +152,12 @@ impl<P: Pack> WithSimd for Advance<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let [velocity, heading, before] = self.nodes;
+        let [velocity, heading, before] = self.packs;
         if let Some(listed) = self.listed {
-            for &node in listed {
-                let node = node as usize;
-                let of_node = [&mut velocity[node], &mut heading[node], &mut before[node]];
-                advance(self.ratio, of_node);
+            for &pack in listed {
+                let pack = pack as usize;
+                let own = [&mut velocity[pack], &mut heading[pack], &mut before[pack]];
+                advance(self.ratio, own);
             }
             return;
         }
@@ -167,9 +167,9 @@ impl<P: Pack> WithSimd for Advance<'_, P> {
     }
 }
 
-/// What impulses do to the nodes of a contact, each to values of its own.
+/// What impulses do to the packs of a contact, each to values of its own.
 struct Leave<'a, const D: usize, P> {
-    nodes: &'a [u32],
+    packs: &'a [u32],
     gains: &'a [[P; D]],
     impulses: [&'a [f64; D]; 2],
     values: [&'a mut [P]; 2],
@@ -182,8 +182,8 @@ impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
     fn with_simd<S: Simd>(self, simd: S) {
         for (impulse, values) in self.impulses.into_iter().zip(self.values) {
             let factors = Factors::new(simd, impulse);
-            for (&node, rows) in self.nodes.iter().zip(self.gains) {
-                values[node as usize].add_scaled(simd, &factors, rows);
+            for (&pack, rows) in self.packs.iter().zip(self.gains) {
+                values[pack as usize].add_scaled(simd, &factors, rows);
             }
         }
     }
@@ -195,7 +195,7 @@ mod tests {
     use crate::contact::pack::OfNode;
 
     #[test]
-    fn many_nodes_go_as_each_would() {
+    fn many_packs_go_as_each_would() {
         let start = |k: usize| [0.0, 1.0, 2.0].map(|of| OfNode::of(&[(k as f64 + of).sin(); 4]));
         let count = 3 * PACKS + 1;
         let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
