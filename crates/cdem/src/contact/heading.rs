@@ -112,7 +112,9 @@ impl<P: Pack> Heading<P> {
 /// it was one.
 #[inline(always)]
 fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
-    let [velocity, heading, before] = packs.map(P::numbers_mut);
+    let [velocity, heading, before] = packs;
+    let (velocity, heading) = (velocity.numbers_mut(), heading.numbers_mut());
+    let before = before.numbers_mut();
     for c in 0..P::WIDTH {
         let ahead = ratio * heading[c];
         heading[c] = ahead + (velocity[c] - before[c]);

@@ -21,7 +21,7 @@ use crate::vector::{add_scaled, sub};
 const WORTH_A_SOLVE: usize = 64;
 
 /// What closed contacts are asked for in a kick, as often as it takes; its storage is kept.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Hold<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// Of how many, from the first on.
@@ -36,6 +36,13 @@ pub(super) struct Hold<const D: usize> {
     nodes: Vec<u32>,
     start: Vec<[f64; D]>,
     end: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Clone for Hold<D> {
+    /// An empty one: a kick asks for all anew.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 /// What has become of the contacts of an island in a kick, but for their impulses.
