@@ -20,20 +20,22 @@ pub(super) struct Lame<T> {
 }
 
 impl<T: Real> Lame<T> {
-    /// A share of them.
-    #[inline(always)]
-    pub(super) fn scaled(&self, share: T) -> Self {
-        Self {
-            lambda: share * self.lambda,
-            mu: share * self.mu,
-        }
-    }
-
     /// C : strain, for a symmetric strain or strain rate.
     #[inline(always)]
     pub(super) fn stress<const D: usize>(&self, strain: &Tensor<D, T>) -> Tensor<D, T> {
         let pressure = self.lambda * tensor::trace(strain);
         let mut stress = tensor::scaled(self.mu.constant(2.0) * self.mu, strain);
+        for i in 0..D {
+            stress[i][i] += pressure;
+        }
+        stress
+    }
+
+    /// C : sym(a).
+    #[inline(always)]
+    pub(super) fn stress_of<const D: usize>(&self, a: &Tensor<D, T>) -> Tensor<D, T> {
+        let pressure = self.lambda * tensor::trace(a);
+        let mut stress = tensor::filled(|i, j| self.mu * (a[i][j] + a[j][i]));
         for i in 0..D {
             stress[i][i] += pressure;
         }
@@ -225,12 +227,12 @@ pub(super) fn gradient<const D: usize, const N: usize, T: Real>(
     result
 }
 
-/// Nothing at any node, in numbers like others.
+/// Nothing at any node, in numbers like others: −0, which compilers need not add.
 #[inline(always)]
-pub(super) fn zero<const D: usize, const N: usize, T: Real>(
+pub(super) fn nothing<const D: usize, const N: usize, T: Real>(
     like: &Nodal<D, N, T>,
 ) -> Nodal<D, N, T> {
-    [[like[0][0].constant(0.0); D]; N]
+    [[like[0][0].constant(-0.0); D]; N]
 }
 
 /// Subtracts `volume`·P·∇N_a from the force of all nodes but the first.
@@ -241,11 +243,11 @@ pub(super) fn subtract_divergence<const D: usize, const N: usize, T: Real>(
     gradients: &Nodal<D, N, T>,
     volume: T,
 ) {
-    let scaled = tensor::scaled(volume, first_piola);
+    let scaled = tensor::scaled(-volume, first_piola);
     for a in 1..N {
         for i in 0..D {
             for j in 0..D {
-                force[a][i] -= scaled[i][j] * gradients[a][j];
+                force[a][i] += scaled[i][j] * gradients[a][j];
             }
         }
     }

@@ -31,6 +31,9 @@ impl<const D: usize, const N: usize, const Q: usize> Layout<D, N, Q> {
     /// Where stresses begin, and numbers of one: of what is symmetric one half is kept.
     const STRESS: usize = (N - 1) * D;
     const POINT: usize = D * (D + 1) / 2;
+    /// Whether gradients of displacement are kept, which of simplices are as many numbers as
+    /// displacements.
+    const KEEPS_GRADIENT: bool = N == D + 1;
     /// Work done on it, J.
     const WORK: usize = Self::STRESS + Q * Self::POINT;
 
@@ -48,18 +51,22 @@ impl<const D: usize, const N: usize, const Q: usize> Layout<D, N, Q> {
 }
 
 impl Incremental {
-    /// Displacements at the last kick, m.
+    /// Gradient of displacement at a Gauss point at the last kick.
     #[inline(always)]
-    fn displacement<const D: usize, const N: usize, const Q: usize, T: Real>(
+    fn last<const D: usize, const N: usize, const Q: usize, T: Real>(
         record: &(impl Record<T> + ?Sized),
-    ) -> Nodal<D, N, T> {
+        gradients: &Nodal<D, N, T>,
+    ) -> Tensor<D, T> {
+        if Layout::<D, N, Q>::KEEPS_GRADIENT {
+            return tensor::filled(|i, j| record.get(i * D + j));
+        }
         let mut displacement = [[record.get(0).constant(0.0); D]; N];
         for a in 1..N {
             for k in 0..D {
                 displacement[a][k] = record.get(Layout::<D, N, Q>::displacement(a, k));
             }
         }
-        displacement
+        geometry::gradient(gradients, &displacement)
     }
 
     /// Cauchy stress of Gauss point `q`, Pa.
@@ -71,12 +78,21 @@ impl Incremental {
         tensor::filled(|i, j| record.get(Layout::<D, N, Q>::stress(q, i.min(j), i.max(j))))
     }
 
-    /// Keeps displacements for the next kick, m.
+    /// Keeps displacements, m, or their `gradient` for the next kick.
     #[inline(always)]
-    fn set_displacement<const D: usize, const N: usize, const Q: usize, T: Real>(
+    fn set_last<const D: usize, const N: usize, const Q: usize, T: Real>(
         record: &mut (impl RecordMut<T> + ?Sized),
         displacement: &Nodal<D, N, T>,
+        gradient: &Tensor<D, T>,
     ) {
+        if Layout::<D, N, Q>::KEEPS_GRADIENT {
+            for i in 0..D {
+                for j in 0..D {
+                    record.set(i * D + j, gradient[i][j]);
+                }
+            }
+            return;
+        }
         for a in 1..N {
             for k in 0..D {
                 record.set(Layout::<D, N, Q>::displacement(a, k), displacement[a][k]);
@@ -109,27 +125,21 @@ struct Arrived<const D: usize, T> {
 }
 
 impl<const D: usize, T: Real> Arrived<D, T> {
-    /// Of a point with `stress` in an element with displacements `last`, on their `way`, m.
+    /// Of a point with `stress` on the way between two gradients of displacement.
     #[inline(always)]
-    fn of<const N: usize>(
-        lame: &Lame<T>,
-        stress: &Tensor<D, T>,
-        gradients: &Nodal<D, N, T>,
-        [last, way]: [&Nodal<D, N, T>; 2],
-    ) -> Self {
-        // No `map` of an array: it stays a call, and the kernel takes six times as long.
-        let last = &geometry::gradient(gradients, last);
-        let step = &geometry::gradient(gradients, way);
-        let half = last[0][0].constant(0.5);
-        let work_before = tensor::contraction(&first_piola(stress, last), step);
-        let middle = tensor::sum(last, &tensor::scaled(half, step));
-        let now = tensor::sum(last, step);
-        let increment = tensor::product(step, &inverse(&middle));
-        let added = lame.scaled(half).stress(&tensor::symmetric(&increment));
-        let turned = rotated(&tensor::sum(stress, &added), &increment);
+    fn of(lame: &Lame<T>, stress: &Tensor<D, T>, [last, now]: [&Tensor<D, T>; 2]) -> Self {
+        let before = first_piola(stress, last);
+        let step = tensor::difference(now, last);
+        // Twice the configuration at the middle gives half of the increment, which is all that is
+        // needed of it.
+        let twice = tensor::sum(&tensor::with_unit(last), &tensor::with_unit(now));
+        let half_increment = tensor::product(&step, &tensor::inverse(&twice).0);
+        let added = lame.stress_of(&half_increment);
+        let turned = rotated(&tensor::sum(stress, &added), &half_increment);
         let stress = tensor::sum(&turned, &added);
-        let first_piola = first_piola(&stress, &now);
-        let work = half * (work_before + tensor::contraction(&first_piola, step));
+        let first_piola = first_piola(&stress, now);
+        let ends = tensor::sum(&before, &first_piola);
+        let work = step[0][0].constant(0.5) * tensor::contraction(&ends, &step);
         Self {
             stress,
             first_piola,
@@ -149,20 +159,22 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         u: &Nodal<D, N, T>,
         record: &mut (impl RecordMut<T> + ?Sized),
     ) -> Nodal<D, N, T> {
-        let last = Self::displacement::<D, N, Q, T>(record);
-        let way = less(u, &last);
-        let mut force = geometry::zero(u);
+        let mut force = geometry::nothing(u);
         let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
+            let now = geometry::gradient(&gradients, u);
+            let last = Self::last::<D, N, Q, T>(record, &gradients);
             let stress = Self::stress::<D, N, Q, T>(record, q);
-            let arrived = Arrived::of(&element.lame(), &stress, &gradients, [&last, &way]);
+            let arrived = Arrived::of(&element.lame(), &stress, [&last, &now]);
             Self::set_stress::<D, N, Q, T>(record, q, &arrived.stress);
             work += volume * arrived.work;
             geometry::subtract_divergence(&mut force, &arrived.first_piola, &gradients, volume);
+            if q + 1 == Q {
+                Self::set_last::<D, N, Q, T>(record, u, &now);
+            }
         }
         geometry::balance(&mut force);
-        Self::set_displacement::<D, N, Q, T>(record, u);
         record.set(Layout::<D, N, Q>::WORK, work);
         force
     }
@@ -174,13 +186,13 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         u: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T> {
-        let mut force = geometry::zero(u);
+        let mut force = geometry::nothing(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);
             let rate = geometry::gradient(&gradients, velocity);
-            let rate = tensor::product(&rate, &inverse(&h));
-            let stress = element.lame().stress(&tensor::symmetric(&rate));
+            let rate = tensor::product(&rate, &tensor::inverse(&tensor::with_unit(&h)).0);
+            let stress = element.lame().stress_of(&rate);
             let first_piola = first_piola(&stress, &h);
             geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
         }
@@ -194,14 +206,13 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         u: &Nodal<D, N, T>,
         record: &(impl Record<T> + ?Sized),
     ) -> T {
-        let last = Self::displacement::<D, N, Q, T>(record);
-        let way = less(u, &last);
         let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
+            let now = geometry::gradient(&gradients, u);
+            let last = Self::last::<D, N, Q, T>(record, &gradients);
             let stress = Self::stress::<D, N, Q, T>(record, q);
-            let arrived = Arrived::of(&element.lame(), &stress, &gradients, [&last, &way]);
-            work += volume * arrived.work;
+            work += volume * Arrived::of(&element.lame(), &stress, [&last, &now]).work;
         }
         work
     }
@@ -257,7 +268,8 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         record: &mut [f64],
     ) {
         let volume: f64 = element.volumes.iter().sum();
-        Self::set_displacement::<D, N, Q, f64>(record, u);
+        let now = geometry::gradient(&element.gradients[0], u);
+        Self::set_last::<D, N, Q, f64>(record, u, &now);
         for q in 0..Q {
             Self::set_stress::<D, N, Q, f64>(record, q, &past.stress);
         }
@@ -266,52 +278,32 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     }
 }
 
-/// a − b, node by node.
-#[inline(always)]
-fn less<const D: usize, const N: usize, T: Real>(
-    a: &Nodal<D, N, T>,
-    b: &Nodal<D, N, T>,
-) -> Nodal<D, N, T> {
-    let mut difference = *a;
-    for node in 0..N {
-        for k in 0..D {
-            difference[node][k] -= b[node][k];
-        }
-    }
-    difference
-}
-
-/// F⁻¹.
-#[inline(always)]
-fn inverse<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
-    tensor::inverse(&tensor::with_unit(h)).0
-}
-
 /// P = J σ F⁻ᵀ.
 #[inline(always)]
 fn first_piola<const D: usize, T: Real>(stress: &Tensor<D, T>, h: &Tensor<D, T>) -> Tensor<D, T> {
     tensor::product(stress, &tensor::cofactors(&tensor::with_unit(h)))
 }
 
-/// Q σ Qᵀ, symmetric as σ is, with Q = (I − ½W)⁻¹ (I + ½W), W the skew part of the increment:
-/// I + 2 (½W + ½W·½W)/(1 + w·w), w being the axial vector of ½W.
+/// Q σ Qᵀ, symmetric as σ is, with Q = (I − ½W)⁻¹ (I + ½W), ½W the skew part of half of the
+/// increment: I + 2 (½W + ½W·½W)/(1 + w·w), w being the axial vector of ½W.
 #[inline(always)]
 fn rotated<const D: usize, T: Real>(
     stress: &Tensor<D, T>,
-    increment: &Tensor<D, T>,
+    half_increment: &Tensor<D, T>,
 ) -> Tensor<D, T> {
-    let one = increment[0][0].constant(1.0);
+    let one = half_increment[0][0].constant(1.0);
     // Of what is skew the diagonal is nothing, and so are the terms with it. Adding −0 is what
     // compilers may leave out.
     let nothing = one.constant(-0.0);
-    let half: Tensor<D, T> = tensor::filled(|i, j| {
-        if i == j {
-            nothing
-        } else {
-            one.constant(0.25) * (increment[i][j] - increment[j][i])
+    let mut half: Tensor<D, T> = tensor::filled(|_, _| nothing);
+    for i in 0..D {
+        for j in i + 1..D {
+            half[i][j] = one.constant(0.5) * (half_increment[i][j] - half_increment[j][i]);
+            half[j][i] = -half[i][j];
         }
-    });
+    }
     let square: Tensor<D, T> = tensor::filled(|i, j| {
+        let (i, j) = (i.min(j), i.max(j));
         let mut sum = nothing;
         for k in (0..D).filter(|&k| k != i && k != j) {
             sum += half[i][k] * half[k][j];

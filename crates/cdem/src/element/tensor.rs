@@ -50,6 +50,15 @@ pub(crate) fn sum<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -
     filled(|i, j| a[i][j] + b[i][j])
 }
 
+/// a − b.
+#[inline(always)]
+pub(super) fn difference<const D: usize, T: Real>(
+    a: &Tensor<D, T>,
+    b: &Tensor<D, T>,
+) -> Tensor<D, T> {
+    filled(|i, j| a[i][j] - b[i][j])
+}
+
 /// a·b.
 #[inline(always)]
 pub(crate) fn product<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> Tensor<D, T> {

@@ -21,7 +21,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         u: &Nodal<D, N, T>,
         _: &mut (impl RecordMut<T> + ?Sized),
     ) -> Nodal<D, N, T> {
-        let mut force = geometry::zero(u);
+        let mut force = geometry::nothing(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);
@@ -40,7 +40,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         u: &Nodal<D, N, T>,
         velocity: &Nodal<D, N, T>,
     ) -> Nodal<D, N, T> {
-        let mut force = geometry::zero(u);
+        let mut force = geometry::nothing(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);

@@ -15,7 +15,7 @@ use crate::results::file::write_lasting;
 const MAGIC: &str = "cdem checkpoint ";
 
 /// Raised by every change of what is written: also of what `cdem` saves of a run.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// Bytes of the checksum.
 const SUM: usize = 4;

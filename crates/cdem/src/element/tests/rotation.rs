@@ -79,8 +79,9 @@ fn incremental_is_objective<const D: usize>() {
             // Increments of size 1 carry 1e-16 into strains of 1e-2.
             assert!(error < 1e-12, "{kind:?} {angle}: {error}");
             let change = energy(&sets, &turned(&mesh, angle)) / before - 1.0;
-            // Work of forces over paths 100 times the stretch.
-            assert!(change.abs() < 1e-11, "{kind:?} {angle}: {change}");
+            // Stress σ that errs so does work along paths of up to 2, and ½ σ ε with a strain ε of
+            // 1e-2 is the energy that it is compared with.
+            assert!(change.abs() < 400.0 * error, "{kind:?} {angle}: {change}");
         }
     }
 }
