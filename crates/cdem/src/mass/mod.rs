@@ -29,8 +29,8 @@ pub(crate) const INERTIA_TOLERANCE: f64 = 0.01;
 /// `mass = "auto"` gives blocks up to so many nodes a dense mass matrix.
 const AUTO_CONSISTENT_NODES: usize = 64;
 
-/// The dense matrix and an inverse for each component then take 24 MiB in 2-D,
-/// 32 MiB in 3-D.
+/// The dense matrix and its inverse then take 16 MiB, and 8 MiB more for each further component
+/// that is held at other nodes.
 const MAX_CONSISTENT_NODES: usize = 1024;
 
 /// Masses of all nodes of a mesh.

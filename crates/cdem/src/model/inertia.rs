@@ -13,8 +13,11 @@ struct Dense<const D: usize> {
     size: usize,
     /// n×n, kg.
     matrix: Vec<f64>,
-    /// n×n inverse of each component, zero in the rows of held nodes; symmetric to the bit.
-    inverse: [Vec<f64>; D],
+    /// n×n inverses, zero in the rows of held nodes; symmetric to the bit. Components that are
+    /// held alike share one: mostly all of them.
+    inverses: Vec<Vec<f64>>,
+    /// Which of these is that of each component.
+    inverse_of: [usize; D],
     /// Held components of its nodes, for which the inverse is; none before the first.
     held: Vec<[bool; D]>,
 }
@@ -26,7 +29,8 @@ impl<const D: usize> Dense<D> {
             first,
             size: matrix.len().isqrt(),
             matrix,
-            inverse: [const { Vec::new() }; D],
+            inverses: Vec::new(),
+            inverse_of: [0; D],
             held: Vec::new(),
         }
     }
@@ -36,14 +40,30 @@ impl<const D: usize> Dense<D> {
         if self.held == held {
             return;
         }
-        self.inverse = std::array::from_fn(|c| self.inverse_without(|a| held[a][c]));
+        self.inverses.clear();
+        for c in 0..D {
+            let is_alike = |other: &usize| held.iter().all(|held| held[*other] == held[c]);
+            self.inverse_of[c] = match (0..c).find(is_alike) {
+                Some(other) => self.inverse_of[other],
+                None => {
+                    self.inverses.push(self.inverse_without(|a| held[a][c]));
+                    self.inverses.len() - 1
+                }
+            };
+        }
         self.held = held.to_vec();
+    }
+
+    /// Inverse of a component.
+    #[inline]
+    fn inverse(&self, component: usize) -> &[f64] {
+        &self.inverses[self.inverse_of[component]]
     }
 
     /// Column of the inverse in a component: it is a row.
     #[inline]
     fn column(&self, node: usize, component: usize) -> &[f64] {
-        &self.inverse[component][node * self.size..][..self.size]
+        &self.inverse(component)[node * self.size..][..self.size]
     }
 
     /// Inverse of the rows and columns that are not held, zero in the others.
@@ -153,8 +173,8 @@ impl<const D: usize> Inertia<D> {
 
     /// Memory of the dense matrices and their inverses, bytes.
     pub(crate) fn dense_memory(&self) -> usize {
-        let entries = self.dense.iter().map(|dense| dense.size * dense.size);
-        (1 + D) * size_of::<f64>() * entries.sum::<usize>()
+        let matrices = |dense: &Dense<D>| (1 + dense.inverses.len()) * dense.size * dense.size;
+        size_of::<f64>() * self.dense.iter().map(matrices).sum::<usize>()
     }
 
     /// Whether the node belongs to a block with a dense matrix.
@@ -362,7 +382,7 @@ fn kick_abreast<const D: usize, const N: usize>(
         for n in 0..N {
             sum[n] = velocity[n][c];
         }
-        for (column, impulse) in dense.inverse[c].chunks_exact(dense.size).zip(impulse) {
+        for (column, impulse) in dense.inverse(c).chunks_exact(dense.size).zip(impulse) {
             for (sum, inverse) in sum.iter_mut().zip(&column[first..first + N]) {
                 *sum += inverse * impulse[c];
             }
