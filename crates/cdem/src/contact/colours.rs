@@ -15,7 +15,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::contact::pack::Pack;
+use crate::contact::pack::{Pack, Packs};
 
 /// Points of a task, at least, where there are more: some 15 µs of sweeping.
 const TASK: usize = 64;
@@ -323,6 +323,19 @@ impl<'a, V> Values<'a, V> {
             // SAFETY: promised to `new`, and borrowed from it as a whole, one at a time.
             change(unsafe { self.values.get_mut(node as usize) }, own);
         }
+    }
+}
+
+impl<V: Pack> Packs<V> for Values<'_, V> {
+    #[inline(always)]
+    fn pack(&mut self, number: usize) -> &mut V {
+        // SAFETY: promised to `new`, and borrowed from it as a whole.
+        unsafe { self.values.get_mut(self.nodes[number] as usize) }
+    }
+
+    #[inline(always)]
+    fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut V, &T)) {
+        Values::change(self, of_each, change);
     }
 }
 

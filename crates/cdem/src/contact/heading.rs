@@ -5,7 +5,8 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::colours::Colours;
-use crate::contact::pack::{Factors, Pack};
+use crate::contact::pack::{Listed, Pack};
+use crate::contact::point::{Point, Terms};
 use crate::vector::scale;
 
 /// Packs that a thread takes at once, at most.
@@ -70,19 +71,18 @@ impl<P: Pack> Heading<P> {
         }
     }
 
-    /// Leaves out a contact with these packs, and what impulses make of their velocities: its
-    /// direction, and what it did in the last sweep.
+    /// Leaves out a contact with these packs: its direction, and what it did in the last sweep.
     pub(super) fn leave<const D: usize>(
         &mut self,
-        (packs, gains): (&[u32], &[[P; D]]),
-        [direction, step]: [&[f64; D]; 2],
+        packs: &[u32],
+        (terms, point): (&Terms<D, P>, &Point<D>),
     ) {
-        let back = scale(-1.0, direction);
+        let back = scale(-1.0, &point.direction);
         Arch::new().dispatch(Leave {
             packs,
-            gains,
-            impulses: [&back, step],
-            values: [&mut self.heading, &mut self.before],
+            terms,
+            point,
+            changes: [(&back, &mut self.heading), (&point.step, &mut self.before)],
         });
     }
 
@@ -169,12 +169,12 @@ impl<P: Pack> WithSimd for Advance<'_, P> {
     }
 }
 
-/// What impulses do to the packs of a contact, each to values of its own.
+/// What impulses of a contact do to its packs, each to values of its own.
 struct Leave<'a, const D: usize, P> {
     packs: &'a [u32],
-    gains: &'a [[P; D]],
-    impulses: [&'a [f64; D]; 2],
-    values: [&'a mut [P]; 2],
+    terms: &'a Terms<D, P>,
+    point: &'a Point<D>,
+    changes: [(&'a [f64; D], &'a mut [P]); 2],
 }
 
 impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
@@ -182,11 +182,10 @@ impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for (impulse, values) in self.impulses.into_iter().zip(self.values) {
-            let factors = Factors::new(simd, impulse);
-            for (&pack, rows) in self.packs.iter().zip(self.gains) {
-                values[pack as usize].add_scaled(simd, &factors, rows);
-            }
+        for (impulse, all) in self.changes {
+            let numbers = self.packs;
+            let values = &mut Listed { numbers, all };
+            self.terms.push(simd, self.point, impulse, values);
         }
     }
 }

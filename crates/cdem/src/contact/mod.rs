@@ -5,6 +5,7 @@ mod broad_phase;
 pub(crate) mod checkpoint;
 mod closed;
 mod colours;
+mod columns;
 #[cfg(test)]
 mod exact;
 mod face;
@@ -37,6 +38,7 @@ pub(crate) mod remesh;
 mod rightful;
 mod roots;
 mod search;
+mod seating;
 mod shell;
 mod solve;
 #[cfg(test)]

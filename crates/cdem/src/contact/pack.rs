@@ -11,6 +11,10 @@ pub(super) trait Pack: Pod + Debug + Default + Send + Sync {
     /// How many there are.
     const WIDTH: usize = size_of::<Self>() / size_of::<f64>();
 
+    /// Whether contacts move them by the [columns](super::columns::Columns) of their nodes, and
+    /// not by gains of their own.
+    const BY_COLUMNS: bool = false;
+
     #[inline(always)]
     fn numbers(&self) -> &[f64] {
         bytemuck::cast_slice(std::slice::from_ref(self))
@@ -42,6 +46,35 @@ pub(super) trait Pack: Pod + Debug + Default + Send + Sync {
     }
 }
 
+/// Packs of a contact, to be changed.
+pub(super) trait Packs<P> {
+    /// That with a number, from 0.
+    fn pack(&mut self, number: usize) -> &mut P;
+
+    /// Changes each in turn, given what there is `of_each`.
+    fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut P, &T));
+}
+
+/// Some of all packs, by their numbers.
+pub(super) struct Listed<'a, P> {
+    pub(super) numbers: &'a [u32],
+    pub(super) all: &'a mut [P],
+}
+
+impl<P: Pack> Packs<P> for Listed<'_, P> {
+    #[inline(always)]
+    fn pack(&mut self, number: usize) -> &mut P {
+        &mut self.all[self.numbers[number] as usize]
+    }
+
+    #[inline(always)]
+    fn change<T>(&mut self, of_each: &[T], mut change: impl FnMut(&mut P, &T)) {
+        for (&number, own) in self.numbers.iter().zip(of_each) {
+            change(&mut self.all[number as usize], own);
+        }
+    }
+}
+
 /// Numbers that packs are multiplied by, each once and in a register.
 pub(super) struct Factors<S: Simd, const N: usize> {
     numbers: [f64; N],
@@ -62,49 +95,20 @@ impl<S: Simd, const N: usize> Factors<S, N> {
     }
 }
 
-/// Where the components of a node are among the numbers of all packs.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seat {
-    pub(super) first: u32,
-    pub(super) stride: u32,
-}
-
-impl Seat {
-    /// The seats of so many nodes that one mass matrix couples, in packs from the one with this
-    /// number on; and how many packs they take.
-    pub(super) fn of<const D: usize, P: Pack>(
-        nodes: usize,
-        pack: usize,
-    ) -> (impl Iterator<Item = Self>, usize) {
-        let (packs, stride) = if nodes == 1 {
-            (1, 1)
-        } else {
-            (D * nodes.div_ceil(P::WIDTH), P::WIDTH)
-        };
-        let seats = (0..nodes).map(move |k| Self {
-            first: (P::WIDTH * (pack + D * (k / P::WIDTH)) + k % P::WIDTH) as u32,
-            stride: stride as u32,
-        });
-        (seats, packs)
-    }
-
-    /// Where a component is.
-    #[inline(always)]
-    pub(super) fn number(self, component: usize) -> usize {
-        self.first as usize + component * self.stride as usize
-    }
-}
-
 /// The components of one node, and 0: where masses are lumped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(super) struct OfNode([f64; 4]);
 
 /// A component of as many nodes as the widest registers hold, and a multiple of what the others
-/// do; or, of a node alone, its components.
+/// do; or, of a node alone that contacts move by gains, its components.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(super) struct OfBlock<const BY_COLUMNS: bool>(Row);
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct OfBlock([f64; 8]);
+struct Row([f64; 8]);
 
 impl Pack for OfNode {
     #[inline(always)]
@@ -122,7 +126,9 @@ impl Pack for OfNode {
     }
 }
 
-impl Pack for OfBlock {
+impl<const BY_COLUMNS: bool> Pack for OfBlock<BY_COLUMNS> {
+    const BY_COLUMNS: bool = BY_COLUMNS;
+
     /// Told register by register: compilers would gather numbers of several packs into one.
     #[inline(always)]
     fn add_scaled<S: Simd, const N: usize>(
@@ -133,8 +139,8 @@ impl Pack for OfBlock {
     ) {
         const { assert!(8 % S::F64_LANES == 0) };
         for n in 0..N {
-            let registers = S::as_mut_simd_f64s(&mut self.0).0.iter_mut();
-            for (own, other) in registers.zip(S::as_simd_f64s(&all[n].0).0) {
+            let registers = S::as_mut_simd_f64s(&mut self.0.0).0.iter_mut();
+            for (own, other) in registers.zip(S::as_simd_f64s(&all[n].0.0).0) {
                 *own = simd.add_f64s(*own, simd.mul_f64s(factors.registers[n], *other));
             }
         }

@@ -6,7 +6,8 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::colours::Values;
-use crate::contact::pack::{Factors, Pack};
+use crate::contact::columns::{Columns, Reach};
+use crate::contact::pack::{Factors, Pack, Packs};
 use crate::contact::solve::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::surface::Operator;
 use crate::contact::system::SHARE;
@@ -33,6 +34,9 @@ pub(super) struct Terms<const D: usize, P> {
     pub(super) operators: Vec<Term<D>>,
     /// Velocities that impulses make, 1/kg, for each of a contact's packs in turn, row by row.
     pub(super) gains: Vec<[P; D]>,
+    /// Instead, of contacts that move their packs by columns: of each operator, which these are.
+    pub(super) reaches: Vec<Reach<D>>,
+    pub(super) columns: Columns<D, P>,
 }
 
 /// What the velocity of a node adds to a relative velocity.
@@ -107,6 +111,13 @@ pub(super) fn nodes_of<'a, const D: usize>(
 }
 
 impl<const D: usize, P: Pack> Terms<D, P> {
+    /// Forgets all contacts, but no columns.
+    pub(super) fn clear(&mut self) {
+        self.operators.clear();
+        self.gains.clear();
+        self.reaches.clear();
+    }
+
     /// Relative velocity of a contact whose nodes have these velocities, m/s.
     #[inline(always)]
     pub(super) fn relative(&self, point: &Point<D>, velocity: &Values<P>) -> [f64; D] {
@@ -135,14 +146,31 @@ impl<const D: usize, P: Pack> Terms<D, P> {
     pub(super) fn push<S: Simd>(
         &self,
         simd: S,
-        gains: Range<usize>,
+        point: &Point<D>,
         impulse: &[f64; D],
-        mut velocity: Values<P>,
+        velocity: &mut impl Packs<P>,
     ) {
+        if P::BY_COLUMNS {
+            for (term, reach) in self.by_columns(point) {
+                let on_node = reach.on_node(term, impulse);
+                reach.push(simd, &self.columns, &on_node, velocity);
+            }
+            return;
+        }
         let factors = Factors::new(simd, impulse);
-        velocity.change(&self.gains[gains], |pack, rows| {
+        velocity.change(&self.gains[point.gains.clone()], |pack, rows| {
             pack.add_scaled(simd, &factors, rows);
         });
+    }
+
+    /// Operators of a contact that moves its packs by columns, and how.
+    #[inline(always)]
+    pub(super) fn by_columns(
+        &self,
+        point: &Point<D>,
+    ) -> impl Iterator<Item = (&Term<D>, &Reach<D>)> {
+        let own = point.operators.clone();
+        self.operators[own.clone()].iter().zip(&self.reaches[own])
     }
 }
 
@@ -198,11 +226,13 @@ fn respond<S: Simd, const D: usize, P: Pack>(
 }
 
 /// Points that take their constraints' operators, with what impulses do: their parts of
-/// operators and gains follow each other as they do.
+/// operators, gains and reaches follow each other as they do.
 pub(super) struct Filling<'a, const D: usize, P> {
     pub(super) points: &'a mut [Point<D>],
     pub(super) operators: &'a mut [Term<D>],
     pub(super) gains: &'a mut [[P; D]],
+    pub(super) reaches: &'a mut [Reach<D>],
+    pub(super) columns: &'a Columns<D, P>,
     pub(super) constraints: &'a [Constraint<D>],
     pub(super) mobility: Mobility<'a, D>,
 }
@@ -216,18 +246,22 @@ impl<const D: usize, P: Pack> Filling<'_, D, P> {
         let (points, more) = self.points.split_at_mut(self.points.len() / 2);
         let ends = [points[0].operators.start, points[0].gains.start];
         let operators = self.operators;
-        let (operators, others) = operators.split_at_mut(more[0].operators.start - ends[0]);
+        let count = more[0].operators.start - ends[0];
+        let (operators, others) = operators.split_at_mut(count);
         let (gains, other_gains) = self.gains.split_at_mut(more[0].gains.start - ends[1]);
+        let (reaches, other_reaches) = self.reaches.split_at_mut(reaches_of::<P>(count));
         let first = Self {
             points,
             operators,
             gains,
+            reaches,
             ..self
         };
         let second = Self {
             points: more,
             operators: others,
             gains: other_gains,
+            reaches: other_reaches,
             ..self
         };
         rayon::join(|| first.run(), || second.run());
@@ -239,27 +273,83 @@ impl<const D: usize, P: Pack> WithSimd for Filling<'_, D, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (mut operators, mut gains) = (self.operators, self.gains);
+        let (mut operators, mut gains, mut reaches) = (self.operators, self.gains, self.reaches);
         for point in self.points {
             let (own, rest) = operators.split_at_mut(point.operators.len());
             let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
+            let (own_reaches, rest_reaches) = reaches.split_at_mut(reaches_of::<P>(own.len()));
             let operator = &self.constraints[point.number as usize].operator;
-            point.fill(simd, (own, own_gains), operator, self.mobility);
-            (operators, gains) = (rest, rest_gains);
+            let unheld = point.take(own, operator, self.mobility);
+            let seen = if P::BY_COLUMNS {
+                let moved = nodes_of(operator, self.mobility).filter(|(.., held)| !held);
+                for (reach, (_, node, _)) in own_reaches.iter_mut().zip(moved) {
+                    reach.share = self.mobility.share(node);
+                }
+                seen_by_columns(own, own_reaches, self.columns)
+            } else {
+                respond(simd, own_gains, operator, self.mobility);
+                seen_by_gains(own, own_gains)
+            };
+            point.weigh(&seen, &unheld);
+            (operators, gains, reaches) = (rest, rest_gains, rest_reaches);
         }
     }
 }
 
+/// How many reaches there are of so many operators.
+const fn reaches_of<P: Pack>(operators: usize) -> usize {
+    if P::BY_COLUMNS { operators } else { 0 }
+}
+
+/// Relative velocity in each row for a unit impulse in each other, 1/kg.
+#[inline(always)]
+fn seen_by_gains<const D: usize, P: Pack>(operators: &[Term<D>], gains: &[[P; D]]) -> [Wide; D] {
+    let mut seen = [[0.0; 4]; D];
+    for term in operators {
+        for c in 0..D {
+            let lane = term.lane as usize + c * term.stride as usize;
+            let gain = &gains[term.slot as usize + lane / P::WIDTH];
+            for s in 0..D {
+                let gain = gain[s].numbers()[lane % P::WIDTH];
+                for r in 0..4 {
+                    seen[s][r] += gain * term.columns[c][r];
+                }
+            }
+        }
+    }
+    seen
+}
+
+/// The same of a contact that moves its packs by columns.
+#[inline(always)]
+fn seen_by_columns<const D: usize, P: Pack>(
+    operators: &[Term<D>],
+    reaches: &[Reach<D>],
+    columns: &Columns<D, P>,
+) -> [Wide; D] {
+    let mut seen = [[0.0; 4]; D];
+    for (s, seen) in seen.iter_mut().enumerate() {
+        let mut unit = [0.0; D];
+        unit[s] = 1.0;
+        for (term, reach) in operators.iter().zip(reaches) {
+            let on_node = reach.on_node(term, &unit);
+            for other in operators.iter().zip(reaches) {
+                reach.add_to_rows(columns, &on_node, other, seen);
+            }
+        }
+    }
+    seen
+}
+
 impl<const D: usize> Point<D> {
-    /// Takes the operator, with what impulses do.
+    /// Takes the operator. Returns the inverse mass in each row if no node were held, 1/kg.
     #[inline(always)]
-    fn fill<S: Simd, P: Pack>(
-        &mut self,
-        simd: S,
-        (operators, gains): (&mut [Term<D>], &mut [[P; D]]),
+    fn take(
+        &self,
+        operators: &mut [Term<D>],
         operator: &Operator<D>,
         mobility: Mobility<D>,
-    ) {
+    ) -> [f64; D] {
         let mut unheld = [0.0; D];
         let mut terms = operators.iter_mut();
         for (k, node, held) in nodes_of(operator, mobility) {
@@ -276,21 +366,12 @@ impl<const D: usize> Point<D> {
                 }
             }
         }
-        respond(simd, gains, operator, mobility);
-        // Relative velocity in each row for a unit impulse in each other, 1/kg.
-        let mut own = [[0.0; 4]; D];
-        for term in &*operators {
-            for c in 0..D {
-                let lane = term.lane as usize + c * term.stride as usize;
-                let gain = &gains[term.slot as usize + lane / P::WIDTH];
-                for s in 0..D {
-                    let gain = gain[s].numbers()[lane % P::WIDTH];
-                    for r in 0..4 {
-                        own[s][r] += gain * term.columns[c][r];
-                    }
-                }
-            }
-        }
+        unheld
+    }
+
+    /// Takes the relative velocity `own` in each row for a unit impulse in each other, 1/kg.
+    #[inline(always)]
+    fn weigh(&mut self, own: &[Wide; D], unheld: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
         // Between nodes that are held along the row there is nothing to push.
         let seen = |r: usize| {

@@ -182,6 +182,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     ) -> f64 {
         self.begin(constraints, |node| velocity[node as usize]);
         let residual = self.iterate(done, least);
+        self.end();
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
         }
@@ -199,6 +200,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     ) -> Vec<(u32, [f64; D])> {
         self.begin(constraints, |_| [0.0; D]);
         self.iterate(RESIDUAL, least);
+        self.end();
         self.velocities().collect()
     }
 

@@ -238,19 +238,16 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     }
 }
 
-/// Nodes of a block in the test below: more than a pack has.
-const OF_A_BLOCK: usize = 12;
-
-/// So many blocks, the first of which have a dense mass matrix of unlike masses.
-fn blocks(dense: usize, of: usize, random: &mut fastrand::Rng) -> Inertia<3> {
-    let mut mass: Vec<f64> = (0..of * OF_A_BLOCK).map(|_| 0.5 + random.f64()).collect();
+/// So many blocks of `size` nodes, the first of which have a dense mass matrix of unlike masses.
+fn blocks(size: usize, dense: usize, of: usize, random: &mut fastrand::Rng) -> Inertia<3> {
+    let mut mass: Vec<f64> = (0..of * size).map(|_| 0.5 + random.f64()).collect();
     let mut matrices = Vec::new();
-    for first in (0..dense).map(|block| block * OF_A_BLOCK) {
-        let own = &mut mass[first..first + OF_A_BLOCK];
-        let mut matrix = vec![0.02; OF_A_BLOCK * OF_A_BLOCK];
+    for first in (0..dense).map(|block| block * size) {
+        let own = &mut mass[first..first + size];
+        let mut matrix = vec![0.02; size * size];
         for (a, mass) in own.iter_mut().enumerate() {
-            matrix[a * (OF_A_BLOCK + 1)] += *mass;
-            *mass += 0.02 * OF_A_BLOCK as f64;
+            matrix[a * (size + 1)] += *mass;
+            *mass += 0.02 * size as f64;
         }
         matrices.push((first, matrix));
     }
@@ -259,12 +256,13 @@ fn blocks(dense: usize, of: usize, random: &mut fastrand::Rng) -> Inertia<3> {
 
 /// Contacts of random nodes of one block and of another, in number above what one thread
 /// solves alone: their impulses are what the nodes have got, whatever masses are lumped, and
-/// though nodes are held, some in one component.
+/// though nodes are held, some in one component. Blocks have more nodes than a pack; those of the
+/// large ones get their impulses by columns, and some have no contact.
 #[test]
 fn nodes_get_the_impulses_of_their_own_contacts() {
-    for dense in [0, 6, 12] {
+    for (size, dense) in [(12, 0), (12, 6), (12, 12), (90, 6), (90, 12)] {
         let (mut random, count) = (fastrand::Rng::with_seed(11), 12);
-        let mut inertia = blocks(dense, count, &mut random);
+        let mut inertia = blocks(size, dense, count, &mut random);
         let nodes = inertia.mass().len();
         let hold = |node: usize| {
             [
@@ -274,7 +272,7 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
             ]
         };
         inertia.hold(&(0..nodes).map(hold).collect::<Vec<_>>());
-        let mut pick = |block: usize| (block * OF_A_BLOCK + random.usize(0..OF_A_BLOCK)) as u32;
+        let mut pick = |block: usize| (block * size + random.usize(0..size)) as u32;
         let mut constraints: Vec<_> = (0..400)
             .map(|k| {
                 let [one, other] = [k % count, (k + 1 + k / 40) % count];
@@ -302,7 +300,7 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
             // Round-off of some thousand sums.
             assert!(
                 (found - expected).abs() < 1e-11,
-                "{dense}: {found} {expected}"
+                "{size} {dense}: {found} {expected}"
             );
         }
     }

@@ -1,45 +1,79 @@
-//! The solver of an island, with packs as wide as its masses couple nodes.
+//! The solver of an island, with packs as its masses couple nodes.
 
 use crate::contact::pack::{OfBlock, OfNode};
 use crate::contact::solve::Constraint;
 use crate::contact::system::System;
-use crate::model::inertia::Mobility;
+use crate::model::inertia::{Inertia, Mobility};
+
+/// Nodes that one mass matrix couples, at most, where gains of each contact are fewer bytes than
+/// processors wait for: two packs of a component.
+const SMALL: usize = 16;
 
 /// Contacts that share nodes, solved together.
 #[derive(Clone, Debug)]
 pub(crate) enum Solver<const D: usize> {
     /// No mass matrix couples nodes that contacts move.
-    OfNodes(System<D, OfNode>),
-    /// One does, or more.
-    OfBlocks(System<D, OfBlock>),
+    Nodes(System<D, OfNode>),
+    /// Mass matrices couple a few of them.
+    Blocks(System<D, OfBlock<false>>),
+    /// One couples more than [`SMALL`].
+    LargeBlocks(System<D, OfBlock<true>>),
+}
+
+/// All that is done with a system, whatever its packs.
+macro_rules! with {
+    ($solver:expr, $system:ident => $work:expr) => {
+        match $solver {
+            Solver::Nodes($system) => $work,
+            Solver::Blocks($system) => $work,
+            Solver::LargeBlocks($system) => $work,
+        }
+    };
 }
 
 impl<const D: usize> Default for Solver<D> {
     fn default() -> Self {
-        Self::OfNodes(System::default())
+        Self::Nodes(System::default())
     }
 }
 
 impl<const D: usize> Solver<D> {
     /// Takes the geometry of the constraints.
     pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
-        let couples = |node: &u32| {
-            let node = *node as usize;
-            mobility.inertia.is_dense(node) && !mobility.inertia.is_held(node)
+        let coupled = Self::most_coupled(constraints, mobility.inertia);
+        let fits = match self {
+            Self::Nodes(_) => coupled == 1,
+            Self::Blocks(_) => (2..=SMALL).contains(&coupled),
+            Self::LargeBlocks(_) => coupled > SMALL,
         };
-        let mut operators = constraints.iter().map(|constraint| &constraint.operator);
-        let couples = operators.any(|operator| operator.nodes().iter().any(couples));
-        if couples != matches!(self, Self::OfBlocks(_)) {
-            *self = if couples {
-                Self::OfBlocks(System::default())
-            } else {
-                Self::OfNodes(System::default())
+        if !fits {
+            *self = match coupled {
+                1 => Self::Nodes(System::default()),
+                2..=SMALL => Self::Blocks(System::default()),
+                _ => Self::LargeBlocks(System::default()),
             };
         }
-        match self {
-            Self::OfNodes(system) => system.load(constraints, mobility),
-            Self::OfBlocks(system) => system.load(constraints, mobility),
+        with!(self, system => system.load(constraints, mobility));
+    }
+
+    /// The most nodes that one mass matrix couples to a node that contacts move; looked for until
+    /// more of them change nothing.
+    fn most_coupled(constraints: &[Constraint<D>], inertia: &Inertia<D>) -> usize {
+        let enough = if inertia.most_coupled() > SMALL {
+            SMALL + 1
+        } else {
+            2
+        };
+        let mut most = 1;
+        for &node in constraints.iter().flat_map(|c| c.operator.nodes()) {
+            if most >= enough {
+                break;
+            }
+            if !inertia.is_held(node as usize) {
+                most = most.max(inertia.coupled(node as usize).len());
+            }
         }
+        most
     }
 
     /// Finds the impulses of the constraints that were loaded and adds them to the velocities,
@@ -50,10 +84,7 @@ impl<const D: usize> Solver<D> {
         velocity: &mut [[f64; D]],
         precision: (f64, f64),
     ) -> f64 {
-        match self {
-            Self::OfNodes(system) => system.solve(constraints, velocity, precision),
-            Self::OfBlocks(system) => system.solve(constraints, velocity, precision),
-        }
+        with!(self, system => system.solve(constraints, velocity, precision))
     }
 
     /// The same for nodes at rest: those that are moved, and their velocities, m/s.
@@ -62,17 +93,11 @@ impl<const D: usize> Solver<D> {
         constraints: &[Constraint<D>],
         least: f64,
     ) -> Vec<(u32, [f64; D])> {
-        match self {
-            Self::OfNodes(system) => system.solve_from_rest(constraints, least),
-            Self::OfBlocks(system) => system.solve_from_rest(constraints, least),
-        }
+        with!(self, system => system.solve_from_rest(constraints, least))
     }
 
     /// Nodes that may be moved, and all that mass matrices couple to these, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
-        match self {
-            Self::OfNodes(system) => system.nodes(),
-            Self::OfBlocks(system) => system.nodes(),
-        }
+        with!(self, system => system.nodes())
     }
 }

@@ -8,10 +8,12 @@
 use pulp::{Scalar, Simd};
 
 use crate::contact::colours::{Colours, Values, Visit, larger};
+use crate::contact::columns::Reach;
 use crate::contact::face::Face;
 use crate::contact::heading::Heading;
-use crate::contact::pack::{Factors, Pack, Seat};
+use crate::contact::pack::{Listed, Pack};
 use crate::contact::point::{Filling, Point, Reluctance, Term, Terms, nodes_of};
+use crate::contact::seating::{Seat, Seating};
 use crate::contact::solve::{Constraint, Directions, Limit};
 use crate::model::inertia::Mobility;
 use crate::vector::{add_scaled, dot, norm, sub};
@@ -27,13 +29,14 @@ pub(crate) struct System<const D: usize, P> {
     /// what the numbers are for; and after how many changes of what is held.
     known: Vec<Option<(u32, bool)>>,
     changes: u64,
-    /// Nodes that impulses may move, with all that mass matrices couple to them, sorted: held
-    /// ones among these get nothing. Where their numbers are among those of all packs.
-    nodes: Vec<u32>,
-    seats: Vec<Seat>,
-    /// Their velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
+    /// The nodes that impulses may move.
+    seating: Seating,
+    /// Velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
     /// are what [colours](Colours) know as nodes.
     pub(super) velocity: Vec<P>,
+    /// Velocities of the nodes without a seat, m/s, and what contacts bear on those with one, N·s.
+    others: Vec<[f64; D]>,
+    borne: Vec<[f64; D]>,
     /// Nodes of contacts that are held, and their largest speed, m/s.
     held: Vec<HeldNode>,
     held_speed: f64,
@@ -68,6 +71,8 @@ impl<const D: usize, P: Pack> System<D, P> {
             points: &mut self.points,
             operators: &mut self.terms.operators,
             gains: &mut self.terms.gains,
+            reaches: &mut self.terms.reaches,
+            columns: &self.terms.columns,
             constraints,
             mobility,
         };
@@ -91,97 +96,55 @@ impl<const D: usize, P: Pack> System<D, P> {
     fn number(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
         self.known.clear();
         self.changes = mobility.inertia.changes();
-        let (mut moved, mut ends) = (Vec::new(), vec![0]);
+        let mut moved = Vec::new();
         for constraint in constraints {
-            let start = moved.len();
             for (_, node, held) in nodes_of(&constraint.operator, mobility) {
                 self.known.push(Some((node, held)));
-                let coupled = (!held).then(|| mobility.inertia.coupled(node as usize));
-                for other in coupled.into_iter().flatten() {
-                    if !moved[start..].contains(&(other as u32)) {
-                        moved.push(other as u32);
-                    }
+                if !held {
+                    moved.push(node);
                 }
             }
             self.known.push(None);
-            ends.push(moved.len());
         }
-        self.nodes.clone_from(&moved);
-        self.nodes.sort_unstable();
-        self.nodes.dedup();
-        let count = self.place(mobility);
-        let parts = ends.windows(2).map(|ends| &moved[ends[0]..ends[1]]);
-        let lists: Vec<Vec<u32>> = parts.map(|nodes| self.packs(nodes)).collect();
-        let lists: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
-        self.colours = Colours::new(count, &lists);
+        moved.sort_unstable();
+        moved.dedup();
+        self.seating
+            .seat(&moved, mobility.inertia, &mut self.terms.columns);
+        let (mut all, mut ends) = (Vec::new(), vec![0]);
+        for constraint in constraints {
+            self.seating
+                .add_packs(&constraint.operator, mobility, &mut all);
+            ends.push(all.len());
+        }
+        let lists: Vec<&[u32]> = ends.windows(2).map(|ends| &all[ends[0]..ends[1]]).collect();
+        self.colours = Colours::new(self.seating.packs(), &lists);
         self.arrange(constraints, &lists, mobility);
-    }
-
-    /// Places the nodes in packs, of which those that one mass matrix couples have some of their
-    /// own; returns how many packs there are.
-    fn place(&mut self, mobility: Mobility<D>) -> usize {
-        let (mut packs, mut nodes) = (0, self.nodes.as_slice());
-        self.seats.clear();
-        while let Some(&node) = nodes.first() {
-            let count = mobility.inertia.coupled(node as usize).len();
-            let (seats, taken) = Seat::of::<D, P>(count, packs);
-            self.seats.extend(seats);
-            packs += taken;
-            nodes = &nodes[count..];
-        }
-        packs
-    }
-
-    /// Where the numbers of a node are.
-    fn seat(&self, node: u32) -> Seat {
-        self.seats[self.nodes.partition_point(|&other| other < node)]
-    }
-
-    /// The packs of nodes.
-    fn packs(&self, nodes: &[u32]) -> Vec<u32> {
-        let mut packs = Vec::new();
-        for &node in nodes {
-            let seat = self.seat(node);
-            for c in 0..D {
-                let pack = (seat.number(c) / P::WIDTH) as u32;
-                if !packs.contains(&pack) {
-                    packs.push(pack);
-                }
-            }
-        }
-        packs
     }
 
     /// Makes room for the contacts, in their order, each of which moves the packs of a list.
     fn arrange(&mut self, constraints: &[Constraint<D>], lists: &[&[u32]], mobility: Mobility<D>) {
         self.points.clear();
         self.held.clear();
-        self.terms.operators.clear();
-        self.terms.gains.clear();
-        for &number in self.colours.order() {
+        self.terms.clear();
+        for place in 0..constraints.len() {
+            let number = self.colours.order()[place];
             let list = lists[number as usize];
-            let slot = |pack| list.iter().position(|&other| other == pack);
             let start = [self.terms.operators.len(), self.terms.gains.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
                 if held {
                     self.held.push(HeldNode {
-                        place: self.points.len(),
+                        place,
                         of_constraint: k,
                         node,
                     });
                 } else {
-                    let seat = self.seat(node);
-                    let first = seat.number(0);
-                    self.terms.operators.push(Term {
-                        slot: slot((first / P::WIDTH) as u32).expect("a list of all packs") as u32,
-                        lane: (first % P::WIDTH) as u32,
-                        stride: seat.stride,
-                        columns: [[0.0; 4]; D],
-                    });
+                    self.add_node(node, list);
                 }
             }
-            let gains = list.iter().map(|_| [P::default(); D]);
-            self.terms.gains.extend(gains);
+            if !P::BY_COLUMNS {
+                let gains = list.iter().map(|_| [P::default(); D]);
+                self.terms.gains.extend(gains);
+            }
             self.points.push(Point {
                 number,
                 operators: start[0]..self.terms.operators.len(),
@@ -201,6 +164,24 @@ impl<const D: usize, P: Pack> System<D, P> {
         }
     }
 
+    /// Adds a node to the contact that moves the packs of this list.
+    fn add_node(&mut self, node: u32, list: &[u32]) {
+        let (place, seat, packs) = self.seating.find(node);
+        let first = seat.number(0);
+        let slot = list.iter().position(|&pack| pack == packs.start);
+        let slot = slot.expect("a list of all packs");
+        self.terms.operators.push(Term {
+            slot: (slot + first / P::WIDTH - packs.start as usize) as u32,
+            lane: (first % P::WIDTH) as u32,
+            stride: seat.stride,
+            columns: [[0.0; 4]; D],
+        });
+        if P::BY_COLUMNS {
+            let reach = Reach::new(&self.terms.columns, place, (slot, packs.len()));
+            self.terms.reaches.push(reach);
+        }
+    }
+
     /// Begins a solve: impulses, bounds, and the velocities without impulses.
     pub(super) fn begin(
         &mut self,
@@ -211,11 +192,14 @@ impl<const D: usize, P: Pack> System<D, P> {
         self.velocity
             .resize(self.colours.node_count(), P::default());
         let numbers = bytemuck::cast_slice_mut::<P, f64>(&mut self.velocity);
-        for (&node, seat) in self.nodes.iter().zip(&self.seats) {
+        for (node, seat) in self.seating.seated() {
             for (c, component) in velocity(node).into_iter().enumerate() {
                 numbers[seat.number(c)] = component;
             }
         }
+        self.others.clear();
+        let others = self.seating.others().iter();
+        self.others.extend(others.map(|&node| velocity(node)));
         self.colours.wake_all();
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
@@ -233,6 +217,27 @@ impl<const D: usize, P: Pack> System<D, P> {
             sub(&point.impulse, &point.borne)
         });
         self.add_held(constraints, velocity);
+    }
+
+    /// Ends a solve: nodes without a seat get their velocities.
+    pub(super) fn end(&mut self) {
+        if self.others.is_empty() {
+            return;
+        }
+        self.borne.clear();
+        self.borne.resize(self.seating.seated().len(), [0.0; D]);
+        for point in &self.points {
+            let made = sub(&point.impulse, &point.borne);
+            for (term, reach) in self.terms.by_columns(point) {
+                let own = &mut self.borne[reach.node as usize];
+                add_scaled(own, 1.0, &reach.on_node(term, &made));
+            }
+        }
+        for group in self.seating.groups() {
+            let others = &mut self.others[group.others.clone()];
+            let impulses = (group.seats.clone(), &*self.borne);
+            self.terms.columns.move_others(impulses, others);
+        }
     }
 
     /// Takes what nodes that are held do from what is asked of the others; notes how fast they
@@ -270,14 +275,20 @@ impl<const D: usize, P: Pack> System<D, P> {
 
     /// Nodes that may be moved, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
-        &self.nodes
+        self.seating.nodes()
     }
 
-    /// Nodes that are moved and their velocities, m/s.
+    /// Nodes that are moved and their velocities, m/s; of those without a seat those of the
+    /// [end](Self::end).
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
         let numbers = bytemuck::cast_slice::<P, f64>(&self.velocity);
-        let nodes = self.nodes.iter().zip(&self.seats);
-        nodes.map(|(&node, seat)| (node, std::array::from_fn(|c| numbers[seat.number(c)])))
+        let of = |seat: Seat| std::array::from_fn(|c| numbers[seat.number(c)]);
+        let seated = self
+            .seating
+            .seated()
+            .map(move |(node, seat)| (node, of(seat)));
+        let others = self.seating.others().iter().copied();
+        seated.chain(others.zip(self.others.iter().copied()))
     }
 
     /// Has all contacts take part in what follows.
@@ -292,13 +303,12 @@ impl<const D: usize, P: Pack> System<D, P> {
             return;
         }
         let (points, heading) = (&self.points, &mut self.heading);
-        let gains = &self.terms.gains;
+        let terms = &self.terms;
         self.colours.doze(|place, packs| {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                let packs = (packs, &gains[point.gains.clone()]);
-                heading.leave(packs, [&point.direction, &point.step]);
+                heading.leave(packs, (terms, point));
             }
             stays
         });
@@ -378,11 +388,11 @@ impl<const D: usize, P: Pack> System<D, P> {
     pub(super) fn add_to(&mut self, place: usize, change: &[f64; D]) {
         let point = &mut self.points[place];
         add_scaled(&mut point.impulse, 1.0, change);
-        let gains = &self.terms.gains[point.gains.clone()];
-        let factors = Factors::new(Scalar::new(), change);
-        for (&pack, rows) in self.colours.nodes(place).iter().zip(gains) {
-            self.velocity[pack as usize].add_scaled(Scalar::new(), &factors, rows);
-        }
+        let velocity = &mut Listed {
+            numbers: self.colours.nodes(place),
+            all: &mut self.velocity,
+        };
+        self.terms.push(Scalar::new(), point, change, velocity);
     }
 
     /// Velocities that impulses of the contacts awake make alone, m/s: of each what
@@ -427,7 +437,7 @@ impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
         simd: S,
         _: usize,
         point: &mut Point<D>,
-        velocity: Values<P>,
+        mut velocity: Values<P>,
     ) -> [f64; 3] {
         let relative = self.terms.relative(point, &velocity);
         let old = point.advance(self.ratio);
@@ -442,7 +452,7 @@ impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
         let is_open = impulse[0] <= -point.limit.tension;
         point.change = if is_open { f64::INFINITY } else { change };
         if step != [0.0; D] {
-            self.terms.push(simd, point.gains.clone(), &step, velocity);
+            self.terms.push(simd, point, &step, &mut velocity);
         }
         let normal = impulse[0].abs().max(point.borne[0].abs());
         [change, normal * point.compliance[0], point.square(&step)]
@@ -474,11 +484,10 @@ where
         simd: S,
         place: usize,
         point: &mut Point<D>,
-        velocity: Values<P>,
+        mut velocity: Values<P>,
     ) -> [f64; 0] {
         let impulse = (self.impulse)(place, point);
-        self.terms
-            .push(simd, point.gains.clone(), &impulse, velocity);
+        self.terms.push(simd, point, &impulse, &mut velocity);
         []
     }
 }
@@ -515,10 +524,16 @@ where
     F: Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
 {
     #[inline(always)]
-    fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, velocity: Values<P>) -> [f64; 1] {
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        place: usize,
+        own: &mut T,
+        mut velocity: Values<P>,
+    ) -> [f64; 1] {
         let (impulse, size) = (self.direct)(place, own);
-        let gains = self.points[place].gains.clone();
-        self.terms.push(simd, gains, &impulse, velocity);
+        let point = &self.points[place];
+        self.terms.push(simd, point, &impulse, &mut velocity);
         [size]
     }
 }

@@ -95,8 +95,9 @@ pub(crate) struct Inertia<const D: usize> {
     /// 1/kg by component; 0 where the node is held.
     inverse: Vec<[f64; D]>,
     dense: Vec<Dense<D>>,
-    /// Index into `dense` of each node, or `LUMPED`.
+    /// Index into `dense` of each node, or `LUMPED`; and the most nodes that one has.
     dense_of: Vec<u32>,
+    most_coupled: usize,
     /// Components of nodes that are held, and how often that has changed.
     held: Vec<[bool; D]>,
     changes: u64,
@@ -116,6 +117,7 @@ impl<const D: usize> Inertia<D> {
             changes: 0,
             dense: Vec::new(),
             dense_of: vec![LUMPED; mass.len()],
+            most_coupled: 1,
             mass,
         };
         for (first, matrix) in dense {
@@ -138,6 +140,7 @@ impl<const D: usize> Inertia<D> {
         let mut old: Vec<Option<Dense<D>>> = old.map(Some).collect();
         let old_of = std::mem::replace(&mut self.dense_of, vec![LUMPED; mass.len()]);
         self.mass = mass;
+        self.most_coupled = 1;
         for ([before, first], matrix) in dense {
             let known = old.get_mut(old_of[before] as usize);
             self.add(match known.and_then(Option::take) {
@@ -149,6 +152,7 @@ impl<const D: usize> Inertia<D> {
 
     fn add(&mut self, dense: Dense<D>) {
         let nodes = dense.first..dense.first + dense.size;
+        self.most_coupled = self.most_coupled.max(dense.size);
         self.dense_of[nodes].fill(self.dense.len() as u32);
         self.dense.push(dense);
     }
@@ -241,6 +245,21 @@ impl<const D: usize> Inertia<D> {
             None => &self.inverse[node][component..=component],
             Some(dense) => dense.column(node - dense.first, component),
         }
+    }
+
+    /// The first component in which the [column](Self::column) of a node is that in this one.
+    pub(crate) fn first_alike(&self, node: usize, component: usize) -> usize {
+        let dense = self.dense_at(node);
+        let is_alike = |dense: &Dense<D>, other: &usize| {
+            dense.inverse_of[*other] == dense.inverse_of[component]
+        };
+        let found = dense.and_then(|dense| (0..component).find(|other| is_alike(dense, other)));
+        found.unwrap_or(component)
+    }
+
+    /// The most nodes that one mass matrix couples.
+    pub(crate) fn most_coupled(&self) -> usize {
+        self.most_coupled
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
