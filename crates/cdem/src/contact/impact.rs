@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::contact::Jump;
 use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
 use crate::contact::live::Live;
 use crate::contact::solve::{Constraint, FEW, RESIDUAL};
 use crate::contact::solver::Solver;
 use crate::contact::system::SHARE;
+use crate::contact::{Interior, Jump};
 use crate::model::motion::Motion;
 
 /// Residual at which the solve of an impact is done in an island of more than [`FEW`]
@@ -78,11 +78,13 @@ impl<const D: usize> Island<D> {
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (duration, remaining): (f64, f64),
-        bodies: &mut Bodies<D>,
-        receive: Receive<D>,
+        bodies: &mut Bodies<D, impl Interior<D>>,
+        [receive, on_held]: &mut [Receive<D>; 2],
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
+        let beyond = impact.start[self.nodes.len()..].iter();
+        bodies.trail.reach(beyond.map(|start| start.0), motion);
         impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
         let own = impact.start[..self.nodes.len()].iter();
         let before: Vec<[f64; D]> = own.map(|start| start.1).collect();
@@ -93,11 +95,12 @@ impl<const D: usize> Island<D> {
             remaining,
         };
         let mut scale = 0.0;
-        let impulses = bodies.interior.split(motion, &jump);
+        let (interior, trail) = (bodies.interior, &mut *bodies.trail);
+        let (mut touch, impulses) = interior.split(motion, &jump, trail);
         if !impulses.is_empty() {
             impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
             impact.solve(&mut self.system, setting, motion, (&impulses, 1.0), books);
-            scale = bodies.interior.balance(motion);
+            scale = interior.balance(&mut touch, motion);
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
         }
         for _ in 0..AGAIN {
@@ -107,8 +110,8 @@ impl<const D: usize> Island<D> {
             }
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
         }
-        self.end_impact(setting, motion, (&impact, duration), receive, books);
-        books.impact_loss -= bodies.interior.settle(motion, remaining);
+        self.end_impact(setting, motion, (&impact, duration), *receive, books);
+        books.impact_loss -= interior.settle(&touch, motion, remaining, *on_held);
     }
 
     /// The impact of pairs that are closed at t = 0 and approach, before a drift

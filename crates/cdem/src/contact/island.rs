@@ -12,6 +12,7 @@ use crate::contact::solve::Constraint;
 use crate::contact::solver::Solver;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::touches::{Touches, Wanted};
+use crate::contact::trail::Trail;
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::profile::{Stage, Stopwatch};
@@ -105,9 +106,11 @@ impl<'a, const D: usize> Setting<'a, D> {
 }
 
 /// The bodies of an island, and whether a node moves with any island.
-pub(crate) struct Bodies<'a, const D: usize> {
-    pub(crate) interior: &'a mut dyn Interior<D>,
+pub(crate) struct Bodies<'a, const D: usize, I> {
+    pub(crate) interior: &'a I,
     pub(crate) taken: &'a [bool],
+    /// What the island moves in its drift.
+    pub(crate) trail: &'a mut Trail<D>,
 }
 
 /// Energies of contact, J, and other sums.
@@ -259,8 +262,8 @@ impl<const D: usize> Island<D> {
         setting: &Setting<D>,
         motion: &mut Motion<D>,
         (time, duration): (f64, f64),
-        bodies: &mut Bodies<D>,
-        receive: Receive<D>,
+        bodies: &mut Bodies<D, impl Interior<D>>,
+        receive: &mut [Receive<D>; 2],
         books: &mut Books,
     ) {
         let mut touches = std::mem::take(&mut self.touches);
@@ -306,8 +309,13 @@ impl<const D: usize> Island<D> {
         self.touches = touches;
     }
 
+    /// Whether no pair is known to touch in the drift.
+    pub(super) fn flies_freely(&self) -> bool {
+        self.touches.ahead() == 0
+    }
+
     /// Moves the island at the velocities that the pairs near were looked at with.
-    fn go(&mut self, motion: &mut Motion<D>, duration: f64) {
+    pub(super) fn go(&mut self, motion: &mut Motion<D>, duration: f64) {
         motion.drift(&self.nodes, duration);
         self.near.go(duration);
     }

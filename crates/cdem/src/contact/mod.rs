@@ -48,15 +48,17 @@ pub(crate) mod surface;
 mod system;
 mod together;
 mod touches;
+pub(crate) mod trail;
 
 use formed::Formed;
-use island::{Bodies, Books, Island, Receive, Setting};
+use island::{Books, Island, Receive, Setting};
 use law::Laws;
 use live::{Live, Moment, Record};
 use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
-use together::Due;
+use together::{Due, Meeting};
+use trail::Trail;
 
 use crate::mesh::Mesh;
 use crate::model::inertia::Inertia;
@@ -89,19 +91,33 @@ pub(crate) struct Jump<'a, const D: usize> {
 }
 
 /// What lies behind the surfaces.
-pub(crate) trait Interior<const D: usize> {
-    /// A touch has changed the velocities of an island. Returns the impulses of
-    /// elements that go with it, N·s, on its nodes and others.
-    fn split(&mut self, motion: &mut Motion<D>, jump: &Jump<D>) -> Vec<(u32, [f64; D])>;
+pub(crate) trait Interior<const D: usize>: Sync {
+    /// What is known of a touch while it is in hand.
+    type Touch;
+
+    /// A touch has changed the velocities of an island. Returns it, with the impulses of
+    /// elements that go with it, N·s, on its nodes and others, which are on its trail then.
+    fn split(
+        &self,
+        motion: &mut Motion<D>,
+        jump: &Jump<D>,
+        trail: &mut Trail<D>,
+    ) -> (Self::Touch, Vec<(u32, [f64; D])>);
 
     /// The same touch with these impulses. Returns the factor on them that
     /// balances the energy.
-    fn balance(&mut self, motion: &Motion<D>) -> f64;
+    fn balance(&self, touch: &mut Self::Touch, motion: &Motion<D>) -> f64;
 
     /// The same touch with that, `remaining` seconds before the end of the
-    /// drift. Returns how much less it has taken than the impulses of the
-    /// contacts have, J.
-    fn settle(&mut self, motion: &mut Motion<D>, remaining: f64) -> f64;
+    /// drift; tells the impulses on nodes that are held. Returns how much less it has taken
+    /// than the impulses of the contacts have, J.
+    fn settle(
+        &self,
+        touch: &Self::Touch,
+        motion: &mut Motion<D>,
+        remaining: f64,
+        on_held: Receive<D>,
+    ) -> f64;
 }
 
 /// Visits the nodes that share an element and their level with a node.
@@ -388,38 +404,39 @@ impl<const D: usize> Contacts<D> {
         books
     }
 
-    /// Drifts the islands that are due, touch by touch.
+    /// Drifts the islands that are due, touch by touch. Impulses of contacts are received, and
+    /// those of elements on nodes that are held.
     pub(crate) fn drift(
         &mut self,
         motion: &mut Motion<D>,
         inertia: &Inertia<D>,
-        time: f64,
-        duration: &dyn Fn(u32) -> Option<f64>,
-        interior: &mut dyn Interior<D>,
-        receive: Receive<D>,
+        (time, duration): (f64, &dyn Fn(u32) -> Option<f64>),
+        interior: &impl Interior<D>,
+        receive: [Receive<D>; 2],
     ) {
         self.books.watch.skip();
         let setting = self.terms.setting(inertia);
-        let taken = &self.in_island;
+        let mut meetings = Vec::new();
         for island in &mut self.islands {
             let Some(duration) = island.nodes.first().and_then(|&node| duration(node)) else {
                 continue;
             };
-            if self.model == ContactModel::Penalty {
-                motion.drift(&island.nodes, duration);
+            if self.model == ContactModel::Penalty || island.flies_freely() {
+                island.go(motion, duration);
             } else {
-                let mut bodies = Bodies { interior, taken };
-                let timing = (time, duration);
-                island.drift(
-                    &setting,
-                    motion,
-                    timing,
-                    &mut bodies,
-                    receive,
-                    &mut self.books,
-                );
+                meetings.push(Meeting { island, duration });
             }
         }
+        let bodies = (interior, &*self.in_island);
+        let (setting, books) = (&setting, &mut self.books);
+        together::drift(
+            &mut meetings,
+            setting,
+            motion,
+            (bodies, time),
+            receive,
+            books,
+        );
         self.books.watch.lap(Stage::Geometry);
     }
 

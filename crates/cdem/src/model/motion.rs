@@ -44,7 +44,58 @@ impl<'a, const D: usize> Kicked<'a, D> {
     }
 }
 
+/// Displacement of a node and what round-off has kept from it, m, and its velocity, m/s.
+pub(crate) type State<const D: usize> = [[f64; D]; 3];
+
+/// A copy of all that [`Motion`] changes.
+pub(crate) struct Copied<const D: usize> {
+    displacement: Vec<[f64; D]>,
+    carry: Vec<[f64; D]>,
+    velocity: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Copied<D> {
+    /// The same nodes, with what they do here.
+    pub(crate) fn motion<'a>(&'a mut self, of: &Motion<'a, D>) -> Motion<'a, D> {
+        Motion {
+            rest: of.rest,
+            displacement: &mut self.displacement,
+            carry: &mut self.carry,
+            velocity: &mut self.velocity,
+        }
+    }
+}
+
 impl<const D: usize> Motion<'_, D> {
+    /// What becomes of the nodes elsewhere.
+    pub(crate) fn copied(&self) -> Copied<D> {
+        Copied {
+            displacement: self.displacement.to_vec(),
+            carry: self.carry.to_vec(),
+            velocity: self.velocity.to_vec(),
+        }
+    }
+
+    /// How a node moves.
+    pub(crate) fn state(&self, node: u32) -> State<D> {
+        let node = node as usize;
+        [
+            self.displacement[node],
+            self.carry[node],
+            self.velocity[node],
+        ]
+    }
+
+    /// Has it move so.
+    pub(crate) fn set_state(&mut self, node: u32, state: State<D>) {
+        let node = node as usize;
+        [
+            self.displacement[node],
+            self.carry[node],
+            self.velocity[node],
+        ] = state;
+    }
+
     /// Current positions.
     pub(crate) fn positions(&self) -> Positions<'_, D> {
         Positions::new(self.rest, self.displacement)

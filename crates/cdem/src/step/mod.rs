@@ -437,7 +437,7 @@ impl<const D: usize> Run<D> {
             }
         }
         self.watch.lap(Stage::Motion);
-        let mut split = Split {
+        let split = Split {
             sets: &model.sets,
             place: &model.place,
             elements: &model.mesh.elements,
@@ -445,24 +445,23 @@ impl<const D: usize> Run<D> {
             inertia: &model.inertia,
             levels: &substep.plan.levels,
             interval: &state.element_interval,
-            on_held: Vec::new(),
-            parts: Vec::new(),
-            scale: 1.0,
-            ring: Vec::new(),
         };
+        let mut given = Vec::new();
+        let duration = |node| substep.is_due(node).then(|| substep.duration(node));
         contacts.drift(
             &mut motion,
             &model.inertia,
-            substep.time,
-            &|node| substep.is_due(node).then(|| substep.duration(node)),
-            &mut split,
-            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
+            (substep.time, &duration),
+            &split,
+            [
+                &mut |node, impulse| received.push((node, *impulse)),
+                &mut |node, impulse| given.push((node, *impulse)),
+            ],
         );
         self.watch.skip();
         if received.is_empty() {
             return;
         }
-        let mut given = split.on_held;
         given.extend(&received);
         self.book_reactions(substep, &momenta, &given);
         self.receive(&received);

@@ -17,6 +17,8 @@
 //! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
 
 use crate::around::Around;
+use crate::contact::island::Receive;
+use crate::contact::trail::Trail;
 use crate::contact::{Interior, Jump};
 use crate::element::{ElementSet, MAX_NODES, Places};
 use crate::mesh::Element;
@@ -35,19 +37,20 @@ pub(crate) struct Split<'a, const D: usize> {
     pub(crate) levels: &'a Levels,
     /// Interval before the next kick of each element, s.
     pub(crate) interval: &'a [f64],
-    /// Impulses of elements on nodes that are held, N·s.
-    pub(crate) on_held: Vec<(u32, [f64; D])>,
-    /// The touch in hand: elements, s, nodes beyond the island.
-    pub(crate) parts: Vec<Part<D>>,
-    pub(crate) scale: f64,
-    pub(crate) ring: Vec<u32>,
+}
+
+/// A touch in hand: elements, s, and nodes beyond the island.
+pub(crate) struct Touch<const D: usize> {
+    parts: Vec<Part<D>>,
+    scale: f64,
+    ring: Vec<u32>,
 }
 
 /// A value for each node of an element, and zeros.
 type Nodal<const D: usize> = [[f64; D]; MAX_NODES];
 
 /// An element in a touch.
-pub(crate) struct Part<const D: usize> {
+struct Part<const D: usize> {
     element: u32,
     /// c, s².
     share: f64,
@@ -61,10 +64,18 @@ pub(crate) struct Part<const D: usize> {
 }
 
 impl<const D: usize> Interior<D> for Split<'_, D> {
-    fn split(&mut self, motion: &mut Motion<D>, jump: &Jump<D>) -> Vec<(u32, [f64; D])> {
+    type Touch = Touch<D>;
+
+    fn split(
+        &self,
+        motion: &mut Motion<D>,
+        jump: &Jump<D>,
+        trail: &mut Trail<D>,
+    ) -> (Touch<D>, Vec<(u32, [f64; D])>) {
         let due = self.elements_behind(motion, jump);
-        self.ring = self.ring(&due, jump);
-        motion.drift(&self.ring, -jump.remaining);
+        let ring = self.ring(&due, jump);
+        trail.reach(ring.iter().copied(), motion);
+        motion.drift(&ring, -jump.remaining);
         let mut parts: Vec<Part<D>> = due
             .iter()
             .map(|&e| self.part(e, motion, jump.remaining))
@@ -83,13 +94,13 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         for (&node, velocity) in jump.nodes.iter().zip(after) {
             motion.velocity[node as usize] = velocity;
         }
-        self.parts = parts;
-        impulses
+        let scale = 1.0;
+        (Touch { parts, scale, ring }, impulses)
     }
 
-    fn balance(&mut self, motion: &Motion<D>) -> f64 {
+    fn balance(&self, touch: &mut Touch<D>, motion: &Motion<D>) -> f64 {
         let (mut work, mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0, 0.0);
-        for part in &self.parts {
+        for part in &touch.parts {
             let now = self.velocities(part.element, motion);
             let change = std::array::from_fn(|k| sub(&now[k], &part.velocity[1][k]));
             let rate = self.force_rate(part.element, &change, motion);
@@ -98,13 +109,19 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
             slope -= part.share * product(&part.rate[1], &change);
             curvature -= part.share * product(&rate, &change);
         }
-        self.scale = root(0.5 * square - curvature, work - 2.0 * slope, work);
-        self.scale
+        touch.scale = root(0.5 * square - curvature, work - 2.0 * slope, work);
+        touch.scale
     }
 
-    fn settle(&mut self, motion: &mut Motion<D>, remaining: f64) -> f64 {
+    fn settle(
+        &self,
+        touch: &Touch<D>,
+        motion: &mut Motion<D>,
+        remaining: f64,
+        on_held: Receive<D>,
+    ) -> f64 {
         let mut recovered = 0.0;
-        for part in &self.parts {
+        for part in &touch.parts {
             let timing = 0.5 * self.interval[part.element as usize] - remaining;
             let before = &part.velocity[0];
             let now = self.velocities(part.element, motion);
@@ -112,16 +129,16 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
             recovered += part.share * (product(&rate, &now) - product(&part.rate[0], before));
             for k in 0..MAX_NODES {
                 recovered += timing * dot(&part.force[k], &sub(&now[k], &before[k]))
-                    + 0.5 * self.scale * dot(&part.impulse[k], &add(&before[k], &now[k]));
+                    + 0.5 * touch.scale * dot(&part.impulse[k], &add(&before[k], &now[k]));
             }
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
                 if self.inertia.held(node as usize).contains(&true) {
-                    self.on_held.push((node, scale(self.scale, impulse)));
+                    on_held(node, &scale(touch.scale, impulse));
                 }
             }
         }
-        motion.drift(&self.ring, remaining);
+        motion.drift(&touch.ring, remaining);
         recovered
     }
 }
