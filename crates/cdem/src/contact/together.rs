@@ -118,7 +118,7 @@ pub(super) fn drift<const D: usize, I: Interior<D>>(
         let now = &*motion;
         let of_part = |part: &mut [Meeting<D>]| {
             let mut copied = now.copied();
-            let mut motion = copied.motion(now);
+            let mut motion = copied.motion(now.rest);
             let met = part.iter_mut().map(|meeting| drift(meeting, &mut motion));
             met.collect::<Vec<_>>()
         };

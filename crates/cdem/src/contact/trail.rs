@@ -63,3 +63,49 @@ impl<const D: usize> Trail<D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::motion::Copied;
+
+    /// Node 2 lies beyond both islands: it goes where both send it, whoever comes first.
+    #[test]
+    fn islands_that_move_the_same_node_move_it_together() {
+        let rest = [[0.0; 2]; 4];
+        let at = |k: u32| [0.125, 0.25, 0.5].map(|x| [x, x + f64::from(k)]);
+        let states = || (0..4).map(at).collect::<Vec<_>>();
+        let mut copied = Copied::of(&states());
+        let mut motion = copied.motion(&rest);
+        let mut trails: Vec<Trail<2>> = [[0, 1], [3, 3]]
+            .iter()
+            .map(|own| {
+                let mut trail = Trail::new(&own[..1], &motion);
+                trail.reach([own[1], 2, 2].into_iter(), &motion);
+                for &node in &trail.nodes {
+                    let state = motion.state(node);
+                    motion.set_state(node, state.map(|vector| vector.map(|x| x + 0.75)));
+                }
+                trail.undo(&mut motion);
+                trail
+            })
+            .collect();
+        let mut found = Vec::new();
+        for _ in 0..2 {
+            let mut copied = Copied::of(&states());
+            let mut motion = copied.motion(&rest);
+            let all = |motion: &Motion<2>| (0..4).map(|k| motion.state(k)).collect::<Vec<_>>();
+            assert_eq!(all(&motion), states());
+            trails.iter().for_each(|trail| trail.redo(&mut motion));
+            found.push(all(&motion));
+            trails.reverse();
+        }
+        let moved =
+            |k: u32| at(k).map(|vector| vector.map(|x| x + if k == 2 { 1.5 } else { 0.75 }));
+        assert!(
+            found
+                .iter()
+                .all(|found| found.iter().copied().eq((0..4).map(moved)))
+        );
+    }
+}

@@ -55,10 +55,21 @@ pub(crate) struct Copied<const D: usize> {
 }
 
 impl<const D: usize> Copied<D> {
-    /// The same nodes, with what they do here.
-    pub(crate) fn motion<'a>(&'a mut self, of: &Motion<'a, D>) -> Motion<'a, D> {
+    /// Nodes that move so.
+    #[cfg(test)]
+    pub(crate) fn of(states: &[State<D>]) -> Self {
+        let each = |which: usize| states.iter().map(|state| state[which]).collect();
+        Self {
+            displacement: each(0),
+            carry: each(1),
+            velocity: each(2),
+        }
+    }
+
+    /// Nodes with these rest positions, m, with what they do here.
+    pub(crate) fn motion<'a>(&'a mut self, rest: &'a [[f64; D]]) -> Motion<'a, D> {
         Motion {
-            rest: of.rest,
+            rest,
             displacement: &mut self.displacement,
             carry: &mut self.carry,
             velocity: &mut self.velocity,
