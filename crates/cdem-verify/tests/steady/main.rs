@@ -54,12 +54,10 @@ fn a_block_that_is_pressed_pulled_and_damped_asks_for_nothing() {
     }
 }
 
+/// But in the few steps in which contacts come and go, whose nodes are then numbered anew.
 #[test]
-fn stones_at_rest_ask_for_some_lists_and_not_stone_by_stone() {
-    let mut simulation = columns(6, 4, 1);
-    let requests = requests(&mut simulation, 400);
-    let stones = simulation.overview().blocks.len() as u64;
-    // Contacts come and go in some of the steps, which number their nodes anew.
-    let least = requests[300..].iter().min();
-    assert!(least.is_some_and(|&least| least < stones), "{least:?}");
+fn stones_at_rest_ask_for_nothing() {
+    let requests = requests(&mut columns(6, 4, 1), 400);
+    let quiet = requests[300..].iter().filter(|&&count| count == 0);
+    assert!(quiet.count() > 50, "{:?}", &requests[300..]);
 }

@@ -18,17 +18,19 @@ use crate::vector::norm;
 /// the tolerance: either's point lies aside of its feature, and both aside of the touch.
 const ASIDE: f64 = 4.0;
 
-/// The closed contacts, for a drift from some positions.
-pub(super) struct Closed<'a, const D: usize> {
+/// The closed contacts, for a drift from some positions; its storage is kept.
+#[derive(Debug, Default)]
+pub(super) struct Closed<const D: usize> {
     /// Blocks with contacts between them, sorted.
     between: Vec<Between>,
     /// Their contacts: those of two blocks together, from low to high along their axis.
-    places: Vec<Place<'a, D>>,
+    places: Vec<Place<D>>,
     /// Largest speed of a node that one has, m/s.
     fastest: f64,
 }
 
 /// Contacts between two blocks.
+#[derive(Debug)]
 struct Between {
     blocks: [u32; 2],
     places: Range<usize>,
@@ -38,49 +40,54 @@ struct Between {
     longest: f64,
 }
 
-/// A contact, and the box around the nodes of its main feature.
-struct Place<'a, const D: usize> {
+/// A contact, by its number, and the box around the nodes of its main feature.
+#[derive(Debug)]
+struct Place<const D: usize> {
     blocks: [u32; 2],
     nodes: Aabb<D>,
-    live: &'a Live<D>,
+    number: u32,
 }
 
-impl<'a, const D: usize> Closed<'a, D> {
-    pub(super) fn new(
-        live: &'a [Live<D>],
+impl<const D: usize> Closed<D> {
+    /// Takes these contacts.
+    pub(super) fn list(
+        &mut self,
+        live: &[Live<D>],
         surface: &dyn Surface<D>,
         (motion, at): (&Kicked<D>, Positions<D>),
-    ) -> Self {
-        let place = |live: &'a Live<D>| Place {
+    ) {
+        let place = |(number, live): (u32, &Live<D>)| Place {
             blocks: ordered(live.record.blocks),
             nodes: around_nodes(surface, live.pair, at, 0.0),
-            live,
+            number,
         };
-        let mut places: Vec<_> = live.iter().map(place).collect();
-        places.sort_by_key(|place| place.blocks);
-        let (mut between, mut first) = (Vec::new(), 0);
-        for same in places.chunk_by_mut(|one, other| one.blocks == other.blocks) {
-            between.push(Between::sort(same, first));
+        self.places.clear();
+        self.places.extend((0..).zip(live).map(place));
+        self.places
+            .sort_unstable_by_key(|place| (place.blocks, place.number));
+        self.between.clear();
+        let mut first = 0;
+        for same in self
+            .places
+            .chunk_by_mut(|one, other| one.blocks == other.blocks)
+        {
+            self.between.push(Between::sort(same, first));
             first += same.len();
         }
         let nodes = live
             .iter()
             .flat_map(|live| surface.main_nodes(live.pair.main));
-        Self {
-            between,
-            places,
-            fastest: fastest(nodes, motion),
-        }
+        self.fastest = fastest(nodes, motion);
     }
 
-    /// Those that may say the same as a touch of `pair`, or of one beside it, within
-    /// `duration` seconds, and some more.
-    pub(super) fn beside(
+    /// Those of the contacts listed that may say the same as a touch of `pair`, or of one beside
+    /// it, within `duration` seconds, and some more.
+    pub(super) fn beside<'a>(
         &self,
+        live: &'a [Live<D>],
         setting: &Setting<D>,
         (motion, at): (&Kicked<D>, Positions<D>),
-        pair: Pair,
-        duration: f64,
+        (pair, duration): (Pair, f64),
     ) -> impl Iterator<Item = &'a Live<D>> + Clone {
         let surface = setting.surface;
         let own = fastest(surface.main_nodes(pair.main), motion);
@@ -98,7 +105,7 @@ impl<'a, const D: usize> Closed<'a, D> {
         let near = places[first..].iter();
         near.take_while(move |place| place.nodes.min[axis] <= touch.max[axis])
             .filter(move |place| place.nodes.overlaps(&touch))
-            .map(|place| place.live)
+            .map(|place| &live[place.number as usize])
     }
 }
 
@@ -109,7 +116,10 @@ impl Between {
         let spread = |c: &usize| lower.max[*c] - lower.min[*c];
         let farthest = (0..D).max_by(|a, b| spread(a).total_cmp(&spread(b)));
         let axis = farthest.unwrap_or(0);
-        places.sort_by(|one, other| one.nodes.min[axis].total_cmp(&other.nodes.min[axis]));
+        places.sort_unstable_by(|one, other| {
+            let along = one.nodes.min[axis].total_cmp(&other.nodes.min[axis]);
+            along.then(one.number.cmp(&other.number))
+        });
         let lengths = places.iter().map(|p| p.nodes.max[axis] - p.nodes.min[axis]);
         Self {
             blocks: places[0].blocks,

@@ -28,8 +28,11 @@ impl<const D: usize> Contacts<D> {
 
     /// Takes the pairs near at the start of a coarse step. Islands stay that have all of
     /// them, and of those that have left for no more than [`STAY`] steps.
-    pub(super) fn regroup(&mut self, near: Vec<Pair>, number: u64) {
-        let before = std::mem::replace(&mut self.near, near);
+    pub(super) fn regroup(&mut self, number: u64) {
+        let mut before = std::mem::take(&mut self.lists.near);
+        std::mem::swap(&mut self.near, &mut before);
+        self.near.clear();
+        self.near.extend(self.search.pairs());
         if self.grouped && before != self.near {
             let known = |pair: &Pair| before.binary_search(pair).is_ok();
             let mut anew = self.near.iter().filter(|pair| !known(pair));
@@ -42,6 +45,7 @@ impl<const D: usize> Contacts<D> {
                 self.left.get_or_insert(number);
             }
         }
+        self.lists.near = before;
         let has_its_own = |(number, island): (usize, &Island<D>)| {
             let mut live = island.live.iter();
             live.all(|live| self.island_of_pair(live.pair) == Some(number))
@@ -96,9 +100,11 @@ impl<const D: usize> Contacts<D> {
 
     /// Brings the joins up to date; whether any has come or gone.
     pub(super) fn join(&mut self, number: u64) -> bool {
-        let now = self.near_or_closed();
-        let mut now = now.iter().copied().peekable();
-        let mut joins = Vec::with_capacity(self.joins.len());
+        let mut listed = std::mem::take(&mut self.lists.near_or_closed);
+        self.list_near_or_closed(&mut listed);
+        let mut now = listed.iter().copied().peekable();
+        let mut joins = std::mem::take(&mut self.lists.joins);
+        joins.clear();
         let mut changed = false;
         for &(pair, last) in &self.joins {
             while let Some(new) = now.next_if(|&other| other < pair) {
@@ -115,14 +121,16 @@ impl<const D: usize> Contacts<D> {
         }
         changed |= now.peek().is_some();
         joins.extend(now.map(|pair| (pair, number)));
-        self.joins = joins;
+        self.lists.joins = std::mem::replace(&mut self.joins, joins);
+        self.lists.near_or_closed = listed;
         changed
     }
 
-    /// All pairs that are near or closed, sorted.
-    fn near_or_closed(&self) -> Vec<Pair> {
+    /// Lists all pairs that are near or closed, sorted.
+    fn list_near_or_closed(&self, pairs: &mut Vec<Pair>) {
         let closed = self.live().map(|live| live.pair);
-        let mut pairs: Vec<Pair> = closed.filter(|pair| !self.search.is_near(*pair)).collect();
+        pairs.clear();
+        pairs.extend(closed.filter(|pair| !self.search.is_near(*pair)));
         pairs.sort_unstable();
         pairs.dedup();
         let near = self.near.len();
@@ -130,7 +138,6 @@ impl<const D: usize> Contacts<D> {
         if pairs.len() > near {
             pairs.sort(); // two sorted runs: one merge
         }
-        pairs
     }
 
     /// Nodes that count as one in the levels.

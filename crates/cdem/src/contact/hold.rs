@@ -36,6 +36,9 @@ pub(super) struct Hold<const D: usize> {
     nodes: Vec<u32>,
     start: Vec<[f64; D]>,
     end: Vec<[f64; D]>,
+    /// Contacts that have ended, energies, and other sums.
+    ended: Vec<Record>,
+    books: Books,
 }
 
 impl<const D: usize> Clone for Hold<D> {
@@ -43,14 +46,6 @@ impl<const D: usize> Clone for Hold<D> {
     fn clone(&self) -> Self {
         Self::default()
     }
-}
-
-/// What has become of the contacts of an island in a kick, but for their impulses.
-pub(super) struct Held {
-    /// Contacts that have ended.
-    pub(super) ended: Vec<Record>,
-    /// Energies, and other sums.
-    pub(super) books: Books,
 }
 
 impl<const D: usize> Hold<D> {
@@ -66,6 +61,16 @@ impl<const D: usize> Hold<D> {
     /// What has been solved.
     pub(super) fn solved(&self) -> &[Constraint<D>] {
         &self.constraints
+    }
+
+    /// Energies, and other sums.
+    pub(super) fn books(&self) -> &Books {
+        &self.books
+    }
+
+    /// Contacts that have ended, once.
+    pub(super) fn ended(&mut self) -> impl Iterator<Item = Record> + '_ {
+        self.ended.drain(..)
     }
 
     /// Takes the velocities before.
@@ -110,8 +115,8 @@ impl<const D: usize> Island<D> {
     /// After the kick of a substep: the impulses that keep closed pairs
     /// together, (11), or part them, (6)–(10). `before` are the velocities
     /// before the kick of `interval` seconds at `time`, which precedes a drift
-    /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them is
-    /// [to be done](Hold::redo).
+    /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them, and of the
+    /// rest, is [kept](Hold).
     pub(super) fn hold(
         &mut self,
         setting: &Setting<D>,
@@ -119,12 +124,12 @@ impl<const D: usize> Island<D> {
         before: &[[f64; D]],
         (time, interval, drift): (f64, f64, f64),
         mut books: Books,
-    ) -> Held {
-        let mut ended = Vec::new();
+    ) {
+        let mut hold = std::mem::take(&mut self.held);
+        let mut ended = std::mem::take(&mut hold.ended);
         self.follow(setting, motion.positions(), &mut ended, &mut books);
         let timing = (time, interval, drift);
         let mut touches = std::mem::take(&mut self.touches);
-        let mut hold = std::mem::take(&mut self.held);
         self.solve_held(
             setting,
             motion,
@@ -167,9 +172,9 @@ impl<const D: usize> Island<D> {
         self.touches = touches;
         hold.end(motion.velocity);
         hold.undo(motion);
-        self.held = hold;
         books.watch.lap(Stage::Geometry);
-        Held { ended, books }
+        (hold.ended, hold.books) = (ended, books);
+        self.held = hold;
     }
 
     /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
@@ -226,7 +231,7 @@ impl<const D: usize> Island<D> {
         &mut self,
         setting: &Setting<D>,
         motion: &mut Kicked<D>,
-        (hold, touches): (&mut Hold<D>, &mut Touches),
+        (hold, touches): (&mut Hold<D>, &mut Touches<D>),
         (time, interval, drift): (f64, f64, f64),
         books: &mut Books,
     ) {
@@ -320,7 +325,7 @@ impl<const D: usize> Island<D> {
         &mut self,
         setting: &Setting<D>,
         motion: &Kicked<D>,
-        touches: &mut Touches,
+        touches: &mut Touches<D>,
         (time, drift, least): (f64, f64, usize),
         books: &mut Books,
     ) -> bool {

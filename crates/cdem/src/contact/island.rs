@@ -3,7 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::Interior;
 use crate::contact::hold::Hold;
 use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
@@ -13,6 +12,7 @@ use crate::contact::solver::Solver;
 use crate::contact::surface::{Pair, Positions, Surface};
 use crate::contact::touches::{Touches, Wanted};
 use crate::contact::trail::Trail;
+use crate::contact::{Interior, Timing};
 use crate::model::inertia::{Inertia, Mobility};
 use crate::model::motion::Motion;
 use crate::profile::{Stage, Stopwatch};
@@ -248,7 +248,7 @@ pub(crate) struct Island<const D: usize> {
     pub(super) system: Solver<D>,
     /// When open pairs touch: known from a kick on, through its drift; storage until the next.
     #[serde(skip)]
-    pub(super) touches: Touches,
+    pub(super) touches: Touches<D>,
     /// What its contacts bear in a kick.
     #[serde(skip)]
     pub(super) held: Hold<D>,
@@ -307,6 +307,11 @@ impl<const D: usize> Island<D> {
         }
         self.go(motion, duration - elapsed);
         self.touches = touches;
+    }
+
+    /// Kick interval and drift of its nodes, s, if they are due.
+    pub(super) fn timing(&self, timing: Timing) -> Option<(f64, f64)> {
+        timing(*self.nodes.first()?)
     }
 
     /// Whether no pair is known to touch in the drift.

@@ -57,7 +57,7 @@ use live::{Live, Moment, Record};
 use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
-use together::{Due, Meeting};
+use together::Meeting;
 use trail::Trail;
 
 use crate::mesh::Mesh;
@@ -66,7 +66,6 @@ use crate::model::motion::{Kicked, Motion};
 use crate::profile::Stage;
 use crate::scene::{ContactModel, Scene};
 use crate::step::kick::Velocity;
-use crate::step::outlook::Outlook;
 
 /// Penetration that is left as it is, over the tolerance. To take it out of the
 /// positions compresses the bodies more where they press on each other, and makes
@@ -124,7 +123,7 @@ pub(crate) trait Interior<const D: usize>: Sync {
 pub(crate) type Beside<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
 
 /// Kick interval and drift of a node that is due, s.
-pub(crate) type Timing<'a> = &'a dyn Fn(u32) -> Option<(f64, f64)>;
+pub(crate) type Timing<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);
 
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {
@@ -143,6 +142,7 @@ pub(crate) struct Contacts<const D: usize> {
     within: f64,
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
+    lists: Lists,
     islands: Vec<Island<D>>,
     /// Whether all pairs near and joined are in islands; and the step in which one has
     /// first left since these were made.
@@ -159,6 +159,14 @@ pub(crate) struct Contacts<const D: usize> {
     books: Books,
     /// What is known of the surface in a kick, for its storage.
     formed: Option<Formed<D>>,
+}
+
+/// Lists of a step, for their storage.
+#[derive(Default)]
+struct Lists {
+    near: Vec<Pair>,
+    near_or_closed: Vec<Pair>,
+    joins: Vec<(Pair, u64)>,
 }
 
 /// What does not change but with the mesh, once contacts are closed for t = 0.
@@ -266,6 +274,7 @@ impl<const D: usize> Contacts<D> {
                 .collect(),
             search: Search::default(),
             outrun: false,
+            lists: Lists::default(),
             near: Vec::new(),
             within: tolerance,
             joins: Vec::new(),
@@ -315,16 +324,16 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn find(
         &mut self,
         at: Positions<D>,
-        outlook: &Outlook,
+        speeds: &[f64],
         (step, number): (f64, u64),
     ) -> bool {
         let blocks = self.terms.blocks(&self.fixed);
-        let near = {
+        {
             let may_meet = self.terms.may_meet(&self.fixed);
-            self.search.near(&blocks, at, (outlook, step), &may_meet)
-        };
+            self.search.near(&blocks, at, (speeds, step), &may_meet);
+        }
         self.outrun |= self.search.was_outrun();
-        self.regroup(near, number);
+        self.regroup(number);
         self.join(number)
     }
 
@@ -565,24 +574,16 @@ fn hold_all<const D: usize>(
     receive: Receive<D>,
     books: &mut Books,
 ) -> Vec<Record> {
-    let due = islands.iter_mut().filter_map(|island| {
-        let (interval, drift) = timing(*island.nodes.first()?)?;
-        Some(Due {
-            island,
-            interval,
-            drift,
-        })
-    });
     if model == ContactModel::Penalty {
-        let press = |due: Due<D>| {
-            let interval = (time, due.interval);
-            let island = due.island;
-            island.press(setting, motion, before, interval, &mut *receive, books)
+        let press = |island: &mut Island<D>| {
+            let (interval, _) = island.timing(timing)?;
+            let interval = (time, interval);
+            Some(island.press(setting, motion, before, interval, &mut *receive, books))
         };
-        return due.flat_map(press).collect();
+        return islands.iter_mut().filter_map(press).flatten().collect();
     }
-    let mut due: Vec<_> = due.collect();
-    together::hold(&mut due, setting, motion, (before, time), receive, books)
+    let kick = (before, time, timing);
+    together::hold(islands, setting, motion, kick, receive, books)
 }
 
 /// Mass-proportional damping of a block of the scene, 1/s.

@@ -3,11 +3,10 @@
 
 use rayon::prelude::*;
 
-use crate::contact::Interior;
-use crate::contact::hold::Held;
 use crate::contact::island::{Bodies, Books, Island, Receive, Setting};
 use crate::contact::live::Record;
 use crate::contact::trail::Trail;
+use crate::contact::{Interior, Timing};
 use crate::model::motion::{Kicked, Motion};
 use crate::profile::Stage;
 
@@ -18,51 +17,52 @@ const PARTS: usize = 4;
 /// takes a thousandth of the time of a contact.
 const NODES_A_CONTACT: usize = 50;
 
-/// An island in its kick of `interval` seconds, before a drift of `drift` seconds.
-pub(super) struct Due<'a, const D: usize> {
-    pub(super) island: &'a mut Island<D>,
-    pub(super) interval: f64,
-    pub(super) drift: f64,
-}
-
-/// Holds all islands that are `due` in a kick at `time`; `before` are the velocities before it.
-/// Returns the contacts that have ended.
+/// Holds all islands that are due in a kick at a time by its timing, velocities before which are
+/// `before`. Returns the contacts that have ended.
 pub(super) fn hold<const D: usize>(
-    due: &mut [Due<D>],
+    islands: &mut [Island<D>],
     setting: &Setting<D>,
     motion: &mut Kicked<D>,
-    (before, time): (&[[f64; D]], f64),
+    (before, time, timing): (&[[f64; D]], f64, Timing),
     receive: Receive<D>,
     books: &mut Books,
 ) -> Vec<Record> {
-    let contacts: usize = due.iter().map(|due| due.island.live.len()).sum();
-    let hold = |due: &mut Due<D>, motion: &mut Kicked<D>| {
-        let timing = (time, due.interval, due.drift);
-        let own = books.beside();
-        due.island.hold(setting, motion, before, timing, own)
+    let is_due = |island: &Island<D>| island.timing(timing).is_some();
+    let (mut count, mut contacts) = (0, 0);
+    for island in islands.iter().filter(|island| is_due(island)) {
+        count += 1;
+        contacts += island.live.len();
+    }
+    let of_all = &*books;
+    let hold = |island: &mut Island<D>, motion: &mut Kicked<D>| {
+        if let Some((interval, drift)) = island.timing(timing) {
+            let timing = (time, interval, drift);
+            island.hold(setting, motion, before, timing, of_all.beside());
+        }
     };
-    let parts = parts(contacts, motion.velocity.len()).min(due.len());
-    let held: Vec<Held> = if parts > 1 {
+    let parts = parts(contacts, motion.velocity.len()).min(count);
+    if parts > 1 {
         let now = &*motion;
-        let of_part = |part: &mut [Due<D>]| {
+        let due = islands.iter_mut().filter(|island| is_due(island));
+        let mut due: Vec<&mut Island<D>> = due.collect();
+        due.par_chunks_mut(count.div_ceil(parts)).for_each(|part| {
             let mut velocity = now.velocity.to_vec();
             let mut motion = now.with(&mut velocity);
-            let held = part.iter_mut().map(|due| hold(due, &mut motion));
-            held.collect::<Vec<_>>()
-        };
-        let each = due.par_chunks_mut(due.len().div_ceil(parts));
-        each.flat_map_iter(of_part).collect()
+            part.iter_mut().for_each(|island| hold(island, &mut motion));
+        });
     } else {
-        due.iter_mut().map(|due| hold(due, motion)).collect()
-    };
-    books.add(held.iter().map(|held| &held.books));
-    for hold in due.iter().map(|due| &due.island.held) {
+        islands.iter_mut().for_each(|island| hold(island, motion));
+    }
+    let due = islands.iter().filter(|island| is_due(island));
+    books.add(due.clone().map(|island| island.held.books()));
+    for hold in due.map(|island| &island.held) {
         hold.redo(motion.velocity);
         for solved in hold.solved() {
             solved.operator.deliver(&solved.impulse, &mut *receive);
         }
     }
-    held.into_iter().flat_map(|held| held.ended).collect()
+    let due = islands.iter_mut().filter(|island| is_due(island));
+    due.flat_map(|island| island.held.ended()).collect()
 }
 
 /// An island before a drift of `duration` seconds in which pairs of it touch.

@@ -20,20 +20,21 @@ const LEAST_DEPTH: f64 = 1e-7;
 
 /// When the open pairs of an island touch in a drift.
 #[derive(Debug, Default)]
-pub(super) struct Touches {
+pub(super) struct Touches<const D: usize> {
     /// Those that are not never, with their numbers among the pairs near, which
     /// rise.
     touch: Vec<(usize, Touch)>,
     /// Storage of a look: what there was before; places of the pairs looked at, and these; what
-    /// glances tell, and looks; closed pairs, sorted.
+    /// glances tell, and looks; closed pairs, sorted, and by place.
     before: Vec<(usize, Touch)>,
     anew: Vec<(usize, Pair)>,
     glances: Vec<(Look, f64)>,
     looked: Vec<(Touch, f64)>,
     closed: Vec<Pair>,
+    by_place: Closed<D>,
 }
 
-impl Clone for Touches {
+impl<const D: usize> Clone for Touches<D> {
     /// An empty one: a kick looks at all pairs anew.
     fn clone(&self) -> Self {
         Self::default()
@@ -82,9 +83,9 @@ impl Wanted {
     }
 }
 
-impl Touches {
+impl<const D: usize> Touches<D> {
     /// Looks at all open pairs for a drift of `duration` seconds from now.
-    pub(super) fn begin<const D: usize>(
+    pub(super) fn begin(
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
@@ -99,7 +100,7 @@ impl Touches {
     /// The kick is over, in which contacts `parted`, or stood for pairs until they did, and
     /// pairs that touched were left open: what of them cannot wait for the next touches in
     /// the drift.
-    pub(super) fn go_on<const D: usize>(
+    pub(super) fn go_on(
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
@@ -164,7 +165,7 @@ impl Touches {
     /// After an event at `elapsed` that has changed the velocities `before` of
     /// the island: pairs of nodes that go on as they did touch as they would. Those
     /// that were due may not be what has closed, if any contact has begun.
-    pub(super) fn update<const D: usize>(
+    pub(super) fn update(
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
@@ -190,7 +191,7 @@ impl Touches {
 
     /// Looks `again` at pairs, given the nodes of the island; leaves out those that
     /// cannot touch.
-    fn look<const D: usize>(
+    fn look(
         &mut self,
         island: &mut Island<D>,
         setting: &Setting<D>,
@@ -233,16 +234,16 @@ impl Touches {
         pairs.map(look).collect_into_vec(&mut self.glances);
         // At rest most pairs are told at a glance.
         let more = |(look, _): &(Look, f64)| matches!(look, Look::Within(_));
-        let closed = self.glances.iter().any(more);
-        let closed = closed.then(|| Closed::new(live, setting.surface, (motion, at)));
+        if self.glances.iter().any(more) {
+            self.by_place.list(live, setting.surface, (motion, at));
+        }
+        let closed = (&self.by_place, &**live);
         let touch = |(&(_, pair), &(look, apart)): (&(usize, Pair), &(Look, f64))| match look {
             Look::Touch(touch) => (touch, apart),
             Look::Within(span) => {
                 let interval = (span, elapsed, duration);
-                let closed = closed.as_ref();
-                let touch =
-                    closed.map(|closed| touch(closed, setting, (motion, at), pair, interval));
-                (touch.unwrap_or(Touch::Never), apart)
+                let touch = touch(closed, setting, (motion, at), pair, interval);
+                (touch, apart)
             }
         };
         let pairs = self.anew.par_iter().zip(&self.glances).with_min_len(SHARE);
@@ -316,7 +317,7 @@ fn look_at<const D: usize>(
 /// When a pair between the closed contacts of its blocks touches, within `span` seconds
 /// after `elapsed`.
 fn touch<const D: usize>(
-    closed: &Closed<D>,
+    (closed, live): (&Closed<D>, &[Live<D>]),
     setting: &Setting<D>,
     (motion, at): (&Kicked<D>, Positions<D>),
     pair: Pair,
@@ -328,7 +329,7 @@ fn touch<const D: usize>(
     let Some(wait) = wait else {
         return Touch::Never;
     };
-    let beside = closed.beside(setting, (motion, at), pair, remaining);
+    let beside = closed.beside(live, setting, (motion, at), (pair, remaining));
     let moment = Moment::in_drift(at, motion.velocity, [wait, remaining]);
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.

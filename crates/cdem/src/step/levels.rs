@@ -33,6 +33,12 @@ impl Joined {
         }
     }
 
+    /// Begins anew with `count` nodes, each alone.
+    pub(crate) fn part(&mut self, count: usize) {
+        self.parent.clear();
+        self.parent.extend(0..count as u32);
+    }
+
     /// The representative of `node`'s set: its smallest member.
     pub(crate) fn root(&self, mut node: u32) -> u32 {
         while self.parent[node as usize] != node {

@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use kick::{Impulses, Purpose, Velocity};
 use ledger::{Account, Ledger};
 use levels::Levels;
+use outlook::Outlook;
 use plan::{Plan, Substep};
 use split::Split;
 pub(crate) use synchronise::Synchronised;
@@ -59,6 +60,8 @@ pub(crate) struct Run<const D: usize> {
     impulses: Impulses<D>,
     /// Impulses of contacts in a kick on their nodes, N·s.
     received: Vec<(u32, [f64; D])>,
+    /// What to reckon with in the step to come, for its storage.
+    pub(crate) outlook: Outlook,
     /// Where blocks may touch: elements around nodes.
     around: Around,
     /// Which boundary conditions act.
@@ -109,6 +112,7 @@ impl<const D: usize> Run<D> {
             around,
             impulses: Impulses::new(nodes),
             received: Vec::new(),
+            outlook: Outlook::default(),
             block_impulse: vec![[0.0; 3]; model.blocks.len()],
             node_impulse: vec![[0.0; D]; nodes],
             touched: Vec::new(),
@@ -239,15 +243,16 @@ impl<const D: usize> Run<D> {
         if self.contacts.is_none() {
             return false;
         }
-        let outlook = self.outlook();
+        self.look_out();
+        let speeds = self.outlook.speeds();
         // What is torn to pieces is beyond a search, and stopped after the step.
-        if !outlook.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT) {
+        if !speeds.iter().all(|&speed| speed < SPEED_OF_LIGHT) {
             return false;
         }
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
-        let join = contacts.is_some_and(|contacts| contacts.find(at, &outlook, instant));
+        let join = contacts.is_some_and(|contacts| contacts.find(at, speeds, instant));
         self.watch.lap(Stage::Search);
         join
     }

@@ -6,20 +6,37 @@ use crate::model::prescribed::Prescribed;
 use crate::vector::{add_scaled, norm, scale, sub};
 
 /// What to reckon with in the step to come.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Outlook {
     /// Largest speed of a node of each block, m/s.
-    pub(crate) ahead: Vec<f64>,
+    ahead: Vec<f64>,
+    /// What the last step's accelerations add to it, and changes of loads, m/s²; and nodes with
+    /// these.
+    gain: Vec<f64>,
+    pushed: Vec<f64>,
+    loaded: Vec<usize>,
+}
+
+impl Outlook {
+    /// Speeds to which nodes of each block may come, m/s.
+    pub(crate) fn speeds(&self) -> &[f64] {
+        &self.ahead
+    }
 }
 
 impl<const D: usize> Run<D> {
-    /// Speeds of now, with what the last step's accelerations, loads and gravity add,
+    /// Finds speeds of now, with what the last step's accelerations, loads and gravity add,
     /// or what is prescribed.
-    pub(crate) fn outlook(&mut self) -> Outlook {
+    pub(crate) fn look_out(&mut self) {
+        let mut outlook = std::mem::take(&mut self.outlook);
         let step = self.model.step;
         let heavier = self.change_of_gravity();
         let count = self.model.blocks.len();
-        let (mut ahead, mut gain) = (vec![0.0_f64; count], vec![0.0_f64; count]);
+        for of_blocks in [&mut outlook.ahead, &mut outlook.gain] {
+            of_blocks.clear();
+            of_blocks.resize(count, 0.0);
+        }
+        let (ahead, gain) = (&mut outlook.ahead, &mut outlook.gain);
         for (node, velocity) in self.state.velocity.iter().enumerate() {
             let block = self.model.block_of[node] as usize;
             ahead[block] = ahead[block].max(norm(velocity));
@@ -29,12 +46,13 @@ impl<const D: usize> Run<D> {
                 gain[block] = gain[block].max(change / interval);
             }
         }
-        self.raise_to_prescribed(&mut ahead);
-        let pushed = self.change_of_loads();
-        for (block, ahead) in ahead.iter_mut().enumerate() {
-            *ahead += step * (gain[block] + heavier + pushed[block]);
+        self.raise_to_prescribed(ahead);
+        self.change_of_loads(&mut outlook.pushed, &mut outlook.loaded);
+        let added = outlook.gain.iter().zip(&outlook.pushed);
+        for (ahead, (gain, pushed)) in outlook.ahead.iter_mut().zip(added) {
+            *ahead += step * (gain + heavier + pushed);
         }
-        Outlook { ahead }
+        self.outlook = outlook;
     }
 
     /// Raises speeds to those that prescribed motions ask for over the step.
@@ -65,14 +83,14 @@ impl<const D: usize> Run<D> {
         ))
     }
 
-    /// Largest change of the acceleration of each block by loads over the step,
-    /// m/s²; from nothing at t = 0.
-    fn change_of_loads(&mut self) -> Vec<f64> {
+    /// Finds the largest change of the acceleration of each block by loads over the step,
+    /// m/s²; from nothing at t = 0. Lists the nodes with loads.
+    fn change_of_loads(&mut self, pushed: &mut Vec<f64>, loaded: &mut Vec<usize>) {
         let (start, end) = (self.time(), self.time() + self.model.step);
         let begins = self.state.number == 0;
         let at = self.model.positions(&self.state);
         let (load, mass) = (&mut self.impulses.load, self.model.inertia.mass());
-        let mut loaded = Vec::new();
+        loaded.clear();
         for surface in &self.model.loads {
             if !begins && !surface.changes(start, end) {
                 continue;
@@ -87,12 +105,12 @@ impl<const D: usize> Run<D> {
                 }
             }
         }
-        let mut pushed = vec![0.0_f64; self.model.blocks.len()];
-        for node in loaded {
+        pushed.clear();
+        pushed.resize(self.model.blocks.len(), 0.0);
+        for &node in &*loaded {
             let force = std::mem::replace(&mut load[node], [0.0; D]);
             let pushed = &mut pushed[self.model.block_of[node] as usize];
             *pushed = pushed.max(norm(&scale(1.0 / mass[node], &force)));
         }
-        pushed
     }
 }

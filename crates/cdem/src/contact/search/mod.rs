@@ -45,7 +45,6 @@ use serde::{Deserialize, Serialize};
 use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
 use crate::raw;
 use crate::step::levels::Joined;
-use crate::step::outlook::Outlook;
 use crate::vector::{dot, norm, sub};
 
 /// Speed to reckon with, over that which kicks have made. What is struck by
@@ -101,7 +100,7 @@ struct Candidate {
 }
 
 /// Numbers of candidates, rising.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 struct Glance {
     /// Near for as far as their blocks have gone.
     held: Vec<u32>,
@@ -147,8 +146,34 @@ pub(super) struct Search<const D: usize> {
     #[serde(skip)]
     near: Vec<bool>,
     found: Vec<u32>,
+    #[serde(skip)]
+    lists: Lists,
     /// Whether blocks may have gone through others before the last search.
     outrun: bool,
+}
+
+/// Lists of a search, which are made anew in each: kept for their storage.
+#[derive(Clone, Debug, Default)]
+struct Lists {
+    /// Squares of the longest ways of a node since the last search and since the last broad
+    /// phase, m²: of blocks that some nodes in a row are of, and of each block.
+    of_nodes: Vec<Vec<(u32, [f64; 2])>>,
+    squares: Vec<[f64; 2]>,
+    /// What each block has ahead.
+    ahead: Vec<Ahead>,
+    /// What ways tell of candidates, some after the other; which are to be looked at, and what
+    /// has been seen of these.
+    glances: Vec<Glance>,
+    open: Vec<u32>,
+    looked: Vec<(f64, f64, f64)>,
+    /// Blocks that may touch each other, of pairs near, and the largest share among them, m.
+    together: Joined,
+    largest: Vec<f64>,
+    of_near: Vec<[u32; 2]>,
+    /// Blocks that get more.
+    raised: Vec<bool>,
+    /// The pairs near.
+    pairs: Vec<Pair>,
 }
 
 /// How a block moves, m.
@@ -165,18 +190,19 @@ struct Reach {
 }
 
 impl<const D: usize> Search<D> {
-    /// The pairs near at the start of a coarse step of `step` seconds, sorted.
+    /// The pairs near at the start of a coarse step of `step` seconds, sorted, of blocks that may
+    /// come to these speeds in it, m/s.
     /// `may_meet` says the pairs of which blocks are wanted.
     pub(super) fn near(
         &mut self,
         blocks: &Blocks<D>,
         at: Positions<D>,
-        (outlook, step): (&Outlook, f64),
+        (speeds, step): (&[f64], f64),
         may_meet: &dyn Fn([u32; 2]) -> bool,
-    ) -> Vec<Pair> {
+    ) -> &[Pair] {
         self.blocks.resize(blocks.fixed.len(), Reach::default());
         self.follow(blocks, at);
-        let speeds = outlook.ahead.iter().zip(blocks.fixed);
+        let speeds = speeds.iter().zip(blocks.fixed);
         for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
             reach.share = if fixed {
                 0.0
@@ -197,9 +223,14 @@ impl<const D: usize> Search<D> {
         }
         self.found.par_sort_unstable();
         let found = self.found.par_iter().with_min_len(AT_A_GLANCE);
-        found
-            .map(|&number| self.candidates[number as usize].pair)
-            .collect()
+        let pairs = found.map(|&number| self.candidates[number as usize].pair);
+        pairs.collect_into_vec(&mut self.lists.pairs);
+        &self.lists.pairs
+    }
+
+    /// The pairs that were near in the last search, sorted.
+    pub(super) fn pairs(&self) -> &[Pair] {
+        &self.lists.pairs
     }
 
     /// Whether nodes have gone farther in the step before the last search than their
@@ -232,26 +263,31 @@ impl<const D: usize> Search<D> {
 
     /// How far the blocks have moved, and whether farther than was reckoned with.
     fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let (ways, moved) = self.gone(blocks, at);
-        self.outrun = self.let_through(blocks, at, &ways);
+        self.measure(blocks, at);
+        self.outrun = self.let_through(blocks, at);
         let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
         let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
         let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
         moving.for_each(|(node, last)| *last = at.at(node as u32));
-        for (reach, (way, moved)) in self.blocks.iter_mut().zip(ways.into_iter().zip(moved)) {
-            reach.way += way;
-            reach.moved = moved;
+        for (reach, [way, moved]) in self.blocks.iter_mut().zip(&self.lists.squares) {
+            reach.way += way.sqrt();
+            reach.moved = moved.sqrt();
         }
     }
 
-    /// Longest ways of a node of each block since the last search and since the last broad
-    /// phase, m.
-    fn gone(&self, blocks: &Blocks<D>, at: Positions<D>) -> (Vec<f64>, Vec<f64>) {
+    /// Finds the longest ways of a node of each block since the last search and since the last
+    /// broad phase.
+    fn measure(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let Lists {
+            of_nodes, squares, ..
+        } = &mut self.lists;
+        of_nodes.resize_with(self.last.len().div_ceil(NODES_AT_ONCE), Vec::new);
         let parts = self.last.par_chunks(NODES_AT_ONCE);
-        let parts = parts.zip(self.origin.par_chunks(NODES_AT_ONCE)).enumerate();
-        let squares = parts.map(|(part, (last, origin))| {
+        let parts = parts.zip(self.origin.par_chunks(NODES_AT_ONCE));
+        let parts = of_nodes.par_iter_mut().zip(parts).enumerate();
+        parts.for_each(|(part, (longest, (last, origin)))| {
             let nodes = (part * NODES_AT_ONCE) as u32..;
-            let mut longest: Vec<(u32, [f64; 2])> = Vec::new();
+            longest.clear();
             for (node, (last, origin)) in nodes.zip(last.iter().zip(origin)) {
                 let block = blocks.block_of[node as usize];
                 if blocks.fixed[block as usize] {
@@ -265,31 +301,27 @@ impl<const D: usize> Search<D> {
                     None => longest.push((block, squares)),
                 }
             }
-            longest
         });
-        let squares: Vec<_> = squares.collect();
-        let mut longest = vec![[0.0; 2]; self.blocks.len()];
-        for (block, squares) in squares.into_iter().flatten() {
-            let longest = &mut longest[block as usize];
-            *longest = larger(*longest, squares);
+        squares.clear();
+        squares.resize(self.blocks.len(), [0.0; 2]);
+        for &(block, of_nodes) in of_nodes.iter().flatten() {
+            let of_block = &mut squares[block as usize];
+            *of_block = larger(*of_block, of_nodes);
         }
-        let roots = longest
-            .into_iter()
-            .map(|[way, moved]| (way.sqrt(), moved.sqrt()));
-        roots.unzip()
     }
 
-    /// Whether blocks that have gone farther than their share, these `ways` since the
-    /// last search, may have gone through others: with these for shares, pairs would have
+    /// Whether blocks that have gone farther than their share since the
+    /// last search may have gone through others: with these for shares, pairs would have
     /// been near that were not, and their own nodes have gone as far as they were apart.
-    fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>, ways: &[f64]) -> bool {
+    fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>) -> bool {
+        let gone = |block: usize| self.lists.squares[block][0].sqrt();
         let way = |nodes: &[u32]| {
             let ways = nodes.iter();
             let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
             ways.fold(0.0, f64::max)
         };
-        let fast = |block: &usize| ways[*block] > self.blocks[*block].share;
-        let fast: Vec<usize> = (0..ways.len()).filter(fast).collect();
+        let fast = |block: &usize| gone(*block) > self.blocks[*block].share;
+        let fast: Vec<usize> = (0..self.blocks.len()).filter(fast).collect();
         if fast.is_empty() {
             return false;
         }
@@ -299,7 +331,7 @@ impl<const D: usize> Search<D> {
             let Candidate {
                 pair, blocks: of, ..
             } = self.candidates[*number as usize];
-            let [a, b] = of.map(|block| ways[block as usize]);
+            let [a, b] = of.map(|block| gone(block as usize));
             let surface = blocks.surface;
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
             !self.near[*number as usize]
@@ -308,7 +340,7 @@ impl<const D: usize> Search<D> {
         };
         fast.into_iter().any(|block| {
             let reach = self.blocks[block];
-            reach.moved + ways[block] > reach.allowance
+            reach.moved + gone(block) > reach.allowance
                 || self.candidates_of(block).iter().any(missed)
         })
     }
@@ -412,43 +444,44 @@ impl<const D: usize> Search<D> {
     }
 
     fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let ahead = self.ahead(blocks.tolerance);
-        self.sort_out(&ahead);
-        let looked_at = self.glance(&ahead);
+        self.look_ahead(blocks.tolerance);
+        self.glance();
         self.near.clear();
         self.near.resize(self.candidates.len(), false);
         self.found.clear();
-        for number in looked_at.iter().flat_map(|some| &some.held) {
-            self.near[*number as usize] = true;
-            self.found.push(*number);
+        let Lists { glances, open, .. } = &mut self.lists;
+        open.clear();
+        for glance in glances {
+            for number in &glance.held {
+                self.near[*number as usize] = true;
+                self.found.push(*number);
+            }
+            open.extend(&glance.open);
         }
-        let numbers: Vec<u32> = looked_at
-            .iter()
-            .flat_map(|some| &some.open)
-            .copied()
-            .collect();
-        let formed = blocks.surface.form(numbers.len(), None);
-        self.look(blocks, at.with(formed.as_ref()), &numbers);
+        let formed = blocks.surface.form(open.len(), None);
+        self.look(blocks, at.with(formed.as_ref()));
     }
 
-    /// What each block has ahead.
-    fn ahead(&self, tolerance: f64) -> Vec<Ahead> {
-        let blocks = self.blocks.iter();
-        blocks.map(|reach| reach.ahead(tolerance)).collect()
-    }
-
-    /// Finds out which candidates to look at, if those known do not serve any more.
-    fn sort_out(&mut self, ahead: &[Ahead]) {
+    /// Finds out what each block has ahead, and which candidates to look at, if those known do
+    /// not serve any more.
+    fn look_ahead(&mut self, tolerance: f64) {
+        let ahead = &mut self.lists.ahead;
+        ahead.clear();
+        ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
         if !self.soon.serves(ahead) {
             let shares = self.blocks.iter().map(|reach| reach.share);
             self.soon = Soon::of(&self.candidates, ahead, shares.fold(0.0, f64::max));
         }
     }
 
-    /// What the ways of blocks tell of the candidates, some after the other.
-    fn glance(&self, ahead: &[Ahead]) -> Vec<Glance> {
-        let of_some = |numbers: &[u32]| {
-            let mut glance = Glance::default();
+    /// Finds out what the ways of blocks tell of the candidates, some after the other.
+    fn glance(&mut self) {
+        let Lists { glances, ahead, .. } = &mut self.lists;
+        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
+        glances.resize_with(some.len(), Glance::default);
+        some.zip(glances).for_each(|(numbers, glance)| {
+            glance.held.clear();
+            glance.open.clear();
             for &number in numbers {
                 let candidate = &self.candidates[number as usize];
                 let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
@@ -458,14 +491,11 @@ impl<const D: usize> Search<D> {
                     glance.open.push(number);
                 }
             }
-            glance
-        };
-        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
-        some.map(of_some).collect()
+        });
     }
 
-    /// Finds out which of these candidates are near.
-    fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>, numbers: &[u32]) {
+    /// Finds out which of the candidates to be looked at are near.
+    fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
         let look = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
@@ -488,8 +518,10 @@ impl<const D: usize> Search<D> {
             };
             (apart + way, lacks, held)
         };
-        let looked: Vec<_> = numbers.par_iter().with_min_len(AT_ONCE).map(look).collect();
-        for (&number, (until, lacks, held)) in numbers.iter().zip(looked) {
+        let Lists { open, looked, .. } = &mut self.lists;
+        let numbers = open.par_iter().with_min_len(AT_ONCE);
+        numbers.map(look).collect_into_vec(looked);
+        for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
             let candidate = &mut self.candidates[number as usize];
             (candidate.until, candidate.lacks, candidate.held) = (until, lacks, held);
             if held >= 0.0 {
@@ -502,50 +534,85 @@ impl<const D: usize> Search<D> {
     /// Gives blocks that may touch each other the largest share among them, and
     /// looks again at the candidates of those that get more, until none does.
     fn share_among_near(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let mut together = Joined::new(self.blocks.len());
-        let mut largest: Vec<f64> = self.blocks.iter().map(|reach| reach.share).collect();
+        let count = self.blocks.len();
+        let Lists {
+            together, largest, ..
+        } = &mut self.lists;
+        together.part(count);
+        largest.clear();
+        largest.extend(self.blocks.iter().map(|reach| reach.share));
         let mut joined = 0;
         while joined < self.found.len() {
-            for of in self.blocks_near(joined) {
-                if of.iter().all(|&block| !blocks.fixed[block as usize]) {
-                    let [a, b] = of.map(|block| largest[together.root(block) as usize]);
-                    together.join(of[0], of[1]);
-                    largest[together.root(of[0]) as usize] = a.max(b);
-                }
-            }
-            together.flatten();
+            self.list_blocks_near(joined);
+            self.join_near(blocks.fixed);
             joined = self.found.len();
-            let mut raised = vec![false; self.blocks.len()];
-            for of in self.blocks_near(0) {
-                for block in of {
-                    let share = &mut self.blocks[block as usize].share;
-                    let most = largest[together.root(block) as usize];
-                    if most > *share {
-                        *share = most;
-                        raised[block as usize] = true;
-                    }
-                }
-            }
-            if raised.contains(&true) {
-                self.look_again(blocks, at, &raised);
+            self.list_blocks_near(0);
+            if self.raise() {
+                self.look_again(blocks, at);
             }
         }
     }
 
-    /// Blocks of the pairs near from the `first` on, those of one pair but once in a row.
-    fn blocks_near(&self, first: usize) -> Vec<[u32; 2]> {
+    /// Joins the blocks listed that move, which then have the largest share in common.
+    fn join_near(&mut self, fixed: &[bool]) {
+        let Lists {
+            together,
+            largest,
+            of_near,
+            ..
+        } = &mut self.lists;
+        for of in of_near {
+            if of.iter().all(|&block| !fixed[block as usize]) {
+                let [a, b] = of.map(|block| largest[together.root(block) as usize]);
+                together.join(of[0], of[1]);
+                largest[together.root(of[0]) as usize] = a.max(b);
+            }
+        }
+        together.flatten();
+    }
+
+    /// Gives the blocks listed the largest share of those that they are joined to; whether any
+    /// gets more.
+    fn raise(&mut self) -> bool {
+        let Lists {
+            together,
+            largest,
+            of_near,
+            raised,
+            ..
+        } = &mut self.lists;
+        raised.clear();
+        raised.resize(self.blocks.len(), false);
+        for &block in of_near.as_flattened() {
+            let share = &mut self.blocks[block as usize].share;
+            let most = largest[together.root(block) as usize];
+            if most > *share {
+                *share = most;
+                raised[block as usize] = true;
+            }
+        }
+        raised.contains(&true)
+    }
+
+    /// Lists the blocks of the pairs near from the `first` on, those of one pair but once in a
+    /// row.
+    fn list_blocks_near(&mut self, first: usize) {
         let found = self.found[first..].par_iter().with_min_len(AT_A_GLANCE);
-        let mut pairs: Vec<_> = found
-            .map(|&number| self.candidates[number as usize].blocks)
-            .collect();
-        pairs.dedup();
-        pairs
+        let blocks = found.map(|&number| self.candidates[number as usize].blocks);
+        blocks.collect_into_vec(&mut self.lists.of_near);
+        self.lists.of_near.dedup();
     }
 
     /// Looks at what has not been near to blocks of a larger share than before.
-    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>, raised: &[bool]) {
-        let ahead = self.ahead(blocks.tolerance);
-        self.sort_out(&ahead);
+    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        self.look_ahead(blocks.tolerance);
+        let Lists {
+            ahead,
+            raised,
+            glances,
+            open,
+            ..
+        } = &mut self.lists;
         let is_open = |number: &u32| {
             let candidate = &self.candidates[*number as usize];
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
@@ -555,9 +622,16 @@ impl<const D: usize> Search<D> {
                 && candidate.may_be_near(a, b)
         };
         let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
-        let open = some.flat_map_iter(|numbers| numbers.iter().copied().filter(is_open));
-        let numbers: Vec<u32> = open.collect();
-        self.look(blocks, at, &numbers);
+        glances.resize_with(some.len(), Glance::default);
+        some.zip(&mut *glances).for_each(|(numbers, glance)| {
+            glance.open.clear();
+            glance
+                .open
+                .extend(numbers.iter().filter(|number| is_open(number)));
+        });
+        open.clear();
+        open.extend(glances.iter().flat_map(|glance| &glance.open));
+        self.look(blocks, at);
     }
 }
 

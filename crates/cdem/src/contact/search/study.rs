@@ -87,19 +87,20 @@ struct Cost {
 impl Cost {
     /// Adds that of the present state, which stays as it is.
     fn add(&mut self, run: &mut Run<2>) {
-        self.outlook += time(3, || drop(run.outlook()));
-        let outlook = run.outlook();
+        self.outlook += time(3, || run.look_out());
+        let speeds = run.outlook.speeds().to_vec();
         let mut contacts = run.contacts.take().expect("blocks touch");
         let (at, step) = (run.model.positions(&run.state), run.model.step);
         let search = &mut contacts.search;
         let blocks = contacts.terms.blocks(&contacts.fixed);
         let may_meet = contacts.terms.may_meet(&contacts.fixed);
-        let mut find = || drop(search.near(&blocks, at, (&outlook, step), &may_meet));
+        let mut find = || _ = search.near(&blocks, at, (&speeds, step), &may_meet);
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at, &may_meet));
-        let near = search.near(&blocks, at, (&outlook, step), &may_meet);
+        contacts.near = search
+            .near(&blocks, at, (&speeds, step), &may_meet)
+            .to_vec();
         drop(may_meet);
-        contacts.near = near;
         contacts.join(run.state.number);
         let number = run.state.number;
         self.joins += time(3, || assert!(!contacts.join(number)));

@@ -8,7 +8,6 @@ use crate::contact::shell::Shell;
 use crate::contact::surface::{Nearness, Pair, Positions, Surface};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
-use crate::step::outlook::Outlook;
 use crate::vector::{add, cross, norm, scale};
 
 const TOLERANCE: f64 = 1e-3;
@@ -64,7 +63,7 @@ struct Crowd {
     patches: Patches,
     block_of: Vec<u32>,
     fixed: Vec<bool>,
-    outlook: Outlook,
+    speeds: Vec<f64>,
 }
 
 impl Crowd {
@@ -94,7 +93,7 @@ impl Crowd {
             outline,
             block_of,
             fixed,
-            outlook: Outlook { ahead: speeds },
+            speeds,
             stones,
         }
     }
@@ -167,7 +166,7 @@ proptest! {
         let crowd = Crowd::new(stones);
         let still = vec![[0.0; 2]; crowd.block_of.len()];
         let [mut whole, mut late] = [Search::default(), Search::default()];
-        let with = (&crowd.outlook, step);
+        let with = (&*crowd.speeds, step);
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
             let at = Positions::new(&nodes, &still);
@@ -177,7 +176,7 @@ proptest! {
                     continue;
                 }
                 let before = pairs(search);
-                let near = search.near(&crowd.blocks(), at, with, &may_meet);
+                let near = search.near(&crowd.blocks(), at, with, &may_meet).to_vec();
                 prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
                 for pair in &near {
                     prop_assert!(search.is_near(*pair));
@@ -202,7 +201,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
     };
     let outrun = |beside: f64, far: f64| {
         let mut crowd = Crowd::new(vec![stone(0.0, 1.0), stone(2.0, 0.5), stone(50.0, 0.5)]);
-        crowd.outlook.ahead = vec![0.0, 0.1, 0.1];
+        crowd.speeds = vec![0.0, 0.1, 0.1];
         let still = vec![[0.0; 2]; crowd.block_of.len()];
         let mut search = Search::default();
         for moved in [0.0, 1.0] {
@@ -212,7 +211,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
             let (at, may_meet) = (Positions::new(&nodes, &still), |blocks| {
                 crowd.may_meet(blocks)
             });
-            search.near(&crowd.blocks(), at, (&crowd.outlook, 0.1), &may_meet);
+            search.near(&crowd.blocks(), at, (&crowd.speeds, 0.1), &may_meet);
         }
         search.was_outrun()
     };
@@ -339,8 +338,7 @@ proptest! {
         };
         let speed = |node: usize| norm(&heap.velocity[node]);
         let fastest = |block: &Block| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
-        let ahead: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
-        let outlook = Outlook { ahead };
+        let speeds: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
         let all: Vec<Pair> = shell.families().iter().flat_map(|[mains, targets]| {
             let targets = targets.clone();
             mains.clone().flat_map(move |main| targets.clone().map(move |target| Pair { main, target }))
@@ -361,13 +359,13 @@ proptest! {
             }
             let at = Positions::new(&mesh.nodes, &displacement);
             // Shares are less than what nodes move: more turns on those.
-            let with = (&outlook, 0.05 * step);
+            let with = (&*speeds, 0.05 * step);
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
                 if (number as usize) < from {
                     continue;
                 }
                 let before = pairs(search);
-                let near = search.near(&blocks, at, with, &may_meet);
+                let near = search.near(&blocks, at, with, &may_meet).to_vec();
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
                     shell.apart(pair, at) <= APART * (a + b + TOLERANCE)
@@ -401,9 +399,6 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
         tolerance: TOLERANCE,
     };
     let mut search = Search::default();
-    let outlook = Outlook {
-        ahead: vec![0.0, 1e-3],
-    };
     let mut left_out: Vec<Pair> = Vec::new();
     let mut near = Vec::new();
     for number in 0..200 {
@@ -418,7 +413,8 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
             });
         let warped: Vec<[f64; 3]> = warped.collect();
         let at = Positions::new(&mesh.nodes, &warped);
-        near = search.near(&blocks, at, (&outlook, 1e-3), &|[a, b]| a != b);
+        let with = (&[0.0, 1e-3][..], 1e-3);
+        near = search.near(&blocks, at, with, &|[a, b]| a != b).to_vec();
         if number == 0 {
             let lacking = search
                 .candidates
