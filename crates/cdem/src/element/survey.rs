@@ -14,6 +14,9 @@ use super::set::{Formulation, Record};
 use super::tensor;
 use super::total::green_lagrange;
 
+/// Parts that are asked before their answers are told: the memory of some tens.
+const AT_ONCE: usize = 64;
+
 /// A question to an element that is displaced, with its record.
 ///
 /// `A` is how many numbers an answer has.
@@ -111,11 +114,13 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
         });
         answers
     };
-    let answers: Vec<Vec<[f64; A]>> = parts.par_iter().map(answers).collect();
-    for (part, answers) in parts.iter().zip(&answers) {
-        let members = part.groups().iter().flat_map(|group| &group.members);
-        for (&member, &answer) in members.zip(answers) {
-            tell(member, answer);
+    for some in parts.chunks(AT_ONCE) {
+        let answers: Vec<Vec<[f64; A]>> = some.par_iter().map(answers).collect();
+        for (part, answers) in some.iter().zip(&answers) {
+            let members = part.groups().iter().flat_map(|group| &group.members);
+            for (&member, &answer) in members.zip(answers) {
+                tell(member, answer);
+            }
         }
     }
 }

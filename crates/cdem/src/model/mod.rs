@@ -124,18 +124,15 @@ impl<const D: usize> Model<D> {
 
     /// Strain energy of all elements that may deform, J.
     pub(crate) fn strain_energy(&self, displacement: &[[f64; D]]) -> f64 {
-        let mut energies = vec![0.0; self.mesh.elements.len()];
+        let mut sum = 0.0;
         for set in &self.sets {
-            set.strain_energies(displacement, &mut |e, energy| energies[e as usize] = energy);
+            set.strain_energies(displacement, &mut |e, energy| {
+                if !self.is_fixed(self.mesh.elements[e as usize].nodes()[0]) {
+                    sum += energy;
+                }
+            });
         }
-        let moving = self
-            .blocks
-            .iter()
-            .enumerate()
-            .filter(|(_, data)| !data.fixed);
-        moving
-            .map(|(block, _)| energies[self.elements(block)].iter().sum::<f64>())
-            .sum()
+        sum
     }
 
     /// Strain energy of the elements of a block, J.
