@@ -358,7 +358,7 @@ impl<V: Pack> Values<'_, V> {
         }
         assert!(are_beside);
         // SAFETY: the values of these nodes are promised to `new`, and lie side by side; what is
-        // read of them ends before what `change` lends begins.
+        // read of them ends before what `pack` or `change` lends begins.
         std::array::from_fn(|n| unsafe {
             let first = self.values.first.add(node as usize).cast::<f64>();
             *first.add(lane + n * stride)

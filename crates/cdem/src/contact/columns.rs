@@ -85,7 +85,7 @@ impl<const D: usize, P: Pack> Columns<D, P> {
 
 /// A node of a contact, as what moves its block.
 #[derive(Clone, Debug)]
-pub(super) struct Reach<const D: usize> {
+pub(super) struct Lever<const D: usize> {
     /// Its number among the nodes that contacts touch.
     pub(super) node: u32,
     /// First pack of its block among those of the contact, and how many a component has.
@@ -97,7 +97,7 @@ pub(super) struct Reach<const D: usize> {
     pub(super) share: f64,
 }
 
-impl<const D: usize> Reach<D> {
+impl<const D: usize> Lever<D> {
     /// Of a node whose block has these packs from a slot on.
     pub(super) fn new<P: Pack>(
         columns: &Columns<D, P>,

@@ -26,13 +26,11 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Takes the pairs near at the start of a coarse step. Islands stay that have all of
+    /// Takes the pairs found near at the start of a coarse step. Islands stay that have all of
     /// them, and of those that have left for no more than [`STAY`] steps.
     pub(super) fn regroup(&mut self, number: u64) {
-        let mut before = std::mem::take(&mut self.lists.near);
-        std::mem::swap(&mut self.near, &mut before);
-        self.near.clear();
-        self.near.extend(self.search.pairs());
+        std::mem::swap(&mut self.near, &mut self.lists.near);
+        let before = std::mem::take(&mut self.lists.near);
         if self.grouped && before != self.near {
             let known = |pair: &Pair| before.binary_search(pair).is_ok();
             let mut anew = self.near.iter().filter(|pair| !known(pair));

@@ -11,9 +11,9 @@ use crate::contact::solve::{Constraint, RESIDUAL, shear_norm};
 use crate::contact::surface::{Pair, Positions};
 use crate::contact::system::SHARE;
 use crate::contact::touches::{Touches, Wanted};
+use crate::contact::trail::change;
 use crate::model::motion::Kicked;
 use crate::profile::Stage;
-use crate::vector::{add_scaled, sub};
 
 /// Share of its contacts, one in so many, that must sink in for those closed before in the
 /// same kick to have the island solved once more. Fewer wait for the next kick: those are
@@ -101,12 +101,7 @@ impl<const D: usize> Hold<D> {
     pub(super) fn redo(&self, velocity: &mut [[f64; D]]) {
         let changes = self.start.iter().zip(&self.end);
         for (&node, (old, new)) in self.nodes.iter().zip(changes) {
-            let velocity = &mut velocity[node as usize];
-            if velocity == old {
-                *velocity = *new;
-            } else {
-                add_scaled(velocity, 1.0, &sub(new, old));
-            }
+            change(&mut velocity[node as usize], [old, new]);
         }
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Setting};
+use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Receivers, Setting};
 use crate::contact::live::Live;
 use crate::contact::solve::{Constraint, FEW, RESIDUAL};
 use crate::contact::solver::Solver;
@@ -79,12 +79,11 @@ impl<const D: usize> Island<D> {
         motion: &mut Motion<D>,
         (duration, remaining): (f64, f64),
         bodies: &mut Bodies<D, impl Interior<D>>,
-        [receive, on_held]: &mut [Receive<D>; 2],
+        receivers: &mut Receivers<D>,
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        let beyond = impact.start[self.nodes.len()..].iter();
-        bodies.trail.reach(beyond.map(|start| start.0), motion);
+        bodies.trail.reach(self.system.nodes(), motion);
         impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
         let own = impact.start[..self.nodes.len()].iter();
         let before: Vec<[f64; D]> = own.map(|start| start.1).collect();
@@ -110,8 +109,14 @@ impl<const D: usize> Island<D> {
             }
             impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
         }
-        self.end_impact(setting, motion, (&impact, duration), *receive, books);
-        books.impact_loss -= interior.settle(&touch, motion, remaining, *on_held);
+        self.end_impact(
+            setting,
+            motion,
+            (&impact, duration),
+            receivers.of_contacts,
+            books,
+        );
+        books.impact_loss -= interior.settle(&touch, motion, remaining, receivers.on_held);
     }
 
     /// The impact of pairs that are closed at t = 0 and approach, before a drift

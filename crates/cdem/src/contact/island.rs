@@ -233,6 +233,13 @@ impl Books {
 /// Receives each impulse on a node, N·s.
 pub(crate) type Receive<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
 
+/// Who receives the impulses of a drift.
+pub(crate) struct Receivers<'a, const D: usize> {
+    pub(crate) of_contacts: Receive<'a, D>,
+    /// Those of elements on nodes that are held.
+    pub(crate) on_held: Receive<'a, D>,
+}
+
 /// Live and possible contacts that share nodes, solved together.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Island<const D: usize> {
@@ -263,7 +270,7 @@ impl<const D: usize> Island<D> {
         motion: &mut Motion<D>,
         (time, duration): (f64, f64),
         bodies: &mut Bodies<D, impl Interior<D>>,
-        receive: &mut [Receive<D>; 2],
+        receivers: &mut Receivers<D>,
         books: &mut Books,
     ) {
         let mut touches = std::mem::take(&mut self.touches);
@@ -296,7 +303,7 @@ impl<const D: usize> Island<D> {
             books.touches += begun;
             let before = self.velocities(motion.velocity);
             let drift = (duration, duration - elapsed);
-            self.meet(setting, motion, drift, bodies, receive, books);
+            self.meet(setting, motion, drift, bodies, receivers, books);
             touches.update(
                 self,
                 setting,
@@ -312,6 +319,11 @@ impl<const D: usize> Island<D> {
     /// Kick interval and drift of its nodes, s, if they are due.
     pub(super) fn timing(&self, timing: Timing) -> Option<(f64, f64)> {
         timing(*self.nodes.first()?)
+    }
+
+    /// How many pairs are closed, or known to touch in the drift.
+    pub(super) fn pairs(&self) -> usize {
+        self.live.len() + self.touches.ahead()
     }
 
     /// Whether no pair is known to touch in the drift.

@@ -51,13 +51,12 @@ mod touches;
 pub(crate) mod trail;
 
 use formed::Formed;
-use island::{Books, Island, Receive, Setting};
+use island::{Books, Island, Receive, Receivers, Setting};
 use law::Laws;
 use live::{Live, Moment, Record};
 use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
-use together::Meeting;
 use trail::Trail;
 
 use crate::mesh::Mesh;
@@ -122,6 +121,9 @@ pub(crate) trait Interior<const D: usize>: Sync {
 /// Visits the nodes that share an element and their level with a node.
 pub(crate) type Beside<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
 
+/// Drift of a node that is due, s.
+pub(crate) type Duration<'a> = &'a dyn Fn(u32) -> Option<f64>;
+
 /// Kick interval and drift of a node that is due, s.
 pub(crate) type Timing<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);
 
@@ -164,6 +166,7 @@ pub(crate) struct Contacts<const D: usize> {
 /// Lists of a step, for their storage.
 #[derive(Default)]
 struct Lists {
+    /// Pairs that the search has found, until they are [taken](Contacts::regroup).
     near: Vec<Pair>,
     near_or_closed: Vec<Pair>,
     joins: Vec<(Pair, u64)>,
@@ -330,7 +333,9 @@ impl<const D: usize> Contacts<D> {
         let blocks = self.terms.blocks(&self.fixed);
         {
             let may_meet = self.terms.may_meet(&self.fixed);
-            self.search.near(&blocks, at, (speeds, step), &may_meet);
+            let near = &mut self.lists.near;
+            self.search
+                .near(&blocks, at, (speeds, step), &may_meet, near);
         }
         self.outrun |= self.search.was_outrun();
         self.regroup(number);
@@ -413,39 +418,21 @@ impl<const D: usize> Contacts<D> {
         books
     }
 
-    /// Drifts the islands that are due, touch by touch. Impulses of contacts are received, and
-    /// those of elements on nodes that are held.
+    /// Drifts the islands that are due, touch by touch, from a time on and for as long as that
+    /// says of a node.
     pub(crate) fn drift(
         &mut self,
         motion: &mut Motion<D>,
         inertia: &Inertia<D>,
-        (time, duration): (f64, &dyn Fn(u32) -> Option<f64>),
+        timing: (f64, Duration),
         interior: &impl Interior<D>,
-        receive: [Receive<D>; 2],
+        receivers: &mut Receivers<D>,
     ) {
         self.books.watch.skip();
-        let setting = self.terms.setting(inertia);
-        let mut meetings = Vec::new();
-        for island in &mut self.islands {
-            let Some(duration) = island.nodes.first().and_then(|&node| duration(node)) else {
-                continue;
-            };
-            if self.model == ContactModel::Penalty || island.flies_freely() {
-                island.go(motion, duration);
-            } else {
-                meetings.push(Meeting { island, duration });
-            }
-        }
+        let setting = &self.terms.setting(inertia);
         let bodies = (interior, &*self.in_island);
-        let (setting, books) = (&setting, &mut self.books);
-        together::drift(
-            &mut meetings,
-            setting,
-            motion,
-            (bodies, time),
-            receive,
-            books,
-        );
+        let (islands, books) = (&mut self.islands, &mut self.books);
+        together::drift(islands, setting, motion, (bodies, timing), receivers, books);
         self.books.watch.lap(Stage::Geometry);
     }
 

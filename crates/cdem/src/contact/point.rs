@@ -6,7 +6,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::colours::Values;
-use crate::contact::columns::{Columns, Reach};
+use crate::contact::columns::{Columns, Lever};
 use crate::contact::pack::{Factors, Pack, Packs};
 use crate::contact::solve::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::surface::Operator;
@@ -35,7 +35,7 @@ pub(super) struct Terms<const D: usize, P> {
     /// Velocities that impulses make, 1/kg, for each of a contact's packs in turn, row by row.
     pub(super) gains: Vec<[P; D]>,
     /// Instead, of contacts that move their packs by columns: of each operator, which these are.
-    pub(super) reaches: Vec<Reach<D>>,
+    pub(super) levers: Vec<Lever<D>>,
     pub(super) columns: Columns<D, P>,
 }
 
@@ -115,7 +115,7 @@ impl<const D: usize, P: Pack> Terms<D, P> {
     pub(super) fn clear(&mut self) {
         self.operators.clear();
         self.gains.clear();
-        self.reaches.clear();
+        self.levers.clear();
     }
 
     /// Relative velocity of a contact whose nodes have these velocities, m/s.
@@ -151,9 +151,9 @@ impl<const D: usize, P: Pack> Terms<D, P> {
         velocity: &mut impl Packs<P>,
     ) {
         if P::BY_COLUMNS {
-            for (term, reach) in self.by_columns(point) {
-                let on_node = reach.on_node(term, impulse);
-                reach.push(simd, &self.columns, &on_node, velocity);
+            for (term, lever) in self.by_columns(point) {
+                let on_node = lever.on_node(term, impulse);
+                lever.push(simd, &self.columns, &on_node, velocity);
             }
             return;
         }
@@ -168,9 +168,9 @@ impl<const D: usize, P: Pack> Terms<D, P> {
     pub(super) fn by_columns(
         &self,
         point: &Point<D>,
-    ) -> impl Iterator<Item = (&Term<D>, &Reach<D>)> {
+    ) -> impl Iterator<Item = (&Term<D>, &Lever<D>)> {
         let own = point.operators.clone();
-        self.operators[own.clone()].iter().zip(&self.reaches[own])
+        self.operators[own.clone()].iter().zip(&self.levers[own])
     }
 }
 
@@ -226,12 +226,12 @@ fn respond<S: Simd, const D: usize, P: Pack>(
 }
 
 /// Points that take their constraints' operators, with what impulses do: their parts of
-/// operators, gains and reaches follow each other as they do.
+/// operators, gains and levers follow each other as they do.
 pub(super) struct Filling<'a, const D: usize, P> {
     pub(super) points: &'a mut [Point<D>],
     pub(super) operators: &'a mut [Term<D>],
     pub(super) gains: &'a mut [[P; D]],
-    pub(super) reaches: &'a mut [Reach<D>],
+    pub(super) levers: &'a mut [Lever<D>],
     pub(super) columns: &'a Columns<D, P>,
     pub(super) constraints: &'a [Constraint<D>],
     pub(super) mobility: Mobility<'a, D>,
@@ -249,19 +249,19 @@ impl<const D: usize, P: Pack> Filling<'_, D, P> {
         let count = more[0].operators.start - ends[0];
         let (operators, others) = operators.split_at_mut(count);
         let (gains, other_gains) = self.gains.split_at_mut(more[0].gains.start - ends[1]);
-        let (reaches, other_reaches) = self.reaches.split_at_mut(reaches_of::<P>(count));
+        let (levers, other_levers) = self.levers.split_at_mut(levers_of::<P>(count));
         let first = Self {
             points,
             operators,
             gains,
-            reaches,
+            levers,
             ..self
         };
         let second = Self {
             points: more,
             operators: others,
             gains: other_gains,
-            reaches: other_reaches,
+            levers: other_levers,
             ..self
         };
         rayon::join(|| first.run(), || second.run());
@@ -273,31 +273,57 @@ impl<const D: usize, P: Pack> WithSimd for Filling<'_, D, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (mut operators, mut gains, mut reaches) = (self.operators, self.gains, self.reaches);
+        let (mut operators, mut gains, mut levers) = (self.operators, self.gains, self.levers);
         for point in self.points {
             let (own, rest) = operators.split_at_mut(point.operators.len());
             let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
-            let (own_reaches, rest_reaches) = reaches.split_at_mut(reaches_of::<P>(own.len()));
+            let (own_levers, rest_levers) = levers.split_at_mut(levers_of::<P>(own.len()));
             let operator = &self.constraints[point.number as usize].operator;
-            let unheld = point.take(own, operator, self.mobility);
+            let unheld = take(own, operator, self.mobility);
             let seen = if P::BY_COLUMNS {
                 let moved = nodes_of(operator, self.mobility).filter(|(.., held)| !held);
-                for (reach, (_, node, _)) in own_reaches.iter_mut().zip(moved) {
-                    reach.share = self.mobility.share(node);
+                for (lever, (_, node, _)) in own_levers.iter_mut().zip(moved) {
+                    lever.share = self.mobility.share(node);
                 }
-                seen_by_columns(own, own_reaches, self.columns)
+                seen_by_columns(own, own_levers, self.columns)
             } else {
                 respond(simd, own_gains, operator, self.mobility);
                 seen_by_gains(own, own_gains)
             };
             point.weigh(&seen, &unheld);
-            (operators, gains, reaches) = (rest, rest_gains, rest_reaches);
+            (operators, gains, levers) = (rest, rest_gains, rest_levers);
         }
     }
 }
 
-/// How many reaches there are of so many operators.
-const fn reaches_of<P: Pack>(operators: usize) -> usize {
+/// Takes an operator. Returns the inverse mass in each row if no node were held, 1/kg.
+#[inline(always)]
+fn take<const D: usize>(
+    operators: &mut [Term<D>],
+    operator: &Operator<D>,
+    mobility: Mobility<D>,
+) -> [f64; D] {
+    let mut unheld = [0.0; D];
+    let mut terms = operators.iter_mut();
+    for (k, node, held) in nodes_of(operator, mobility) {
+        let rows = &operator.rows[k];
+        let inverse = 1.0 / mobility.inertia.mass()[node as usize];
+        for r in 0..D {
+            unheld[r] += dot(&rows[r], &rows[r]) * inverse;
+        }
+        if !held && let Some(term) = terms.next() {
+            for c in 0..D {
+                for r in 0..D {
+                    term.columns[c][r] = rows[r][c];
+                }
+            }
+        }
+    }
+    unheld
+}
+
+/// How many levers there are of so many operators.
+const fn levers_of<P: Pack>(operators: usize) -> usize {
     if P::BY_COLUMNS { operators } else { 0 }
 }
 
@@ -324,17 +350,17 @@ fn seen_by_gains<const D: usize, P: Pack>(operators: &[Term<D>], gains: &[[P; D]
 #[inline(always)]
 fn seen_by_columns<const D: usize, P: Pack>(
     operators: &[Term<D>],
-    reaches: &[Reach<D>],
+    levers: &[Lever<D>],
     columns: &Columns<D, P>,
 ) -> [Wide; D] {
     let mut seen = [[0.0; 4]; D];
     for (s, seen) in seen.iter_mut().enumerate() {
         let mut unit = [0.0; D];
         unit[s] = 1.0;
-        for (term, reach) in operators.iter().zip(reaches) {
-            let on_node = reach.on_node(term, &unit);
-            for other in operators.iter().zip(reaches) {
-                reach.add_to_rows(columns, &on_node, other, seen);
+        for (term, lever) in operators.iter().zip(levers) {
+            let on_node = lever.on_node(term, &unit);
+            for other in operators.iter().zip(levers) {
+                lever.add_to_rows(columns, &on_node, other, seen);
             }
         }
     }
@@ -342,33 +368,6 @@ fn seen_by_columns<const D: usize, P: Pack>(
 }
 
 impl<const D: usize> Point<D> {
-    /// Takes the operator. Returns the inverse mass in each row if no node were held, 1/kg.
-    #[inline(always)]
-    fn take(
-        &self,
-        operators: &mut [Term<D>],
-        operator: &Operator<D>,
-        mobility: Mobility<D>,
-    ) -> [f64; D] {
-        let mut unheld = [0.0; D];
-        let mut terms = operators.iter_mut();
-        for (k, node, held) in nodes_of(operator, mobility) {
-            let rows = &operator.rows[k];
-            let inverse = 1.0 / mobility.inertia.mass()[node as usize];
-            for r in 0..D {
-                unheld[r] += dot(&rows[r], &rows[r]) * inverse;
-            }
-            if !held && let Some(term) = terms.next() {
-                for c in 0..D {
-                    for r in 0..D {
-                        term.columns[c][r] = rows[r][c];
-                    }
-                }
-            }
-        }
-        unheld
-    }
-
     /// Takes the relative velocity `own` in each row for a unit impulse in each other, 1/kg.
     #[inline(always)]
     fn weigh(&mut self, own: &[Wide; D], unheld: &[f64; D]) {

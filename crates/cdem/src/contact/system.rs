@@ -8,7 +8,7 @@
 use pulp::{Scalar, Simd};
 
 use crate::contact::colours::{Colours, Values, Visit, larger};
-use crate::contact::columns::Reach;
+use crate::contact::columns::Lever;
 use crate::contact::face::Face;
 use crate::contact::heading::Heading;
 use crate::contact::pack::{Listed, Pack};
@@ -34,9 +34,10 @@ pub(crate) struct System<const D: usize, P> {
     /// Velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
     /// are what [colours](Colours) know as nodes.
     pub(super) velocity: Vec<P>,
-    /// Velocities of the nodes without a seat, m/s, and what contacts bear on those with one, N·s.
+    /// Velocities of the nodes without a seat, m/s, and what a solve has added to the impulses on
+    /// those with one, N·s.
     others: Vec<[f64; D]>,
-    borne: Vec<[f64; D]>,
+    on_nodes: Vec<[f64; D]>,
     /// Nodes of contacts that are held, and their largest speed, m/s.
     held: Vec<HeldNode>,
     held_speed: f64,
@@ -71,7 +72,7 @@ impl<const D: usize, P: Pack> System<D, P> {
             points: &mut self.points,
             operators: &mut self.terms.operators,
             gains: &mut self.terms.gains,
-            reaches: &mut self.terms.reaches,
+            levers: &mut self.terms.levers,
             columns: &self.terms.columns,
             constraints,
             mobility,
@@ -177,8 +178,8 @@ impl<const D: usize, P: Pack> System<D, P> {
             columns: [[0.0; 4]; D],
         });
         if P::BY_COLUMNS {
-            let reach = Reach::new(&self.terms.columns, place, (slot, packs.len()));
-            self.terms.reaches.push(reach);
+            let lever = Lever::new(&self.terms.columns, place, (slot, packs.len()));
+            self.terms.levers.push(lever);
         }
     }
 
@@ -224,18 +225,18 @@ impl<const D: usize, P: Pack> System<D, P> {
         if self.others.is_empty() {
             return;
         }
-        self.borne.clear();
-        self.borne.resize(self.seating.seated().len(), [0.0; D]);
+        self.on_nodes.clear();
+        self.on_nodes.resize(self.seating.seated().len(), [0.0; D]);
         for point in &self.points {
             let made = sub(&point.impulse, &point.borne);
-            for (term, reach) in self.terms.by_columns(point) {
-                let own = &mut self.borne[reach.node as usize];
-                add_scaled(own, 1.0, &reach.on_node(term, &made));
+            for (term, lever) in self.terms.by_columns(point) {
+                let own = &mut self.on_nodes[lever.node as usize];
+                add_scaled(own, 1.0, &lever.on_node(term, &made));
             }
         }
         for group in self.seating.groups() {
             let others = &mut self.others[group.others.clone()];
-            let impulses = (group.seats.clone(), &*self.borne);
+            let impulses = (group.seats.clone(), &*self.on_nodes);
             self.terms.columns.move_others(impulses, others);
         }
     }

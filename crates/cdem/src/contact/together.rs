@@ -3,18 +3,19 @@
 
 use rayon::prelude::*;
 
-use crate::contact::island::{Bodies, Books, Island, Receive, Setting};
+use crate::contact::island::{Bodies, Books, Island, Receive, Receivers, Setting};
 use crate::contact::live::Record;
 use crate::contact::trail::Trail;
-use crate::contact::{Interior, Timing};
+use crate::contact::{Duration, Interior, Timing};
 use crate::model::motion::{Kicked, Motion};
 use crate::profile::Stage;
 
 /// Parts of the islands for each thread: one that is done early takes up another's.
 const PARTS: usize = 4;
 
-/// Nodes for each contact, at most, of which each part may have the velocities copied: a node
-/// takes a thousandth of the time of a contact.
+/// Nodes for each contact, at most, that each part may have copied: in a kick the velocity of a
+/// node takes a thousandth of the time of a contact, in a drift all of a node three times that,
+/// of contacts that are solved three times or more.
 const NODES_A_CONTACT: usize = 50;
 
 /// Holds all islands that are due in a kick at a time by its timing, velocities before which are
@@ -65,54 +66,99 @@ pub(super) fn hold<const D: usize>(
     due.flat_map(|island| island.held.ended()).collect()
 }
 
-/// An island before a drift of `duration` seconds in which pairs of it touch.
-pub(super) struct Meeting<'a, const D: usize> {
-    pub(super) island: &'a mut Island<D>,
-    pub(super) duration: f64,
+/// Drifts all islands that are due from a `time` on, each for its `duration`: those whose pairs
+/// touch see all others as they were before, and nodes of no island as they are after.
+pub(super) fn drift<const D: usize, I: Interior<D>>(
+    islands: &mut [Island<D>],
+    setting: &Setting<D>,
+    motion: &mut Motion<D>,
+    (bodies, (time, duration)): ((&I, &[bool]), (f64, Duration)),
+    receivers: &mut Receivers<D>,
+    books: &mut Books,
+) {
+    let due = |island: &Island<D>| duration(*island.nodes.first()?);
+    let meetings = islands.iter_mut().enumerate();
+    let mut meetings: Vec<Meeting<D>> = meetings
+        .filter_map(|(number, island)| {
+            let duration = due(island).filter(|_| !island.flies_freely())?;
+            Some(Meeting {
+                number,
+                island,
+                duration,
+            })
+        })
+        .collect();
+    let met = meet(&mut meetings, setting, motion, (bodies, time), books);
+    let mut meeting = met.iter().map(|met| met.number).peekable();
+    for (number, island) in islands.iter_mut().enumerate() {
+        if meeting.next_if_eq(&number).is_none()
+            && let Some(duration) = due(island)
+        {
+            island.go(motion, duration);
+        }
+    }
+    for met in &met {
+        books.impact_loss -= met.trail.redo(motion, setting.inertia.mass());
+        for (node, impulse) in &met.of_contacts {
+            (receivers.of_contacts)(*node, impulse);
+        }
+        for (node, impulse) in &met.on_held {
+            (receivers.on_held)(*node, impulse);
+        }
+    }
+}
+
+/// An island, by its number, before a drift of `duration` seconds in which pairs of it touch.
+struct Meeting<'a, const D: usize> {
+    number: usize,
+    island: &'a mut Island<D>,
+    duration: f64,
 }
 
 /// What has become of it.
 struct Met<const D: usize> {
+    number: usize,
     trail: Trail<D>,
     /// Impulses of contacts, and of elements on nodes that are held, N·s.
-    received: [Vec<(u32, [f64; D])>; 2],
+    of_contacts: Vec<(u32, [f64; D])>,
+    on_held: Vec<(u32, [f64; D])>,
     books: Books,
 }
 
-/// Drifts all islands whose pairs touch, from a `time` on.
-pub(super) fn drift<const D: usize, I: Interior<D>>(
+/// Drifts islands whose pairs touch, from a `time` on; nodes stay.
+fn meet<const D: usize, I: Interior<D>>(
     meetings: &mut [Meeting<D>],
     setting: &Setting<D>,
     motion: &mut Motion<D>,
     ((interior, taken), time): ((&I, &[bool]), f64),
-    mut receive: [Receive<D>; 2],
     books: &mut Books,
-) {
-    let contacts = meetings.iter().map(|meeting| meeting.island.live.len());
-    let parts = parts(contacts.sum(), motion.velocity.len()).min(meetings.len());
+) -> Vec<Met<D>> {
+    let pairs = meetings.iter().map(|meeting| meeting.island.pairs());
+    let parts = parts(pairs.sum(), motion.velocity.len()).min(meetings.len());
+    let of_all = &*books;
     let drift = |meeting: &mut Meeting<D>, motion: &mut Motion<D>| {
-        let mut trail = Trail::new(&meeting.island.nodes, motion);
+        let island = &mut *meeting.island;
+        let mut met = Met {
+            number: meeting.number,
+            trail: Trail::new(&island.nodes, motion),
+            of_contacts: Vec::new(),
+            on_held: Vec::new(),
+            books: of_all.beside(),
+        };
         let bodies = &mut Bodies {
             interior,
             taken,
-            trail: &mut trail,
+            trail: &mut met.trail,
         };
-        let [mut received, mut on_held] = [const { Vec::new() }; 2];
-        let receive: &mut [Receive<D>; 2] = &mut [
-            &mut |node, impulse| received.push((node, *impulse)),
-            &mut |node, impulse| on_held.push((node, *impulse)),
-        ];
-        let (timing, mut own) = ((time, meeting.duration), books.beside());
-        meeting
-            .island
-            .drift(setting, motion, timing, bodies, receive, &mut own);
-        own.watch.lap(Stage::Geometry);
-        trail.undo(motion);
-        Met {
-            trail,
-            received: [received, on_held],
-            books: own,
-        }
+        let receivers = &mut Receivers {
+            of_contacts: &mut |node, impulse| met.of_contacts.push((node, *impulse)),
+            on_held: &mut |node, impulse| met.on_held.push((node, *impulse)),
+        };
+        let timing = (time, meeting.duration);
+        island.drift(setting, motion, timing, bodies, receivers, &mut met.books);
+        met.books.watch.lap(Stage::Geometry);
+        met.trail.undo(motion);
+        met
     };
     let met: Vec<Met<D>> = if parts > 1 {
         let now = &*motion;
@@ -125,24 +171,15 @@ pub(super) fn drift<const D: usize, I: Interior<D>>(
         let each = meetings.par_chunks_mut(meetings.len().div_ceil(parts));
         each.flat_map_iter(of_part).collect()
     } else {
-        meetings
-            .iter_mut()
-            .map(|meeting| drift(meeting, motion))
-            .collect()
+        let met = meetings.iter_mut().map(|meeting| drift(meeting, motion));
+        met.collect()
     };
     books.add(met.iter().map(|met| &met.books));
-    for met in &met {
-        met.trail.redo(motion);
-        for (receive, received) in receive.iter_mut().zip(&met.received) {
-            received
-                .iter()
-                .for_each(|(node, impulse)| receive(*node, impulse));
-        }
-    }
+    met
 }
 
-/// Into how many parts islands with so many contacts are worth to be put, where each has the
-/// velocities of all `nodes` for itself.
+/// Into how many parts islands with so many contacts are worth to be put, where each has all
+/// `nodes` for itself.
 fn parts(contacts: usize, nodes: usize) -> usize {
     match rayon::current_num_threads() {
         1 => 1,

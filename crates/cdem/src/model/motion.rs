@@ -45,7 +45,7 @@ impl<'a, const D: usize> Kicked<'a, D> {
 }
 
 /// Displacement of a node and what round-off has kept from it, m, and its velocity, m/s.
-pub(crate) type State<const D: usize> = [[f64; D]; 3];
+pub(crate) type NodeState<const D: usize> = [[f64; D]; 3];
 
 /// A copy of all that [`Motion`] changes.
 pub(crate) struct Copied<const D: usize> {
@@ -55,17 +55,6 @@ pub(crate) struct Copied<const D: usize> {
 }
 
 impl<const D: usize> Copied<D> {
-    /// Nodes that move so.
-    #[cfg(test)]
-    pub(crate) fn of(states: &[State<D>]) -> Self {
-        let each = |which: usize| states.iter().map(|state| state[which]).collect();
-        Self {
-            displacement: each(0),
-            carry: each(1),
-            velocity: each(2),
-        }
-    }
-
     /// Nodes with these rest positions, m, with what they do here.
     pub(crate) fn motion<'a>(&'a mut self, rest: &'a [[f64; D]]) -> Motion<'a, D> {
         Motion {
@@ -88,7 +77,7 @@ impl<const D: usize> Motion<'_, D> {
     }
 
     /// How a node moves.
-    pub(crate) fn state(&self, node: u32) -> State<D> {
+    pub(crate) fn state(&self, node: u32) -> NodeState<D> {
         let node = node as usize;
         [
             self.displacement[node],
@@ -98,7 +87,7 @@ impl<const D: usize> Motion<'_, D> {
     }
 
     /// Has it move so.
-    pub(crate) fn set_state(&mut self, node: u32, state: State<D>) {
+    pub(crate) fn set_state(&mut self, node: u32, state: NodeState<D>) {
         let node = node as usize;
         [
             self.displacement[node],

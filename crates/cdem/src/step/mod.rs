@@ -33,6 +33,7 @@ pub(crate) use synchronise::Synchronised;
 
 use crate::around::Around;
 use crate::contact::Contacts;
+use crate::contact::island::Receivers;
 use crate::mesh::Element;
 use crate::model::build::{Built, SPEED_OF_LIGHT};
 use crate::model::motion::Motion;
@@ -458,10 +459,10 @@ impl<const D: usize> Run<D> {
             &model.inertia,
             (substep.time, &duration),
             &split,
-            [
-                &mut |node, impulse| received.push((node, *impulse)),
-                &mut |node, impulse| given.push((node, *impulse)),
-            ],
+            &mut Receivers {
+                of_contacts: &mut |node, impulse| received.push((node, *impulse)),
+                on_held: &mut |node, impulse| given.push((node, *impulse)),
+            },
         );
         self.watch.skip();
         if received.is_empty() {

@@ -8,7 +8,7 @@ use crate::vector::{add_scaled, norm, scale, sub};
 /// What to reckon with in the step to come.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outlook {
-    /// Largest speed of a node of each block, m/s.
+    /// Speeds to which nodes of each block may come, m/s.
     ahead: Vec<f64>,
     /// What the last step's accelerations add to it, and changes of loads, m/s²; and nodes with
     /// these.

@@ -74,7 +74,7 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
     ) -> (Touch<D>, Vec<(u32, [f64; D])>) {
         let due = self.elements_behind(motion, jump);
         let ring = self.ring(&due, jump);
-        trail.reach(ring.iter().copied(), motion);
+        trail.reach(&ring, motion);
         motion.drift(&ring, -jump.remaining);
         let mut parts: Vec<Part<D>> = due
             .iter()

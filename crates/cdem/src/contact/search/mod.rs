@@ -29,6 +29,7 @@
 //! since shares only grow the end is the same in any order.
 
 mod patches;
+mod share;
 mod soon;
 #[cfg(test)]
 mod study;
@@ -172,8 +173,6 @@ struct Lists {
     of_near: Vec<[u32; 2]>,
     /// Blocks that get more.
     raised: Vec<bool>,
-    /// The pairs near.
-    pairs: Vec<Pair>,
 }
 
 /// How a block moves, m.
@@ -190,8 +189,8 @@ struct Reach {
 }
 
 impl<const D: usize> Search<D> {
-    /// The pairs near at the start of a coarse step of `step` seconds, sorted, of blocks that may
-    /// come to these speeds in it, m/s.
+    /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted, of blocks
+    /// that may come to these speeds in it, m/s.
     /// `may_meet` says the pairs of which blocks are wanted.
     pub(super) fn near(
         &mut self,
@@ -199,7 +198,8 @@ impl<const D: usize> Search<D> {
         at: Positions<D>,
         (speeds, step): (&[f64], f64),
         may_meet: &dyn Fn([u32; 2]) -> bool,
-    ) -> &[Pair] {
+        near: &mut Vec<Pair>,
+    ) {
         self.blocks.resize(blocks.fixed.len(), Reach::default());
         self.follow(blocks, at);
         let speeds = speeds.iter().zip(blocks.fixed);
@@ -224,13 +224,7 @@ impl<const D: usize> Search<D> {
         self.found.par_sort_unstable();
         let found = self.found.par_iter().with_min_len(AT_A_GLANCE);
         let pairs = found.map(|&number| self.candidates[number as usize].pair);
-        pairs.collect_into_vec(&mut self.lists.pairs);
-        &self.lists.pairs
-    }
-
-    /// The pairs that were near in the last search, sorted.
-    pub(super) fn pairs(&self) -> &[Pair] {
-        &self.lists.pairs
+        pairs.collect_into_vec(near);
     }
 
     /// Whether nodes have gone farther in the step before the last search than their
@@ -529,109 +523,6 @@ impl<const D: usize> Search<D> {
                 self.found.push(number);
             }
         }
-    }
-
-    /// Gives blocks that may touch each other the largest share among them, and
-    /// looks again at the candidates of those that get more, until none does.
-    fn share_among_near(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let count = self.blocks.len();
-        let Lists {
-            together, largest, ..
-        } = &mut self.lists;
-        together.part(count);
-        largest.clear();
-        largest.extend(self.blocks.iter().map(|reach| reach.share));
-        let mut joined = 0;
-        while joined < self.found.len() {
-            self.list_blocks_near(joined);
-            self.join_near(blocks.fixed);
-            joined = self.found.len();
-            self.list_blocks_near(0);
-            if self.raise() {
-                self.look_again(blocks, at);
-            }
-        }
-    }
-
-    /// Joins the blocks listed that move, which then have the largest share in common.
-    fn join_near(&mut self, fixed: &[bool]) {
-        let Lists {
-            together,
-            largest,
-            of_near,
-            ..
-        } = &mut self.lists;
-        for of in of_near {
-            if of.iter().all(|&block| !fixed[block as usize]) {
-                let [a, b] = of.map(|block| largest[together.root(block) as usize]);
-                together.join(of[0], of[1]);
-                largest[together.root(of[0]) as usize] = a.max(b);
-            }
-        }
-        together.flatten();
-    }
-
-    /// Gives the blocks listed the largest share of those that they are joined to; whether any
-    /// gets more.
-    fn raise(&mut self) -> bool {
-        let Lists {
-            together,
-            largest,
-            of_near,
-            raised,
-            ..
-        } = &mut self.lists;
-        raised.clear();
-        raised.resize(self.blocks.len(), false);
-        for &block in of_near.as_flattened() {
-            let share = &mut self.blocks[block as usize].share;
-            let most = largest[together.root(block) as usize];
-            if most > *share {
-                *share = most;
-                raised[block as usize] = true;
-            }
-        }
-        raised.contains(&true)
-    }
-
-    /// Lists the blocks of the pairs near from the `first` on, those of one pair but once in a
-    /// row.
-    fn list_blocks_near(&mut self, first: usize) {
-        let found = self.found[first..].par_iter().with_min_len(AT_A_GLANCE);
-        let blocks = found.map(|&number| self.candidates[number as usize].blocks);
-        blocks.collect_into_vec(&mut self.lists.of_near);
-        self.lists.of_near.dedup();
-    }
-
-    /// Looks at what has not been near to blocks of a larger share than before.
-    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        self.look_ahead(blocks.tolerance);
-        let Lists {
-            ahead,
-            raised,
-            glances,
-            open,
-            ..
-        } = &mut self.lists;
-        let is_open = |number: &u32| {
-            let candidate = &self.candidates[*number as usize];
-            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-            let mut of = candidate.blocks.iter();
-            of.any(|&block| raised[block as usize])
-                && !self.near[*number as usize]
-                && candidate.may_be_near(a, b)
-        };
-        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
-        glances.resize_with(some.len(), Glance::default);
-        some.zip(&mut *glances).for_each(|(numbers, glance)| {
-            glance.open.clear();
-            glance
-                .open
-                .extend(numbers.iter().filter(|number| is_open(number)));
-        });
-        open.clear();
-        open.extend(glances.iter().flat_map(|glance| &glance.open));
-        self.look(blocks, at);
     }
 }
 

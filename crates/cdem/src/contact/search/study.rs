@@ -94,12 +94,11 @@ impl Cost {
         let search = &mut contacts.search;
         let blocks = contacts.terms.blocks(&contacts.fixed);
         let may_meet = contacts.terms.may_meet(&contacts.fixed);
-        let mut find = || _ = search.near(&blocks, at, (&speeds, step), &may_meet);
+        let (with, near) = ((&*speeds, step), &mut contacts.near);
+        let mut find = || search.near(&blocks, at, with, &may_meet, near);
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at, &may_meet));
-        contacts.near = search
-            .near(&blocks, at, (&speeds, step), &may_meet)
-            .to_vec();
+        search.near(&blocks, at, with, &may_meet, &mut contacts.near);
         drop(may_meet);
         contacts.join(run.state.number);
         let number = run.state.number;

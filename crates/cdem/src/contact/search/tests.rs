@@ -166,7 +166,7 @@ proptest! {
         let crowd = Crowd::new(stones);
         let still = vec![[0.0; 2]; crowd.block_of.len()];
         let [mut whole, mut late] = [Search::default(), Search::default()];
-        let with = (&*crowd.speeds, step);
+        let (with, mut near) = ((&*crowd.speeds, step), Vec::new());
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
             let at = Positions::new(&nodes, &still);
@@ -176,7 +176,7 @@ proptest! {
                     continue;
                 }
                 let before = pairs(search);
-                let near = search.near(&crowd.blocks(), at, with, &may_meet).to_vec();
+                search.near(&crowd.blocks(), at, with, &may_meet, &mut near);
                 prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
                 for pair in &near {
                     prop_assert!(search.is_near(*pair));
@@ -211,7 +211,8 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
             let (at, may_meet) = (Positions::new(&nodes, &still), |blocks| {
                 crowd.may_meet(blocks)
             });
-            search.near(&crowd.blocks(), at, (&crowd.speeds, 0.1), &may_meet);
+            let with = (&*crowd.speeds, 0.1);
+            search.near(&crowd.blocks(), at, with, &may_meet, &mut Vec::new());
         }
         search.was_outrun()
     };
@@ -359,13 +360,13 @@ proptest! {
             }
             let at = Positions::new(&mesh.nodes, &displacement);
             // Shares are less than what nodes move: more turns on those.
-            let with = (&*speeds, 0.05 * step);
+            let (with, mut near) = ((&*speeds, 0.05 * step), Vec::new());
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
                 if (number as usize) < from {
                     continue;
                 }
                 let before = pairs(search);
-                let near = search.near(&blocks, at, with, &may_meet).to_vec();
+                search.near(&blocks, at, with, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
                     shell.apart(pair, at) <= APART * (a + b + TOLERANCE)
@@ -414,7 +415,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
         let warped: Vec<[f64; 3]> = warped.collect();
         let at = Positions::new(&mesh.nodes, &warped);
         let with = (&[0.0, 1e-3][..], 1e-3);
-        near = search.near(&blocks, at, with, &|[a, b]| a != b).to_vec();
+        search.near(&blocks, at, with, &|[a, b]| a != b, &mut near);
         if number == 0 {
             let lacking = search
                 .candidates
