@@ -118,7 +118,7 @@ impl<const D: usize> Lever<D> {
         self.slot == other.slot
     }
 
-    /// What an impulse of the contact is on the node, N·s, whatever damping leaves of it.
+    /// What damping leaves of an impulse of the contact on the node, N·s.
     #[inline(always)]
     pub(super) fn on_node(&self, term: &Term<D>, impulse: &[f64; D]) -> [f64; D] {
         let mut own = [0.0; D];

@@ -122,7 +122,7 @@ pub(crate) trait Interior<const D: usize>: Sync {
 pub(crate) type Beside<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
 
 /// Drift of a node that is due, s.
-pub(crate) type Duration<'a> = &'a dyn Fn(u32) -> Option<f64>;
+pub(crate) type DriftOf<'a> = &'a dyn Fn(u32) -> Option<f64>;
 
 /// Kick interval and drift of a node that is due, s.
 pub(crate) type Timing<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);
@@ -334,8 +334,8 @@ impl<const D: usize> Contacts<D> {
         {
             let may_meet = self.terms.may_meet(&self.fixed);
             let near = &mut self.lists.near;
-            self.search
-                .near(&blocks, at, (speeds, step), &may_meet, near);
+            let with = (speeds, step);
+            self.search.near(&blocks, at, with, &may_meet, near);
         }
         self.outrun |= self.search.was_outrun();
         self.regroup(number);
@@ -418,13 +418,13 @@ impl<const D: usize> Contacts<D> {
         books
     }
 
-    /// Drifts the islands that are due, touch by touch, from a time on and for as long as that
-    /// says of a node.
+    /// Drifts the islands that are due, touch by touch, from a time on and for as long as is said
+    /// of their nodes.
     pub(crate) fn drift(
         &mut self,
         motion: &mut Motion<D>,
         inertia: &Inertia<D>,
-        timing: (f64, Duration),
+        timing: (f64, DriftOf),
         interior: &impl Interior<D>,
         receivers: &mut Receivers<D>,
     ) {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::contact::island::{Bodies, Books, Island, Receive, Receivers, Setting};
 use crate::contact::live::Record;
 use crate::contact::trail::Trail;
-use crate::contact::{Duration, Interior, Timing};
+use crate::contact::{DriftOf, Interior, Timing};
 use crate::model::motion::{Kicked, Motion};
 use crate::profile::Stage;
 
@@ -72,7 +72,7 @@ pub(super) fn drift<const D: usize, I: Interior<D>>(
     islands: &mut [Island<D>],
     setting: &Setting<D>,
     motion: &mut Motion<D>,
-    (bodies, (time, duration)): ((&I, &[bool]), (f64, Duration)),
+    (bodies, (time, duration)): ((&I, &[bool]), (f64, DriftOf)),
     receivers: &mut Receivers<D>,
     books: &mut Books,
 ) {
