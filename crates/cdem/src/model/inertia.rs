@@ -282,19 +282,20 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
+    /// velocity ← velocity + M⁻¹·impulse for all nodes, where no block is dense.
+    pub(crate) fn kick_all(&self, impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
+        let all = velocity.par_iter_mut().with_min_len(AT_ONCE);
+        let all = all.zip(&self.inverse).zip(impulse);
+        all.for_each(|((velocity, inverse), impulse)| {
+            for c in 0..D {
+                velocity[c] += inverse[c] * impulse[c];
+            }
+        });
+    }
+
     /// velocity ← velocity + M⁻¹·impulse for the nodes `due`; the nodes of a
     /// dense block come together and in order.
     pub(crate) fn kick(&self, due: &[u32], impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
-        if let Some(inverse) = self.lumped().filter(|_| due.len() == velocity.len()) {
-            let all = velocity.par_iter_mut().with_min_len(AT_ONCE);
-            let all = all.zip(inverse).zip(impulse);
-            all.for_each(|((velocity, inverse), impulse)| {
-                for c in 0..D {
-                    velocity[c] += inverse[c] * impulse[c];
-                }
-            });
-            return;
-        }
         Arch::new().dispatch(Kick {
             inertia: self,
             due,

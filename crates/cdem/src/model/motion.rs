@@ -120,12 +120,14 @@ impl<const D: usize> Motion<'_, D> {
         }
     }
 
-    /// The same of all nodes, each for its `duration`, on all threads.
-    pub(crate) fn drift_all(&mut self, duration: impl Fn(u32) -> f64 + Sync) {
+    /// The same of all nodes that have a `duration`, each for its own, on all threads.
+    pub(crate) fn drift_all(&mut self, duration: impl Fn(u32) -> Option<f64> + Sync) {
         let moved = self.displacement.par_iter_mut().with_min_len(AT_ONCE);
         let nodes = moved.zip(&mut *self.carry).zip(&*self.velocity).enumerate();
         nodes.for_each(|(node, ((displacement, carry), velocity))| {
-            go(displacement, carry, velocity, duration(node as u32));
+            if let Some(duration) = duration(node as u32) {
+                go(displacement, carry, velocity, duration);
+            }
         });
     }
 }

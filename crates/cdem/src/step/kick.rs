@@ -167,7 +167,10 @@ impl<const D: usize> Model<D> {
         if acting.gravity || acting.local_damping {
             self.body_forces(state, velocity, impulses, substep);
         }
-        self.inertia.kick(nodes, &impulses.total, velocity);
+        match lumped {
+            Some(_) => self.inertia.kick_all(&impulses.total, velocity),
+            None => self.inertia.kick(nodes, &impulses.total, velocity),
+        }
         if acting.mass_damping {
             self.damp_mass(velocity, impulses, nodes);
         }

@@ -428,20 +428,21 @@ impl<const D: usize> Run<D> {
             carry: &mut state.carry,
             velocity: &mut state.velocity,
         };
-        let Some(contacts) = &mut self.contacts else {
-            if substep.takes_all() {
-                motion.drift_all(|node| substep.duration(node));
-            } else {
-                let nodes = substep.nodes().iter();
-                nodes.for_each(|&node| motion.drift(&[node], substep.duration(node)));
-            }
-            return;
-        };
-        for &node in substep.nodes() {
-            if !contacts.moves(node) {
-                motion.drift(&[node], substep.duration(node));
+        let contacts = self.contacts.as_ref();
+        let is_free = |node| !contacts.is_some_and(|contacts| contacts.moves(node));
+        let duration = |node| is_free(node).then(|| substep.duration(node));
+        if substep.takes_all() {
+            motion.drift_all(duration);
+        } else {
+            for &node in substep.nodes() {
+                if let Some(duration) = duration(node) {
+                    motion.drift(&[node], duration);
+                }
             }
         }
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
         self.watch.lap(Stage::Motion);
         let split = Split {
             sets: &model.sets,

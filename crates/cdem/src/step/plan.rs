@@ -20,7 +20,7 @@ pub(crate) struct Plan {
     /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
     /// right, too.
     pub(super) is_steady: bool,
-    /// Whether the nodes are all there are, in their order.
+    /// Whether most nodes can move, so that it is worth to go over all in their order.
     takes_all: bool,
     /// Held nodes of blocks that are not fixed, by level.
     pub(super) held: Vec<u32>,
@@ -46,7 +46,8 @@ impl Substep<'_> {
         self.plan.nodes.due(self.coarsest)
     }
 
-    /// Whether all nodes are due, in their order.
+    /// Whether all nodes that can move are due, and are to be taken by going over all: those
+    /// of fixed blocks get nothing and stay where they are.
     pub(crate) fn takes_all(&self) -> bool {
         self.plan.takes_all && self.coarsest == 0
     }
@@ -121,11 +122,7 @@ impl Plan {
             assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
             is_settled,
             is_steady: false,
-            takes_all: nodes
-                .due(0)
-                .iter()
-                .copied()
-                .eq(0..model.mesh.nodes.len() as u32),
+            takes_all: 2 * nodes.due(0).len() >= model.mesh.nodes.len(),
             held: model.held_nodes(),
             finest,
             nodes,
