@@ -58,7 +58,7 @@ fn settle(mut simulation: Simulation, settled: f64, kept: &Path) -> std::io::Res
 
 /// Goes on to the end, and tells what that took.
 fn measure(mut simulation: Simulation, blocks: usize) -> serde_json::Value {
-    let timed = Timed::of(&mut simulation, |_, _| false);
+    let timed = Timed::in_stages(&mut simulation, |_, _| false);
     let rate = timed.block_rate(blocks);
     let contacts = simulation.live_contacts().len();
     let fastest = simulation.block_rows()[..blocks]

@@ -93,7 +93,7 @@ impl Series<'_> {
             let (size, contacts, rate, timed) = pool.install(|| {
                 let mut simulation = (self.start)();
                 // The same steps on all threads: others may have other impacts.
-                let timed = Timed::of(&mut simulation, |steps, spent| match alone {
+                let timed = Timed::in_stages(&mut simulation, |steps, spent| match alone {
                     Some((wanted, _)) => steps >= wanted,
                     None => (self.is_enough)(steps, spent),
                 });

@@ -1,10 +1,11 @@
 //! Whole scenes, the examples: updates and block-steps a second, and where the time goes.
 //!
-//! The last column but those of the stages is what updates of elements make beside as many, of the
-//! kinds that a run ends with, in large blocks that touch nothing.
+//! The last columns but those of the stages are what a step takes, what its updates of elements
+//! would take in large blocks that touch nothing, of the kinds that a run ends with, and the share.
 //!
 //! `cargo bench -p cdem-verify --bench scenes` steps each example for ten seconds or to its end,
-//! `-- 60` for sixty, `-- wall-2d crowd-3d` these alone; without results, on
+//! and once more with the clock of the stages, which takes up to a quarter of the shortest steps;
+//! `-- 60` for sixty seconds, `-- wall-2d crowd-3d` these alone; without results, on
 //! `RAYON_NUM_THREADS` threads. Writes `target/bench/scenes.json` too.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
@@ -46,8 +47,8 @@ fn main() -> std::io::Result<()> {
         "scene", "blocks", "elements", "steps", "run"
     );
     print!(
-        " {:>11} {:>13} {:>8}",
-        "updates/s", "block-steps/s", "of bulk"
+        " {:>11} {:>13} {:>9} {:>9} {:>8}",
+        "updates/s", "block-steps/s", "us a step", "bulk's", "of bulk"
     );
     for stage in Stage::ALL {
         print!(" {:>8}", short(stage));
@@ -64,6 +65,8 @@ fn main() -> std::io::Result<()> {
         let overview = simulation.overview();
         let (blocks, elements) = (overview.blocks.len(), overview.elements);
         let timed = rayon::scope(|_| Timed::of(&mut simulation, |_, spent| spent > seconds));
+        let is_same = |steps, _| steps >= timed.steps;
+        let staged = rayon::scope(|_| Timed::in_stages(&mut case.start(), is_same));
         let run = timed.steps as f64 / overview.step_count as f64;
         print!(
             "{name:14} {blocks:6} {elements:8} {:7} {:4.0} %",
@@ -71,16 +74,19 @@ fn main() -> std::io::Result<()> {
             100.0 * run
         );
         let kinematics = case.scene.block[0].kinematics;
-        let of_bulk =
-            timed.update_rate() * bulk.seconds_of_a_mean_update(&mut simulation, kinematics);
+        let of_update = bulk.seconds_of_a_mean_update(&mut simulation, kinematics);
+        let of_bulk = timed.update_rate() * of_update;
+        let of_step = timed.seconds / timed.steps as f64;
         print!(
-            " {:11.2e} {:13.2e} {:6.0} %",
+            " {:11.2e} {:13.2e} {:9.2} {:9.2} {:6.0} %",
             timed.update_rate(),
             timed.block_rate(blocks),
+            1e6 * of_step,
+            1e6 * of_bulk * of_step,
             100.0 * of_bulk
         );
-        for (_, time) in &timed.stages {
-            print!(" {:8.1}", 100.0 * time / timed.seconds);
+        for (_, time) in &staged.stages {
+            print!(" {:8.1}", 100.0 * time / staged.seconds);
         }
         println!();
         rows.push(json!({
@@ -90,9 +96,10 @@ fn main() -> std::io::Result<()> {
             "steps": timed.steps,
             "share_of_run": run,
             "updates_per_second": timed.update_rate(),
+            "seconds_of_a_step": of_step,
             "of_bulk": of_bulk,
             "block_steps_per_second": timed.block_rate(blocks),
-            "share_of_stages": timed.shares(),
+            "share_of_stages": staged.shares(),
         }));
     }
     keep(

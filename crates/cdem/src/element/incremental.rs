@@ -305,8 +305,11 @@ fn rotated<const D: usize, T: Real>(
     let square: Tensor<D, T> = tensor::filled(|i, j| {
         let (i, j) = (i.min(j), i.max(j));
         let mut sum = nothing;
-        for k in (0..D).filter(|&k| k != i && k != j) {
-            sum += half[i][k] * half[k][j];
+        // Plain loops: compilers would look for the k of a filter when the program runs.
+        for k in 0..D {
+            if k != i && k != j {
+                sum += half[i][k] * half[k][j];
+            }
         }
         sum
     });

@@ -9,7 +9,7 @@ use super::batch::{Abreast, Batch};
 use super::geometry::Moduli;
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
-use super::part::{Group, Part};
+use super::part::{Group, PART, Part};
 use super::set::{Formulation, Record, RecordMut};
 use super::{Due, Interval};
 
@@ -26,21 +26,29 @@ fn split<const D: usize>(shares: Shares<'_, D>, count: usize) -> [Shares<'_, D>;
     [[elastic.0, viscous.0], [elastic.1, viscous.1]]
 }
 
-/// Works on all parts and what is theirs of the shares.
+/// Works on all parts and what is theirs of the shares: one after the other where no more than
+/// [`PART`] elements of `coarsest` level or finer are in them, which are not worth another thread.
 pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     parts: &mut [Part<D, N, Q>],
-    shares: Shares<D>,
+    mut shares: Shares<D>,
+    coarsest: u8,
     work: &(impl Fn(&mut Part<D, N, Q>, Shares<D>) + Sync),
 ) {
-    if let [part] = parts {
-        return work(part, shares);
+    let due = parts.iter().map(|part| part.due(coarsest)).sum::<usize>();
+    if parts.len() == 1 || due <= PART {
+        for part in parts {
+            let [own, others] = split(shares, part.node_count());
+            work(part, own);
+            shares = others;
+        }
+        return;
     }
     let (left, right) = parts.split_at_mut(parts.len() / 2);
     let count = left.iter().map(Part::node_count).sum();
     let [of_left, of_right] = split(shares, count);
     rayon::join(
-        || each_part(left, of_left, work),
-        || each_part(right, of_right, work),
+        || each_part(left, of_left, coarsest, work),
+        || each_part(right, of_right, coarsest, work),
     );
 }
 
@@ -128,6 +136,9 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
             nearby.velocity.read(&group.nodes, self.velocity);
             nearby.viscous.clear(group.nodes.len());
         }
+        // What a kick that only looks would keep: to ask of each number whether it is kept would
+        // cut the kernel to pieces.
+        let mut passing = Vec::new();
         for batch in 0..group.batches.len() {
             group.batches.ask_ahead(batch, F::RECORD);
             let intervals = self.intervals(group, batch);
@@ -136,14 +147,20 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
                 nodes,
                 records,
             } = group.batches.batch_mut(batch, F::RECORD);
+            let rows = if self.due.is_kept {
+                records
+            } else {
+                passing.clear();
+                passing.extend_from_slice(records);
+                &mut passing[..F::RECORD]
+            };
             for first in (0..WIDTH).step_by(L::COUNT) {
                 let element = Abreast::new(lanes, (rest, first), moduli.lame);
                 let u = nearby.displacement.relative(lanes, nodes, first);
                 let mut records = Records {
                     lanes,
-                    rows: &mut *records,
+                    rows: &mut *rows,
                     first,
-                    is_kept: self.due.is_kept,
                 };
                 let force = F::respond(&element, &u, &mut records);
                 let duration = lanes.load(&intervals, first);
@@ -170,8 +187,6 @@ struct Records<'a, L> {
     lanes: L,
     rows: &'a mut [Row],
     first: usize,
-    /// Whether they change.
-    is_kept: bool,
 }
 
 impl<L: Lanes> Record<L::Number> for Records<'_, L> {
@@ -184,9 +199,7 @@ impl<L: Lanes> Record<L::Number> for Records<'_, L> {
 impl<L: Lanes> RecordMut<L::Number> for Records<'_, L> {
     #[inline(always)]
     fn set(&mut self, place: usize, number: L::Number) {
-        if self.is_kept {
-            self.lanes.store(number, &mut self.rows[place], self.first);
-        }
+        self.lanes.store(number, &mut self.rows[place], self.first);
     }
 }
 

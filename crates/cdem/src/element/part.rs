@@ -96,6 +96,12 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
         self.node_count
     }
 
+    /// Number of elements of level `coarsest` or finer.
+    pub(super) fn due(&self, coarsest: u8) -> usize {
+        let due = self.groups.iter().filter(|group| group.is_due(coarsest));
+        due.map(|group| group.members.len()).sum()
+    }
+
     /// Bytes.
     pub(super) fn memory(&self) -> usize {
         let groups = self.groups.iter();

@@ -302,7 +302,7 @@ where
 
     fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: Shares<D>) {
         let kick = Kick::<D, F>::new(due, motion, &self.mesh_elements);
-        each_part(&mut self.parts, shares, &|part, shares| {
+        each_part(&mut self.parts, shares, due.coarsest, &|part, shares| {
             kick.part(part, shares);
         });
     }

@@ -4,6 +4,7 @@ pub(crate) mod build;
 mod caution;
 mod error;
 pub(crate) mod inertia;
+pub(crate) mod largest;
 mod load;
 pub(crate) mod motion;
 pub(crate) mod names;

@@ -35,7 +35,7 @@ use crate::around::Around;
 use crate::contact::Contacts;
 use crate::contact::island::Receivers;
 use crate::mesh::Element;
-use crate::model::build::{Built, SPEED_OF_LIGHT};
+use crate::model::build::Built;
 use crate::model::motion::Motion;
 use crate::model::{Model, State};
 use crate::profile::{Stage, Stopwatch};
@@ -245,11 +245,10 @@ impl<const D: usize> Run<D> {
             return false;
         }
         self.look_out();
-        let speeds = self.outlook.speeds();
-        // What is torn to pieces is beyond a search, and stopped after the step.
-        if !speeds.iter().all(|&speed| speed < SPEED_OF_LIGHT) {
+        if !self.outlook.is_physical() {
             return false;
         }
+        let speeds = self.outlook.speeds();
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();

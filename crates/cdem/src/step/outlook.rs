@@ -2,17 +2,20 @@
 //! contacts must reach.
 
 use super::Run;
+use crate::model::build::SPEED_OF_LIGHT;
+use crate::model::largest::Largest;
 use crate::model::prescribed::Prescribed;
-use crate::vector::{add_scaled, norm, scale, sub};
+use crate::vector::{add_scaled, dot, norm, scale, sub};
 
 /// What to reckon with in the step to come.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outlook {
     /// Speeds to which nodes of each block may come, m/s.
     ahead: Vec<f64>,
-    /// What the last step's accelerations add to it, and changes of loads, m/s²; and nodes with
-    /// these.
-    gain: Vec<f64>,
+    /// Squares of the largest speed of a node of each block, m²/s², and acceleration in its last
+    /// kick, m²/s⁴.
+    squares: Largest<2>,
+    /// What changes of loads add to accelerations, m/s²; and nodes with these.
     pushed: Vec<f64>,
     loaded: Vec<usize>,
 }
@@ -21,6 +24,12 @@ impl Outlook {
     /// Speeds to which nodes of each block may come, m/s.
     pub(crate) fn speeds(&self) -> &[f64] {
         &self.ahead
+    }
+
+    /// Whether all are speeds that there are: what is torn to pieces is beyond a search, and
+    /// stopped after the step.
+    pub(crate) fn is_physical(&self) -> bool {
+        self.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT)
     }
 }
 
@@ -31,26 +40,28 @@ impl<const D: usize> Run<D> {
         let mut outlook = std::mem::take(&mut self.outlook);
         let step = self.model.step;
         let heavier = self.change_of_gravity();
-        let count = self.model.blocks.len();
-        for of_blocks in [&mut outlook.ahead, &mut outlook.gain] {
-            of_blocks.clear();
-            of_blocks.resize(count, 0.0);
-        }
-        let (ahead, gain) = (&mut outlook.ahead, &mut outlook.gain);
-        for (node, velocity) in self.state.velocity.iter().enumerate() {
-            let block = self.model.block_of[node] as usize;
-            ahead[block] = ahead[block].max(norm(velocity));
-            let interval = self.impulses.interval[node];
-            if interval > 0.0 {
-                let change = norm(&sub(velocity, &self.impulses.before[node]));
-                gain[block] = gain[block].max(change / interval);
-            }
-        }
+        let (velocity, before) = (&self.state.velocity, &self.impulses.before);
+        let interval = &self.impulses.interval;
+        let of_node = |node: u32| {
+            let n = node as usize;
+            let change = sub(&velocity[n], &before[n]);
+            let gain = if interval[n] > 0.0 {
+                dot(&change, &change) / (interval[n] * interval[n])
+            } else {
+                0.0
+            };
+            [dot(&velocity[n], &velocity[n]), gain]
+        };
+        let blocks = self.model.blocks.len();
+        let squares = outlook.squares.find(&self.model.block_of, blocks, of_node);
+        let ahead = &mut outlook.ahead;
+        ahead.clear();
+        ahead.extend(squares.iter().map(|[speed, _]| speed.sqrt()));
         self.raise_to_prescribed(ahead);
         self.change_of_loads(&mut outlook.pushed, &mut outlook.loaded);
-        let added = outlook.gain.iter().zip(&outlook.pushed);
-        for (ahead, (gain, pushed)) in outlook.ahead.iter_mut().zip(added) {
-            *ahead += step * (gain + heavier + pushed);
+        let added = outlook.squares.of_blocks().iter().zip(&outlook.pushed);
+        for (ahead, ([_, gain], pushed)) in outlook.ahead.iter_mut().zip(added) {
+            *ahead += step * (gain.sqrt() + heavier + pushed);
         }
         self.outlook = outlook;
     }

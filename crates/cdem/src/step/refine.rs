@@ -8,7 +8,6 @@ use crate::contact::Contacts;
 use crate::contact::remesh::Place;
 use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
-use crate::model::build::SPEED_OF_LIGHT;
 use crate::profile::Stage;
 use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
 use crate::vector::{add_scaled, norm, scale};
@@ -48,9 +47,7 @@ impl<const D: usize> Run<D> {
     /// lacked before, J, if any mesh has changed.
     pub(super) fn refine(&mut self) -> Option<f64> {
         self.second_scale.as_ref()?;
-        // What is torn to pieces stops after the step.
-        let mut speeds = self.state.velocity.iter().map(norm);
-        if !speeds.all(|speed| speed < SPEED_OF_LIGHT) {
+        if !self.outlook.is_physical() {
             return None;
         }
         let mut second = self.second_scale.take()?;

@@ -44,6 +44,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
+use crate::model::AT_ONCE as NODES_AT_ONCE;
+use crate::model::largest::Largest;
 use crate::raw;
 use crate::step::levels::Joined;
 use crate::vector::{dot, norm, sub};
@@ -79,10 +81,8 @@ const HELD_IN_MOTION: f64 = 4.0;
 const SERVES: f64 = 11.0;
 const SERVES_AT_REST: f64 = 500.0;
 
-/// Pairs that a thread looks at in a row, nodes that it follows, and pairs of which it
-/// sees whether it has to.
+/// Pairs that a thread looks at in a row, and pairs of which it sees whether it has to.
 const AT_ONCE: usize = 256;
-const NODES_AT_ONCE: usize = 4096;
 const AT_A_GLANCE: usize = 2048;
 
 /// A pair within the allowances of the last broad phase.
@@ -156,10 +156,9 @@ pub(super) struct Search<const D: usize> {
 /// Lists of a search, which are made anew in each: kept for their storage.
 #[derive(Clone, Debug, Default)]
 struct Lists {
-    /// Squares of the longest ways of a node since the last search and since the last broad
-    /// phase, m²: of blocks that some nodes in a row are of, and of each block.
-    of_nodes: Vec<Vec<(u32, [f64; 2])>>,
-    squares: Vec<[f64; 2]>,
+    /// Squares of the longest ways of a node of each block since the last search and since the
+    /// last broad phase, m².
+    squares: Largest<2>,
     /// What each block has ahead.
     ahead: Vec<Ahead>,
     /// What ways tell of candidates, some after the other; which are to be looked at, and what
@@ -263,7 +262,7 @@ impl<const D: usize> Search<D> {
         let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
         let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
         moving.for_each(|(node, last)| *last = at.at(node as u32));
-        for (reach, [way, moved]) in self.blocks.iter_mut().zip(&self.lists.squares) {
+        for (reach, [way, moved]) in self.blocks.iter_mut().zip(self.lists.squares.of_blocks()) {
             reach.way += way.sqrt();
             reach.moved = moved.sqrt();
         }
@@ -272,43 +271,21 @@ impl<const D: usize> Search<D> {
     /// Finds the longest ways of a node of each block since the last search and since the last
     /// broad phase.
     fn measure(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
-        let Lists {
-            of_nodes, squares, ..
-        } = &mut self.lists;
-        of_nodes.resize_with(self.last.len().div_ceil(NODES_AT_ONCE), Vec::new);
-        let parts = self.last.par_chunks(NODES_AT_ONCE);
-        let parts = parts.zip(self.origin.par_chunks(NODES_AT_ONCE));
-        let parts = of_nodes.par_iter_mut().zip(parts).enumerate();
-        parts.for_each(|(part, (longest, (last, origin)))| {
-            let nodes = (part * NODES_AT_ONCE) as u32..;
-            longest.clear();
-            for (node, (last, origin)) in nodes.zip(last.iter().zip(origin)) {
-                let block = blocks.block_of[node as usize];
-                if blocks.fixed[block as usize] {
-                    continue;
-                }
-                let now = at.at(node);
-                let gone = [last, origin].map(|then| sub(&now, then));
-                let squares = gone.map(|gone| dot(&gone, &gone));
-                match longest.last_mut().filter(|(of, _)| *of == block) {
-                    Some((_, longest)) => *longest = larger(*longest, squares),
-                    None => longest.push((block, squares)),
-                }
-            }
-        });
-        squares.clear();
-        squares.resize(self.blocks.len(), [0.0; 2]);
-        for &(block, of_nodes) in of_nodes.iter().flatten() {
-            let of_block = &mut squares[block as usize];
-            *of_block = larger(*of_block, of_nodes);
-        }
+        let block_of = &blocks.block_of[..self.last.len()];
+        let gone = |node: u32| {
+            let n = node as usize;
+            let now = at.at(node);
+            let gone = [&self.last[n], &self.origin[n]].map(|then| sub(&now, then));
+            gone.map(|gone| dot(&gone, &gone))
+        };
+        self.lists.squares.find(block_of, blocks.fixed.len(), gone);
     }
 
     /// Whether blocks that have gone farther than their share since the
     /// last search may have gone through others: with these for shares, pairs would have
     /// been near that were not, and their own nodes have gone as far as they were apart.
     fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>) -> bool {
-        let gone = |block: usize| self.lists.squares[block][0].sqrt();
+        let gone = |block: usize| self.lists.squares.of_blocks()[block][0].sqrt();
         let way = |nodes: &[u32]| {
             let ways = nodes.iter();
             let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
@@ -552,11 +529,6 @@ impl Reach {
             turning: STEEP * self.way + self.share,
         }
     }
-}
-
-/// The larger of two numbers, place by place.
-fn larger(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0].max(other[0]), one[1].max(other[1])]
 }
 
 /// Where the items of each of `count` owners begin in a list of all in order of
