@@ -324,21 +324,19 @@ where
         survey::ask::<survey::StrainEnergy<F>, D, N, Q, 1>(
             &self.parts,
             displacement,
+            |_| true,
             |member, [energy]| tell(self.mesh_elements[member as usize], energy),
         );
     }
 
     fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
+        // Within such strains det F is near 1, or near −1: then changes are 4 and more.
+        let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
         survey::ask::<survey::Distortion, D, N, Q, 2>(
             &self.parts,
             displacement,
-            |member, [strains, changes]| {
-                // Within such strains det F is near 1, or near −1: then changes are 4 and more.
-                let is_within = strains <= most * most && changes < 1.0;
-                if !is_within {
-                    tell(self.mesh_elements[member as usize]);
-                }
-            },
+            |answer| !is_within(answer),
+            |member, _| tell(self.mesh_elements[member as usize]),
         );
     }
 

@@ -14,7 +14,7 @@ use super::set::{Formulation, Record};
 use super::tensor;
 use super::total::green_lagrange;
 
-/// Parts that are asked before their answers are told: the memory of some tens.
+/// Parts that are asked before their answers are told: these take the memory of some tens.
 const AT_ONCE: usize = 64;
 
 /// A question to an element that is displaced, with its record.
@@ -25,6 +25,9 @@ pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const 
 {
     /// Numbers of a record.
     const RECORD: usize;
+
+    /// How many elements of a part have an answer to be told, as a rule.
+    const TOLD: usize;
 
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
@@ -42,6 +45,8 @@ where
 {
     const RECORD: usize = F::RECORD;
 
+    const TOLD: usize = PART;
+
     #[inline(always)]
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
@@ -58,6 +63,8 @@ pub(super) struct Distortion;
 
 impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Distortion {
     const RECORD: usize = 0;
+
+    const TOLD: usize = 0;
 
     #[inline(always)]
     fn answer<T: Real>(
@@ -93,21 +100,24 @@ impl<L: Lanes> Record<L::Number> for Records<'_, L> {
     }
 }
 
-/// Asks all elements of a set; `tell` gets their numbers and answers, part by part.
+/// Asks all elements of a set; `tell` gets the numbers of those whose answer `is_told`, and their
+/// answers, part by part.
 pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
     parts: &[Part<D, N, Q>],
     displacement: &[[f64; D]],
+    is_told: impl Fn(&[f64; A]) -> bool + Sync,
     mut tell: impl FnMut(u32, [f64; A]),
 ) where
     W: Question<D, N, Q, A>,
 {
     let answers = |part: &Part<D, N, Q>| {
-        let mut answers = Vec::with_capacity(PART);
+        let mut answers = Vec::with_capacity(W::TOLD);
         Nearby::with(|nearby| {
             Arch::new().dispatch(Task {
                 part,
                 displacement,
                 nearby,
+                is_told: &is_told,
                 answers: &mut answers,
                 question: PhantomData::<W>,
             });
@@ -115,29 +125,28 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
         answers
     };
     for some in parts.chunks(AT_ONCE) {
-        let answers: Vec<Vec<[f64; A]>> = some.par_iter().map(answers).collect();
-        for (part, answers) in some.iter().zip(&answers) {
-            let members = part.groups().iter().flat_map(|group| &group.members);
-            for (&member, &answer) in members.zip(answers) {
-                tell(member, answer);
-            }
+        let answers: Vec<Vec<(u32, [f64; A])>> = some.par_iter().map(answers).collect();
+        for (member, answer) in answers.into_iter().flatten() {
+            tell(member, answer);
         }
     }
 }
 
 /// Asks a part with whatever instructions the machine has.
-struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W> {
+struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, T> {
     part: &'a Part<D, N, Q>,
     displacement: &'a [[f64; D]],
     nearby: &'a mut Nearby,
-    answers: &'a mut Vec<[f64; A]>,
+    is_told: &'a T,
+    answers: &'a mut Vec<(u32, [f64; A])>,
     question: PhantomData<W>,
 }
 
-impl<W, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
-    for Task<'_, D, N, Q, A, W>
+impl<W, T, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
+    for Task<'_, D, N, Q, A, W, T>
 where
     W: Question<D, N, Q, A>,
+    T: Fn(&[f64; A]) -> bool,
 {
     type Output = ();
 
@@ -148,6 +157,7 @@ where
             let field = &mut self.nearby.displacement;
             field.read(&group.nodes, self.displacement);
             for (batch, members) in group.members.chunks(WIDTH).enumerate() {
+                group.batches.ask_ahead(batch, W::RECORD);
                 let Batch {
                     rest,
                     nodes,
@@ -167,8 +177,12 @@ where
                         lanes.store(number, row, first);
                     }
                 }
-                let answers = (0..members.len()).map(|lane| rows.map(|row| row[lane]));
-                self.answers.extend(answers);
+                for (lane, &member) in members.iter().enumerate() {
+                    let answer = rows.map(|row| row[lane]);
+                    if (self.is_told)(&answer) {
+                        self.answers.push((member, answer));
+                    }
+                }
             }
         }
     }
