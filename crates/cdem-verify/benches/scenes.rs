@@ -65,8 +65,8 @@ fn main() -> std::io::Result<()> {
         let overview = simulation.overview();
         let (blocks, elements) = (overview.blocks.len(), overview.elements);
         let timed = rayon::scope(|_| Timed::of(&mut simulation, |_, spent| spent > seconds));
-        let is_same = |steps, _| steps >= timed.steps;
-        let staged = rayon::scope(|_| Timed::in_stages(&mut case.start(), is_same));
+        let are_as_many = |steps, _| steps >= timed.steps;
+        let staged = rayon::scope(|_| Timed::in_stages(&mut case.start(), are_as_many));
         let run = timed.steps as f64 / overview.step_count as f64;
         print!(
             "{name:14} {blocks:6} {elements:8} {:7} {:4.0} %",

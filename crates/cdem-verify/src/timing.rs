@@ -24,7 +24,7 @@ pub struct Timed {
     pub updates: u64,
     /// What they took, s.
     pub seconds: f64,
-    /// What each stage took of that, s; nothing where the clock of stages did not run.
+    /// What each stage took of that, s; 0 where their clock did not run.
     pub stages: Vec<(Stage, f64)>,
 }
 

@@ -1,6 +1,9 @@
 //! The number of threads is no part of the physics.
 
 use cdem::Simulation;
+use cdem::mesh::ElementKind;
+use cdem::sample::FieldValues;
+use cdem::scene::Schedule;
 use cdem_verify::{columns, load};
 
 /// All that a run says of itself after so many steps: floating-point numbers in the shortest text
@@ -36,4 +39,65 @@ fn a_pile_gives_the_same_bits_on_any_number_of_threads() {
 fn piles_beside_each_other_give_the_same_bits_on_any_number_of_threads() {
     assert_same_bits(60, || columns(5, 3, 1));
     assert_same_bits(60, || columns(3, 2, 3));
+}
+
+/// Cells along each edge of a block that falls: more nodes than a thread takes at once.
+const CELLS: usize = 18;
+
+/// That block, and a small one with steps four times as fine, above a fixed one of so many cells
+/// along each edge; with gravity and damping, if it `is_damped`.
+fn above_fixed(cells: usize, is_damped: bool) -> Simulation {
+    let mut case = load("free-flight-3d");
+    let mut pebble = case.scene.block[0].clone();
+    (pebble.name, pebble.scale) = ("pebble".into(), 0.25);
+    pebble.translate = vec![0.0, 0.0, 5.0];
+    let mut floor = case.scene.block[0].clone();
+    (floor.name, floor.fixed) = ("floor".into(), true);
+    floor.translate = vec![0.0, 0.0, -5.0];
+    (floor.velocity, floor.angular_velocity) = (vec![0.0; 3], vec![0.0; 3]);
+    case.scene.block.extend([pebble, floor]);
+    for (name, cells) in [("block", CELLS), ("pebble", CELLS), ("floor", cells)] {
+        case.divide(name, &[cells; 3], ElementKind::Hex8);
+    }
+    if is_damped {
+        case.scene.gravity = Schedule::Constant(vec![0.0, 0.0, -9.81]);
+        (
+            case.scene.material[0].damping.mass,
+            case.scene.material[0].damping.local,
+        ) = (5.0, 0.1);
+    }
+    case.start()
+}
+
+#[test]
+fn blocks_of_several_levels_above_a_fixed_one_give_the_same_bits_on_any_number_of_threads() {
+    for is_damped in [false, true] {
+        assert_same_bits(8, || above_fixed(5, is_damped));
+    }
+}
+
+/// Beside a large fixed block nodes are taken from lists, beside a small one all in a row.
+#[test]
+fn what_is_fixed_stays_and_changes_nothing_however_large_it_is() {
+    for is_damped in [false, true] {
+        let frames = [5, 30].map(|cells| {
+            let mut simulation = above_fixed(cells, is_damped);
+            let before = simulation.frame();
+            (0..8).for_each(|_| simulation.step().expect("a step"));
+            (before, simulation.frame())
+        });
+        let moving = 2 * (CELLS + 1).pow(3);
+        for (before, after) in &frames {
+            assert!(after.points.len() > moving);
+            assert_eq!(before.points[moving..], after.points[moving..]);
+            assert_eq!(frames[0].1.points[..moving], after.points[..moving]);
+            let mut fields = after.cell_fields.iter();
+            let levels = fields.find(|field| field.name == "level");
+            let FieldValues::Whole(levels) = &levels.expect("levels").values else {
+                panic!("levels are whole numbers");
+            };
+            assert!([0, 2].iter().all(|level| levels.contains(level)));
+        }
+        assert!(frames[0].0.points[..moving] != frames[0].1.points[..moving]);
+    }
 }

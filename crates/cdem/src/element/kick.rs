@@ -9,7 +9,7 @@ use super::batch::{Abreast, Batch};
 use super::geometry::Moduli;
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
-use super::part::{Group, PART, Part};
+use super::part::{Group, Part};
 use super::set::{Formulation, Record, RecordMut};
 use super::{Due, Interval};
 
@@ -26,8 +26,12 @@ fn split<const D: usize>(shares: Shares<'_, D>, count: usize) -> [Shares<'_, D>;
     [[elastic.0, viscous.0], [elastic.1, viscous.1]]
 }
 
-/// Works on all parts and what is theirs of the shares: one after the other where no more than
-/// [`PART`] elements of `coarsest` level or finer are in them, which are not worth another thread.
+/// Gauss points whose forces are not worth another thread: it takes some tens of microseconds to
+/// wake one.
+const FEW: usize = 2048;
+
+/// Works on all parts and what is theirs of the shares: one after the other where only a [`FEW`]
+/// elements of `coarsest` level or finer are in them.
 pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     parts: &mut [Part<D, N, Q>],
     mut shares: Shares<D>,
@@ -35,7 +39,7 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     work: &(impl Fn(&mut Part<D, N, Q>, Shares<D>) + Sync),
 ) {
     let due = parts.iter().map(|part| part.due(coarsest)).sum::<usize>();
-    if parts.len() == 1 || due <= PART {
+    if parts.len() == 1 || due * Q <= FEW {
         for part in parts {
             let [own, others] = split(shares, part.node_count());
             work(part, own);
@@ -138,7 +142,7 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         }
         // What a kick that only looks would keep: to ask of each number whether it is kept would
         // cut the kernel to pieces.
-        let mut passing = Vec::new();
+        let mut discarded = Vec::new();
         for batch in 0..group.batches.len() {
             group.batches.ask_ahead(batch, F::RECORD);
             let intervals = self.intervals(group, batch);
@@ -150,9 +154,9 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
             let rows = if self.due.is_kept {
                 records
             } else {
-                passing.clear();
-                passing.extend_from_slice(records);
-                &mut passing[..F::RECORD]
+                discarded.clear();
+                discarded.extend_from_slice(records);
+                &mut discarded[..F::RECORD]
             };
             for first in (0..WIDTH).step_by(L::COUNT) {
                 let element = Abreast::new(lanes, (rest, first), moduli.lame);

@@ -14,7 +14,7 @@ use super::set::{Formulation, Record};
 use super::tensor;
 use super::total::green_lagrange;
 
-/// Parts that are asked before their answers are told: these take the memory of some tens.
+/// Parts that are asked before their answers are told: these take 2 MB of memory at most.
 const AT_ONCE: usize = 64;
 
 /// A question to an element that is displaced, with its record.
@@ -133,20 +133,20 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
 }
 
 /// Asks a part with whatever instructions the machine has.
-struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, T> {
+struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, I> {
     part: &'a Part<D, N, Q>,
     displacement: &'a [[f64; D]],
     nearby: &'a mut Nearby,
-    is_told: &'a T,
+    is_told: &'a I,
     answers: &'a mut Vec<(u32, [f64; A])>,
     question: PhantomData<W>,
 }
 
-impl<W, T, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
-    for Task<'_, D, N, Q, A, W, T>
+impl<W, I, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
+    for Task<'_, D, N, Q, A, W, I>
 where
     W: Question<D, N, Q, A>,
-    T: Fn(&[f64; A]) -> bool,
+    I: Fn(&[f64; A]) -> bool,
 {
     type Output = ();
 

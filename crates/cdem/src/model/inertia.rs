@@ -284,6 +284,7 @@ impl<const D: usize> Inertia<D> {
 
     /// velocity ← velocity + M⁻¹·impulse for all nodes, where no block is dense.
     pub(crate) fn kick_all(&self, impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
+        debug_assert!(self.dense.is_empty(), "a dense block is kicked as a whole");
         let all = velocity.par_iter_mut().with_min_len(AT_ONCE);
         let all = all.zip(&self.inverse).zip(impulse);
         all.for_each(|((velocity, inverse), impulse)| {

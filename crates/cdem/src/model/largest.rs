@@ -22,7 +22,8 @@ impl<const N: usize> Default for Largest<N> {
 }
 
 impl<const N: usize> Largest<N> {
-    /// Finds them for `blocks` blocks, of the nodes that are of these blocks.
+    /// Finds them for so many `blocks`, of the nodes whose blocks `block_of` lists; 0 where a
+    /// block has none of them.
     pub(crate) fn find(
         &mut self,
         block_of: &[u32],
@@ -59,10 +60,16 @@ impl<const N: usize> Largest<N> {
     }
 }
 
-/// The larger of two numbers, place by place; the first where the second is not a number.
+/// The larger of two numbers, place by place. What is not a number is not lost.
 #[inline]
 fn larger<const N: usize>(one: [f64; N], other: [f64; N]) -> [f64; N] {
-    std::array::from_fn(|n| one[n].max(other[n]))
+    std::array::from_fn(|n| {
+        if one[n] >= other[n] || one[n].is_nan() {
+            one[n]
+        } else {
+            other[n]
+        }
+    })
 }
 
 #[cfg(test)]
@@ -73,25 +80,33 @@ mod tests {
     fn blocks_get_the_largest_of_their_nodes_however_many_these_are() {
         // Some blocks lie in one part of the nodes, one in several, one has none.
         let counts = [3, 2 * AT_ONCE + 7, 0, 1, AT_ONCE];
-        let blocks = (0..).zip(counts);
-        let block_of: Vec<u32> = blocks.flat_map(|(b, n)| vec![b; n]).collect();
+        let block_of: Vec<u32> = (0..).zip(counts).flat_map(|(b, n)| vec![b; n]).collect();
         let mut random = fastrand::Rng::with_seed(11);
-        let numbers: Vec<[f64; 2]> = block_of
-            .iter()
-            .map(|_| [(); 2].map(|()| random.f64()))
-            .collect();
+        let numbers: Vec<f64> = block_of.iter().map(|_| 1.0 + random.f64()).collect();
         let mut largest = Largest::default();
-        for _ in 0..2 {
-            let found = largest.find(&block_of, counts.len(), |node| numbers[node as usize]);
-            for (block, found) in (0..).zip(found) {
+        // Less in the second round: nothing of the first may be left.
+        for share in [1.0, 0.5] {
+            let of = |node: u32| [share * numbers[node as usize], 2.0];
+            let found = largest.find(&block_of, counts.len(), of);
+            for ((block, count), found) in (0..).zip(counts).zip(found) {
                 let own = block_of
                     .iter()
                     .zip(&numbers)
                     .filter(|(of, _)| **of == block);
-                let most = own.fold([0.0; 2], |most, (_, own)| larger(most, *own));
-                assert_eq!(*found, most);
+                let mut own: Vec<f64> = own.map(|(_, number)| share * number).collect();
+                own.sort_by(f64::total_cmp);
+                let second = if count > 0 { 2.0 } else { 0.0 };
+                assert_eq!(*found, [own.pop().unwrap_or_default(), second]);
             }
         }
         assert_eq!(largest.find(&[], 1, |_| [1.0, 1.0]), [[0.0; 2]]);
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_lost() {
+        for place in 0..3 {
+            let of = |node: u32| [if node == place { f64::NAN } else { 1.0 }];
+            assert!(Largest::default().find(&[0; 3], 1, of)[0][0].is_nan());
+        }
     }
 }

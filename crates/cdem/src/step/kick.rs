@@ -167,9 +167,10 @@ impl<const D: usize> Model<D> {
         if acting.gravity || acting.local_damping {
             self.body_forces(state, velocity, impulses, substep);
         }
-        match lumped {
-            Some(_) => self.inertia.kick_all(&impulses.total, velocity),
-            None => self.inertia.kick(nodes, &impulses.total, velocity),
+        if lumped.is_some() {
+            self.inertia.kick_all(&impulses.total, velocity);
+        } else {
+            self.inertia.kick(nodes, &impulses.total, velocity);
         }
         if acting.mass_damping {
             self.damp_mass(velocity, impulses, nodes);

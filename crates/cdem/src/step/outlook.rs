@@ -26,8 +26,8 @@ impl Outlook {
         &self.ahead
     }
 
-    /// Whether all are speeds that there are: what is torn to pieces is beyond a search, and
-    /// stopped after the step.
+    /// Whether all are below the speed of light: what is torn to pieces is beyond a search, and
+    /// stopped after the step. Nothing is looked out for without contacts.
     pub(crate) fn is_physical(&self) -> bool {
         self.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT)
     }
@@ -76,7 +76,11 @@ impl<const D: usize> Run<D> {
                 let mut wanted = [0.0; D];
                 motion.set((time, step), &at.at(node), &mut wanted);
                 let speed = &mut speeds[self.model.block_of[node as usize] as usize];
-                *speed = speed.max(norm(&wanted));
+                let wanted = norm(&wanted);
+                // What is not a number stays so.
+                if wanted > *speed {
+                    *speed = wanted;
+                }
             }
         }
     }

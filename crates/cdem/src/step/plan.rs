@@ -20,7 +20,8 @@ pub(crate) struct Plan {
     /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
     /// right, too.
     pub(super) is_steady: bool,
-    /// Whether most nodes can move, so that it is worth to go over all in their order.
+    /// Whether at least half of the nodes can move, so that it is worth to go over all in their
+    /// order.
     takes_all: bool,
     /// Held nodes of blocks that are not fixed, by level.
     pub(super) held: Vec<u32>,
@@ -46,8 +47,9 @@ impl Substep<'_> {
         self.plan.nodes.due(self.coarsest)
     }
 
-    /// Whether all nodes that can move are due, and are to be taken by going over all: those
-    /// of fixed blocks get nothing and stay where they are.
+    /// Whether all nodes that can move are due, and are to be taken by going over all: those of
+    /// fixed blocks, which no element gives a share and whose inverse masses are 0, stay where
+    /// they are.
     pub(crate) fn takes_all(&self) -> bool {
         self.plan.takes_all && self.coarsest == 0
     }
