@@ -31,7 +31,7 @@ fn split<const D: usize>(shares: Shares<'_, D>, count: usize) -> [Shares<'_, D>;
 const FEW: usize = 2048;
 
 /// Works on all parts and what is theirs of the shares: one after the other where only a [`FEW`]
-/// elements of `coarsest` level or finer are in them.
+/// Gauss points of `coarsest` level or finer are in them.
 pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     parts: &mut [Part<D, N, Q>],
     mut shares: Shares<D>,

@@ -14,7 +14,7 @@ use super::set::{Formulation, Record};
 use super::tensor;
 use super::total::green_lagrange;
 
-/// Parts that are asked before their answers are told: these take 2 MB of memory at most.
+/// Parts that are asked before their answers are told: these take 2 or 3 MB of memory.
 const AT_ONCE: usize = 64;
 
 /// A question to an element that is displaced, with its record.
