@@ -2,9 +2,6 @@
 //! prescribed components of nodes held.
 
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
-
-use super::AT_ONCE;
 
 /// A block whose mass matrix is dense.
 #[derive(Clone, Debug)]
@@ -186,11 +183,6 @@ impl<const D: usize> Inertia<D> {
         self.dense_of[node] != LUMPED
     }
 
-    /// Inverse masses, 1/kg by component, 0 where a node is held: where no block is dense.
-    pub(crate) fn lumped(&self) -> Option<&[[f64; D]]> {
-        self.dense.is_empty().then_some(&*self.inverse)
-    }
-
     /// Components of a node that are held.
     pub(crate) fn held(&self, node: usize) -> [bool; D] {
         self.held[node]
@@ -282,24 +274,21 @@ impl<const D: usize> Inertia<D> {
         }
     }
 
-    /// velocity ← velocity + M⁻¹·impulse for all nodes, where no block is dense.
-    pub(crate) fn kick_all(&self, impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
-        debug_assert!(self.dense.is_empty(), "a dense block is kicked as a whole");
-        let all = velocity.par_iter_mut().with_min_len(AT_ONCE);
-        let all = all.zip(&self.inverse).zip(impulse);
-        all.for_each(|((velocity, inverse), impulse)| {
-            for c in 0..D {
-                velocity[c] += inverse[c] * impulse[c];
+    /// velocity ← velocity + M⁻¹·impulse for nodes that follow each other from `first` on, all
+    /// or none of a block with a dense matrix.
+    pub(crate) fn kick(&self, first: usize, impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
+        if self.dense.is_empty() {
+            let masses = impulse.iter().zip(&self.inverse[first..]);
+            for (velocity, (impulse, inverse)) in velocity.iter_mut().zip(masses) {
+                for c in 0..D {
+                    velocity[c] += inverse[c] * impulse[c];
+                }
             }
-        });
-    }
-
-    /// velocity ← velocity + M⁻¹·impulse for the nodes `due`; the nodes of a
-    /// dense block come together and in order.
-    pub(crate) fn kick(&self, due: &[u32], impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
+            return;
+        }
         Arch::new().dispatch(Kick {
             inertia: self,
-            due,
+            first,
             impulse,
             velocity,
         });
@@ -355,8 +344,8 @@ impl<const D: usize> Inertia<D> {
 /// Nodes that get impulses, with whatever instructions the machine has.
 struct Kick<'a, const D: usize> {
     inertia: &'a Inertia<D>,
-    /// Those of a dense block together and in order.
-    due: &'a [u32],
+    /// Number of the first; all or none of a dense block.
+    first: usize,
     impulse: &'a [[f64; D]],
     velocity: &'a mut [[f64; D]],
 }
@@ -366,13 +355,14 @@ impl<const D: usize> WithSimd for Kick<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let mut due = self.due;
-        while let Some(&node) = due.first() {
-            let nodes = self.inertia.coupled(node as usize);
-            due = &due[nodes.len()..];
-            let (impulse, velocity) = (&self.impulse[nodes.clone()], &mut self.velocity[nodes]);
-            let Some(dense) = self.inertia.dense_at(node as usize) else {
-                let inverse = self.inertia.alone(node as usize);
+        let mut next = 0;
+        while next < self.velocity.len() {
+            let node = self.first + next;
+            let own = next..next + self.inertia.coupled(node).len();
+            next = own.end;
+            let (impulse, velocity) = (&self.impulse[own.clone()], &mut self.velocity[own]);
+            let Some(dense) = self.inertia.dense_at(node) else {
+                let inverse = self.inertia.alone(node);
                 for c in 0..D {
                     velocity[0][c] += inverse[c] * impulse[0][c];
                 }
@@ -477,9 +467,8 @@ mod tests {
             .collect();
         for held in [vec![[false; 3]; mass.len()], held] {
             inertia.hold(&held);
-            let due: Vec<u32> = (0..mass.len() as u32).collect();
             let [mut kicked, mut pushed] = [start.clone(), start.clone()];
-            inertia.kick(&due, &impulse, &mut kicked);
+            inertia.kick(0, &impulse, &mut kicked);
             for (node, impulse) in impulse.iter().enumerate() {
                 inertia.push(node, impulse, &mut pushed);
             }

@@ -111,6 +111,11 @@ impl<const D: usize> Model<D> {
         self.blocks[self.block_of[node as usize] as usize].fixed
     }
 
+    /// Damping of the block of a node.
+    pub(crate) fn damping_of(&self, node: usize) -> &Damping {
+        &self.blocks[self.block_of[node] as usize].damping
+    }
+
     /// Nodes of a block.
     pub(crate) fn nodes(&self, block: usize) -> std::ops::Range<usize> {
         let range = &self.mesh.blocks[block].nodes;

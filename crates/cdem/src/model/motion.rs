@@ -1,8 +1,5 @@
 //! Where the nodes are and how they move.
 
-use rayon::prelude::*;
-
-use super::AT_ONCE;
 use crate::contact::formed::Formed;
 use crate::contact::surface::Positions;
 
@@ -110,8 +107,7 @@ impl<const D: usize> Motion<'_, D> {
         }
     }
 
-    /// Moves `nodes` for `duration` at constant velocities, in compensated
-    /// sums: plain ones drift 1e-11 over a million substeps.
+    /// Moves `nodes` for `duration` at constant velocities.
     pub(crate) fn drift(&mut self, nodes: &[u32], duration: f64) {
         for &node in nodes {
             let node = node as usize;
@@ -119,22 +115,12 @@ impl<const D: usize> Motion<'_, D> {
             go(displacement, carry, &self.velocity[node], duration);
         }
     }
-
-    /// The same of all nodes that have a `duration`, each for its own, on all threads.
-    pub(crate) fn drift_all(&mut self, duration: impl Fn(u32) -> Option<f64> + Sync) {
-        let moved = self.displacement.par_iter_mut().with_min_len(AT_ONCE);
-        let nodes = moved.zip(&mut *self.carry).zip(&*self.velocity).enumerate();
-        nodes.for_each(|(node, ((displacement, carry), velocity))| {
-            if let Some(duration) = duration(node as u32) {
-                go(displacement, carry, velocity, duration);
-            }
-        });
-    }
 }
 
-/// Moves a node.
+/// Moves a node for `duration` at a constant velocity, in compensated sums: plain ones drift 1e-11
+/// over a million substeps.
 #[inline]
-fn go<const D: usize>(
+pub(crate) fn go<const D: usize>(
     displacement: &mut [f64; D],
     carry: &mut [f64; D],
     velocity: &[f64; D],

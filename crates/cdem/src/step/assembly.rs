@@ -1,9 +1,7 @@
 //! From the shares of groups of elements to what their nodes get.
 
-use rayon::prelude::*;
-
 use crate::element::ElementSet;
-use crate::model::AT_ONCE;
+use crate::vector::add_scaled;
 
 /// Which shares belong to each node.
 #[derive(Clone, Debug, Default)]
@@ -80,63 +78,23 @@ impl Assembly {
         self.sets[set]..self.sets[set + 1]
     }
 
-    /// Sums of the shares of some nodes that are of level `coarsest` or finer.
+    /// Sums of the shares of nodes in a row, from the node `first` on, that are of level
+    /// `coarsest` or finer.
     pub(super) fn sums<const D: usize>(
         &self,
-        nodes: &[u32],
-        coarsest: u8,
-        shares: &[[f64; D]],
-        sums: &mut Vec<[f64; D]>,
-    ) {
-        let sum = |&node: &u32| self.sum(node, coarsest, shares);
-        let nodes = nodes.par_iter().with_min_len(AT_ONCE);
-        nodes.map(sum).collect_into_vec(sums);
-    }
-
-    /// The same of all nodes.
-    pub(super) fn sum_all<const D: usize>(
-        &self,
-        coarsest: u8,
-        shares: &[[f64; D]],
+        first: usize,
+        (coarsest, shares): (u8, &[[f64; D]]),
         sums: &mut [[f64; D]],
     ) {
-        let sums = sums.par_iter_mut().with_min_len(AT_ONCE).enumerate();
-        sums.for_each(|(node, sum)| *sum = self.sum(node as u32, coarsest, shares));
-    }
-
-    /// Where they are all that acts: the same of all nodes, which takes their velocities from
-    /// `before` to after a kick of lumped masses, in one pass over memory.
-    pub(super) fn kick_all<const D: usize>(
-        &self,
-        (coarsest, shares): (u8, &[[f64; D]]),
-        inverse_mass: &[[f64; D]],
-        [sums, before, velocity]: [&mut [[f64; D]]; 3],
-    ) {
-        let sums = sums.par_iter_mut().with_min_len(AT_ONCE).enumerate();
-        let nodes = sums.zip(before).zip(velocity).zip(inverse_mass);
-        nodes.for_each(|((((node, sum), before), velocity), inverse)| {
-            *sum = self.sum(node as u32, coarsest, shares);
-            *before = *velocity;
-            for c in 0..D {
-                velocity[c] += inverse[c] * sum[c];
-            }
-        });
-    }
-
-    #[inline]
-    fn sum<const D: usize>(&self, node: u32, coarsest: u8, shares: &[[f64; D]]) -> [f64; D] {
-        let node = node as usize;
-        let own = self.start[node] as usize..self.start[node + 1] as usize;
-        let mut sum = [0.0; D];
-        for entry in &self.entries[own] {
-            if entry.level < coarsest {
-                break;
-            }
-            let share = &shares[entry.share as usize];
-            for c in 0..D {
-                sum[c] += share[c];
+        let starts = self.start[first..].iter().zip(&self.start[first + 1..]);
+        for (sum, (&start, &end)) in sums.iter_mut().zip(starts) {
+            *sum = [0.0; D];
+            for entry in &self.entries[start as usize..end as usize] {
+                if entry.level < coarsest {
+                    break;
+                }
+                add_scaled(sum, 1.0, &shares[entry.share as usize]);
             }
         }
-        sum
     }
 }

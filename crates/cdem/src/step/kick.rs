@@ -1,12 +1,19 @@
 //! The first half of a substep: forces become velocities.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use super::ledger::{Account, Ledger};
 use super::plan::Substep;
 use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
 use crate::model::{Model, State};
 use crate::scene::Damping;
-use crate::vector::{add, add_scaled, dot, scale, sub};
+use crate::vector::{add_scaled, dot, scale, sub};
+
+/// Rows of nodes that are booked by one thread at least.
+const ROWS_AT_ONCE: usize = 16;
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
 /// nothing is due.
@@ -25,10 +32,12 @@ pub(crate) struct Impulses<const D: usize> {
     pub(crate) relevelled: Vec<(u32, [f64; D])>,
     /// Kick interval of each node, s.
     pub(crate) interval: Vec<f64>,
-    /// What groups of elements give their nodes, elastic and viscous; and sums: of these for the
-    /// nodes that are due, one after the other, or of velocities of a block.
-    shares: [Vec<[f64; D]>; 2],
-    sums: Vec<[f64; D]>,
+    /// What groups of elements give their nodes, elastic and viscous.
+    pub(super) shares: [Vec<[f64; D]>; 2],
+    /// Nodes that loads push.
+    loaded: Vec<u32>,
+    /// What is booked of some nodes after the other.
+    books: Vec<Ledger>,
 }
 
 impl<const D: usize> Impulses<D> {
@@ -45,7 +54,8 @@ impl<const D: usize> Impulses<D> {
             relevelled: Vec::new(),
             interval: vec![0.0; nodes],
             shares: [Vec::new(), Vec::new()],
-            sums: Vec::new(),
+            loaded: Vec::new(),
+            books: Vec::new(),
         }
     }
 
@@ -62,33 +72,25 @@ impl<const D: usize> Impulses<D> {
 
     /// Notes the kick interval of each node that is due.
     fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep, purpose: Purpose) {
-        for &node in substep.nodes() {
-            let n = node as usize;
-            let next = substep.duration(node);
-            self.interval[n] = match purpose {
-                Purpose::Advance => 0.5 * (state.node_interval[n] + next),
-                Purpose::Report => state.node_interval[n],
+        let intervals = [&mut *self.interval, &mut state.node_interval];
+        substep.each_node(intervals, &|n, [interval, last]| {
+            let next = substep.duration(n as u32);
+            *interval = match purpose {
+                Purpose::Advance => 0.5 * (*last + next),
+                Purpose::Report => *last,
             };
             if purpose == Purpose::Advance {
-                state.node_interval[n] = next;
+                *last = next;
             }
-        }
+        });
     }
 
-    /// Zeroes what a kick of `nodes` has left of what acts.
-    pub(crate) fn clear(&mut self, nodes: &[u32], acting: Acting) {
+    /// Forgets what a kick has left where the next one would add to it.
+    pub(crate) fn clear(&mut self) {
         // Seldom there, and then of many elements: its memory goes with it.
         self.relevelled = Vec::new();
-        let zero = |array: &mut [[f64; D]]| {
-            for &node in nodes {
-                array[node as usize] = [0.0; D];
-            }
-        };
-        if acting.loads {
-            zero(&mut self.load);
-        }
-        if acting.mass_damping || acting.local_damping {
-            zero(&mut self.damping);
+        for node in self.loaded.drain(..) {
+            self.load[node as usize] = [0.0; D];
         }
     }
 }
@@ -96,15 +98,15 @@ impl<const D: usize> Impulses<D> {
 /// What there is beside elements and contact: the rest costs nothing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Acting {
-    gravity: bool,
-    loads: bool,
-    mass_damping: bool,
-    stiffness_damping: bool,
+    pub(super) gravity: bool,
+    pub(super) loads: bool,
+    pub(super) mass_damping: bool,
+    pub(super) stiffness_damping: bool,
     pub(super) local_damping: bool,
 }
 
 impl Acting {
-    fn anything(self) -> bool {
+    pub(super) fn anything(self) -> bool {
         self.gravity
             || self.loads
             || self.mass_damping
@@ -143,38 +145,13 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
         purpose: Purpose,
     ) {
-        let (nodes, acting) = (substep.nodes(), self.acting(substep.time));
         if !substep.plan.is_steady {
             impulses.take_intervals(state, substep, purpose);
         }
         self.kick_elements(state, velocity, impulses, substep, purpose);
-        let lumped = self.inertia.lumped().filter(|_| substep.takes_all());
-        if let Some(inverse_mass) = lumped.filter(|_| !acting.anything()) {
-            let shares = (substep.coarsest, &*impulses.shares[0]);
-            let nodal = [&mut *impulses.total, &mut impulses.before, &mut *velocity];
-            substep.plan.assembly.kick_all(shares, inverse_mass, nodal);
-            return self.prescribe(state, velocity, substep, purpose);
-        }
-        if substep.takes_all() {
-            impulses.before.copy_from_slice(velocity);
-        } else {
-            for &node in nodes {
-                impulses.before[node as usize] = velocity[node as usize];
-            }
-        }
-        sum_shares(impulses, substep);
-        self.loads(state, impulses, substep);
-        if acting.gravity || acting.local_damping {
-            self.body_forces(state, velocity, impulses, substep);
-        }
-        if lumped.is_some() {
-            self.inertia.kick_all(&impulses.total, velocity);
-        } else {
-            self.inertia.kick(nodes, &impulses.total, velocity);
-        }
-        if acting.mass_damping {
-            self.damp_mass(velocity, impulses, nodes);
-        }
+        self.push(state, impulses, substep);
+        let acting = self.acting(substep.time);
+        self.kick_nodes(state, velocity, impulses, (substep, acting));
         self.prescribe(state, velocity, substep, purpose);
     }
 
@@ -245,7 +222,8 @@ impl<const D: usize> Model<D> {
         intervals
     }
 
-    fn loads(&self, state: &State<D>, impulses: &mut Impulses<D>, substep: &Substep) {
+    /// Impulses of loads.
+    fn push(&self, state: &State<D>, impulses: &mut Impulses<D>, substep: &Substep) {
         let at = self.positions(state);
         for load in &self.loads {
             load.forces(
@@ -255,94 +233,10 @@ impl<const D: usize> Model<D> {
                     let n = node as usize;
                     if substep.is_due(node) {
                         add_scaled(&mut impulses.load[n], impulses.interval[n], &force);
-                        add_scaled(&mut impulses.total[n], impulses.interval[n], &force);
+                        impulses.loaded.push(node);
                     }
                 },
             );
-        }
-    }
-
-    /// Gravity, and local damping after Cundall: it opposes the velocity with
-    /// a share of the unbalanced force, contact as it was in the last kick.
-    fn body_forces(
-        &self,
-        state: &State<D>,
-        velocity: &[[f64; D]],
-        impulses: &mut Impulses<D>,
-        substep: &Substep,
-    ) {
-        let gravity = self.gravity_at(substep.time);
-        for &node in substep.nodes() {
-            let n = node as usize;
-            let weight = self.inertia.mass()[n] * impulses.interval[n];
-            add_scaled(&mut impulses.total[n], weight, &gravity);
-            let local = self.blocks[self.block_of[n] as usize].damping.local;
-            if local > 0.0 {
-                for c in 0..D {
-                    let contact = state.contact_force[n][c] * impulses.interval[n];
-                    let unbalanced = impulses.total[n][c] + contact;
-                    let damping = -local * unbalanced.abs() * sign(velocity[n][c]);
-                    impulses.damping[n][c] += damping;
-                    impulses.total[n][c] += damping;
-                }
-            }
-        }
-    }
-
-    /// Mass-proportional damping, centred in time: stable at any step. Contact
-    /// impulses, which come later, see it in their [`Mobility`].
-    ///
-    /// [`Mobility`]: crate::model::inertia::Mobility
-    fn damp_mass(&self, velocity: &mut [[f64; D]], impulses: &Impulses<D>, nodes: &[u32]) {
-        for &node in nodes {
-            let n = node as usize;
-            let alpha = self.blocks[self.block_of[n] as usize].damping.mass;
-            if alpha > 0.0 {
-                let share = 0.5 * alpha * impulses.interval[n];
-                for c in 0..D {
-                    let free = velocity[n][c];
-                    velocity[n][c] = (free - share * impulses.before[n][c]) / (1.0 + share);
-                }
-            }
-        }
-    }
-
-    /// Impulses of mass-proportional damping, once contact is solved and the
-    /// velocities are `after`.
-    pub(crate) fn book_damping(
-        &self,
-        after: &[[f64; D]],
-        impulses: &mut Impulses<D>,
-        substep: &Substep,
-    ) {
-        if !self.acting(substep.time).mass_damping {
-            return;
-        }
-        let mut due = substep.nodes();
-        while let Some(&node) = due.first() {
-            let nodes = self.inertia.coupled(node as usize);
-            due = &due[nodes.len()..];
-            let alpha = self.blocks[self.block_of[nodes.start] as usize]
-                .damping
-                .mass;
-            if alpha == 0.0 {
-                continue;
-            }
-            let (first, sums) = (nodes.start, &mut impulses.sums);
-            let both = impulses.before[nodes.clone()]
-                .iter()
-                .zip(&after[nodes.clone()]);
-            sums.clear();
-            sums.extend(both.map(|(before, after)| add(before, after)));
-            for n in nodes {
-                let share = 0.5 * alpha * impulses.interval[n];
-                let momenta = self.inertia.weighted(n, |other| sums[other - first]);
-                for c in 0..D {
-                    let damping = -share * momenta[c];
-                    impulses.damping[n][c] += damping;
-                    impulses.total[n][c] += damping;
-                }
-            }
         }
     }
 
@@ -409,37 +303,30 @@ impl<const D: usize> Model<D> {
     pub(crate) fn book_kick(
         &self,
         (after, at): (&[[f64; D]], Velocity),
-        impulses: &Impulses<D>,
+        impulses: &mut Impulses<D>,
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
-        let end = |node: usize| match at {
-            Velocity::Mean => &after[node],
-            Velocity::Before => &impulses.before[node],
+        let end = |impulses: &Impulses<D>, node: usize| match at {
+            Velocity::Mean => after[node],
+            Velocity::Before => impulses.before[node],
         };
-        let (gravity, acting) = (self.gravity_at(substep.time), self.acting(substep.time));
-        let nodes = if acting.anything() {
-            substep.nodes()
-        } else {
-            &[]
-        };
-        for &node in nodes {
-            let n = node as usize;
-            let (before, end) = (&impulses.before[n], end(n));
-            if acting.gravity {
-                let weight = self.inertia.mass()[n] * impulses.interval[n];
-                ledger.book(Account::Gravity, &gravity.map(|g| weight * g), before, end);
-            }
-            if acting.loads {
-                ledger.book(Account::External, &impulses.load[n], before, end);
-            }
-            let damping = self.blocks[self.block_of[n] as usize].damping;
-            if damping.mass > 0.0 || damping.local > 0.0 {
-                ledger.book(Account::Damping, &impulses.damping[n], before, end);
-            }
-            if damping.stiffness > 0.0 {
-                ledger.book(Account::Viscosity, &impulses.viscous[n], before, end);
-            }
+        let acting = self.acting(substep.time);
+        if acting.anything() {
+            let gravity = self.gravity_at(substep.time);
+            let mut books = std::mem::take(&mut impulses.books);
+            let book = |row: &Range<u32>| {
+                let mut ledger = Ledger::default();
+                for n in row.start as usize..row.end as usize {
+                    let velocities = [&impulses.before[n], &end(impulses, n)];
+                    self.book_node((n, velocities), impulses, (acting, &gravity), &mut ledger);
+                }
+                ledger
+            };
+            let rows = substep.rows().par_iter().with_min_len(ROWS_AT_ONCE);
+            rows.map(book).collect_into_vec(&mut books);
+            books.iter().for_each(|book| ledger.add(1.0, book));
+            impulses.books = books;
         }
         for (_, energy) in impulses.made_by_levels(after) {
             ledger.remesh_loss -= energy;
@@ -457,39 +344,33 @@ impl<const D: usize> Model<D> {
                     0.0
                 }
             });
-            ledger.book(Account::External, &reaction, &impulses.before[n], end(n));
+            let velocities = [&impulses.before[n], &end(impulses, n)];
+            ledger.book(Account::External, &reaction, velocities);
         }
     }
-}
 
-/// Sums the shares of the nodes that are due.
-fn sum_shares<const D: usize>(impulses: &mut Impulses<D>, substep: &Substep) {
-    let (nodes, assembly) = (substep.nodes(), &substep.plan.assembly);
-    let [elastic, viscous] = &impulses.shares;
-    let sums = &mut impulses.sums;
-    if substep.takes_all() {
-        assembly.sum_all(substep.coarsest, elastic, &mut impulses.total);
-    } else {
-        assembly.sums(nodes, substep.coarsest, elastic, sums);
-        for (&node, sum) in nodes.iter().zip(&*sums) {
-            impulses.total[node as usize] = *sum;
+    /// Books what a kick but for elements does to a node, by its velocities before and at the
+    /// end.
+    fn book_node(
+        &self,
+        (n, velocities): (usize, [&[f64; D]; 2]),
+        impulses: &Impulses<D>,
+        (acting, gravity): (Acting, &[f64; D]),
+        ledger: &mut Ledger,
+    ) {
+        if acting.gravity {
+            let weight = self.inertia.mass()[n] * impulses.interval[n];
+            ledger.book(Account::Gravity, &scale(weight, gravity), velocities);
         }
-    }
-    if !viscous.is_empty() {
-        assembly.sums(nodes, substep.coarsest, viscous, sums);
-        for (&node, sum) in nodes.iter().zip(&*sums) {
-            impulses.viscous[node as usize] = *sum;
-            add_scaled(&mut impulses.total[node as usize], 1.0, sum);
+        if acting.loads {
+            ledger.book(Account::External, &impulses.load[n], velocities);
         }
-    }
-}
-
-fn sign(x: f64) -> f64 {
-    if x > 0.0 {
-        1.0
-    } else if x < 0.0 {
-        -1.0
-    } else {
-        0.0
+        let damping = self.damping_of(n);
+        if damping.mass > 0.0 || damping.local > 0.0 {
+            ledger.book(Account::Damping, &impulses.damping[n], velocities);
+        }
+        if damping.stiffness > 0.0 {
+            ledger.book(Account::Viscosity, &impulses.viscous[n], velocities);
+        }
     }
 }

@@ -31,14 +31,13 @@ pub(crate) enum Account {
 }
 
 impl Ledger {
-    /// Books an impulse on a node whose velocity goes from `before` to `after`
+    /// Books an impulse on a node whose velocity goes from the one to the other
     /// by all impulses of the substep: its work is J·(before + after)/2.
     pub(crate) fn book<const D: usize>(
         &mut self,
         account: Account,
         impulse: &[f64; D],
-        before: &[f64; D],
-        after: &[f64; D],
+        [before, after]: [&[f64; D]; 2],
     ) {
         let work = 0.5 * (dot(impulse, before) + dot(impulse, after));
         match account {

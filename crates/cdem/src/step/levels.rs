@@ -149,34 +149,6 @@ pub(crate) fn assign<'a>(
     }
 }
 
-/// Items of each level, finest first, so that those due at a substep are a
-/// prefix.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Schedule {
-    order: Vec<u32>,
-    /// Number of items of level l or finer.
-    count: Vec<usize>,
-}
-
-impl Schedule {
-    /// Sorts the items `0..levels.len()` for which `active` holds.
-    pub(crate) fn new(levels: &[u8], active: impl Fn(usize) -> bool) -> Self {
-        let mut order: Vec<u32> = (0..levels.len() as u32)
-            .filter(|&i| active(i as usize))
-            .collect();
-        order.sort_by_key(|&i| std::cmp::Reverse(levels[i as usize]));
-        let count = (0..=MAX_LEVEL)
-            .map(|l| order.partition_point(|&i| levels[i as usize] >= l))
-            .collect();
-        Self { order, count }
-    }
-
-    /// Items of level `coarsest` or finer.
-    pub(crate) fn due(&self, coarsest: u8) -> &[u32] {
-        &self.order[..self.count[coarsest as usize]]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,13 +217,5 @@ mod tests {
         let levels = assign(&[0, 0, 0, 1, 1], |e| &nodes[e], 8, &joined);
         assert_eq!(levels.element, [0, 1, 1, 1, 1]);
         assert_eq!(levels.node, [0, 1, 1, 1, 1, 1, 1, 1]);
-    }
-
-    #[test]
-    fn due_items_are_those_of_the_level_or_finer() {
-        let schedule = Schedule::new(&[0, 2, 1, 2], |_| true);
-        assert_eq!(schedule.due(2), [1, 3]);
-        assert_eq!(schedule.due(1), [1, 3, 2]);
-        assert_eq!(schedule.due(0), [1, 3, 2, 0]);
     }
 }

@@ -13,10 +13,12 @@ pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
 pub(crate) mod levels;
+mod nodal;
 pub(crate) mod outlook;
 pub(crate) mod plan;
 mod refine;
 mod remesh;
+mod schedule;
 mod slacken;
 mod split;
 mod synchronise;
@@ -36,7 +38,7 @@ use crate::contact::Contacts;
 use crate::contact::island::Receivers;
 use crate::mesh::Element;
 use crate::model::build::Built;
-use crate::model::motion::Motion;
+use crate::model::motion::{Motion, go};
 use crate::model::{Model, State};
 use crate::profile::{Stage, Stopwatch};
 use crate::refinement::SecondScale;
@@ -349,14 +351,14 @@ impl<const D: usize> Run<D> {
             .book_damping(velocity, &mut self.impulses, substep);
         let ledger = &mut self.ledger;
         let after = (&*self.state.velocity, Velocity::Mean);
-        self.model.book_kick(after, &self.impulses, substep, ledger);
+        let impulses = &mut self.impulses;
+        self.model.book_kick(after, impulses, substep, ledger);
         if let Some(second) = &mut self.second_scale {
             for (node, energy) in self.impulses.made_by_levels(&self.state.velocity) {
                 second.owe(self.model.block_of[node as usize] as usize, energy);
             }
         }
-        let acting = self.model.acting(substep.time);
-        self.impulses.clear(substep.nodes(), acting);
+        self.impulses.clear();
         for &node in substep.held() {
             self.impulses.contact[node as usize] = [0.0; D];
         }
@@ -401,9 +403,8 @@ impl<const D: usize> Run<D> {
 
     /// Keeps the contact forces of a kick for local damping in the next.
     fn remember_contact(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
-        for &node in substep.nodes() {
-            self.state.contact_force[node as usize] = [0.0; D];
-        }
+        let forces = [&mut *self.state.contact_force];
+        substep.each_node(forces, &|_, [force]| *force = [0.0; D]);
         for (node, impulse) in received {
             let interval = self.impulses.interval[*node as usize];
             if interval > 0.0 {
@@ -421,24 +422,18 @@ impl<const D: usize> Run<D> {
         };
         let mut received = Vec::new();
         let (model, state) = (&mut self.model, &mut self.state);
-        let mut motion = Motion {
-            rest: &model.mesh.nodes,
-            displacement: &mut state.displacement,
-            carry: &mut state.carry,
-            velocity: &mut state.velocity,
-        };
         let contacts = self.contacts.as_ref();
         let is_free = |node| !contacts.is_some_and(|contacts| contacts.moves(node));
-        let duration = |node| is_free(node).then(|| substep.duration(node));
-        if substep.takes_all() {
-            motion.drift_all(duration);
-        } else {
-            for &node in substep.nodes() {
-                if let Some(duration) = duration(node) {
-                    motion.drift(&[node], duration);
+        let velocity = &state.velocity;
+        let moved = [&mut *state.displacement, &mut state.carry];
+        substep.each_row(moved, &|first, [displacement, carry]| {
+            let row = displacement.iter_mut().zip(carry).zip(&velocity[first..]);
+            for (((displacement, carry), velocity), node) in row.zip(first as u32..) {
+                if is_free(node) {
+                    go(displacement, carry, velocity, substep.duration(node));
                 }
             }
-        }
+        });
         let Some(contacts) = &mut self.contacts else {
             return;
         };
@@ -451,6 +446,12 @@ impl<const D: usize> Run<D> {
             inertia: &model.inertia,
             levels: &substep.plan.levels,
             interval: &state.element_interval,
+        };
+        let mut motion = Motion {
+            rest: &model.mesh.nodes,
+            displacement: &mut state.displacement,
+            carry: &mut state.carry,
+            velocity: &mut state.velocity,
         };
         let mut given = Vec::new();
         let duration = |node| substep.is_due(node).then(|| substep.duration(node));
@@ -503,7 +504,7 @@ impl<const D: usize> Run<D> {
                 std::array::from_fn(|c| if held[c] { change[c] - known[c] } else { 0.0 });
             let velocity = &self.state.velocity[node as usize];
             self.ledger
-                .book(Account::External, &reaction, velocity, velocity);
+                .book(Account::External, &reaction, [velocity; 2]);
         }
         for (node, _) in given {
             self.impulses.contact[*node as usize] = [0.0; D];

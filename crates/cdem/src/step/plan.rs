@@ -1,7 +1,10 @@
 //! Who is due when: levels as lists of elements and nodes.
 
+use std::ops::Range;
+
 use super::assembly::Assembly;
-use super::levels::{Joined, Levels, MAX_LEVEL, Schedule};
+use super::levels::{Joined, Levels, MAX_LEVEL};
+use super::schedule::{Schedule, each_row};
 use crate::contact::Contacts;
 use crate::element::{Due, Interval};
 use crate::model::{Model, State};
@@ -20,9 +23,6 @@ pub(crate) struct Plan {
     /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
     /// right, too.
     pub(super) is_steady: bool,
-    /// Whether at least half of the nodes can move, so that it is worth to go over all in their
-    /// order.
-    takes_all: bool,
     /// Held nodes of blocks that are not fixed, by level.
     pub(super) held: Vec<u32>,
     pub(super) finest: u8,
@@ -42,16 +42,31 @@ pub(crate) struct Substep<'a> {
 }
 
 impl Substep<'_> {
-    /// Nodes that are due.
-    pub(crate) fn nodes(&self) -> &[u32] {
-        self.plan.nodes.due(self.coarsest)
+    /// Nodes that are due: rows of such that follow each other.
+    pub(super) fn rows(&self) -> &[Range<u32>] {
+        self.plan.nodes.rows(self.coarsest)
     }
 
-    /// Whether all nodes that can move are due, and are to be taken by going over all: those of
-    /// fixed blocks, which no element gives a share and whose inverse masses are 0, stay where
-    /// they are.
-    pub(crate) fn takes_all(&self) -> bool {
-        self.plan.takes_all && self.coarsest == 0
+    /// Does the same to each row, on all threads: to what it has of some arrays of all nodes.
+    pub(super) fn each_row<T: Send, const N: usize>(
+        &self,
+        arrays: [&mut [T]; N],
+        work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
+    ) {
+        each_row((self.rows(), 0), arrays, work);
+    }
+
+    /// Does the same to each node.
+    pub(super) fn each_node<T: Send, const N: usize>(
+        &self,
+        arrays: [&mut [T]; N],
+        work: &(impl Fn(usize, [&mut T; N]) + Sync),
+    ) {
+        self.each_row(arrays, &|first, mut row| {
+            for k in 0..row[0].len() {
+                work(first + k, row.each_mut().map(|own| &mut own[k]));
+            }
+        });
     }
 
     /// Number of elements that are due.
@@ -110,23 +125,20 @@ impl Plan {
             count[level as usize] += 1;
             is_settled &= state.element_interval[e as usize] == duration(model.step, level);
         }
-        let nodes = Schedule::new(&levels.node, |node| !fixed(node as u32));
-        is_settled &= nodes.due(0).iter().all(|&node| {
+        let is_active = |node: usize| !fixed(node as u32);
+        let begins = |node: usize| model.inertia.coupled(node).start == node;
+        let nodes = Schedule::new(&levels.node, is_active, begins);
+        is_settled &= nodes.rows(0).iter().cloned().flatten().all(|node| {
             let level = levels.node[node as usize];
             state.node_interval[node as usize] == duration(model.step, level)
         });
-        let finest = nodes
-            .due(0)
-            .first()
-            .map_or(0, |&node| levels.node[node as usize]);
         Self {
             elements: count,
             assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
             is_settled,
             is_steady: false,
-            takes_all: 2 * nodes.due(0).len() >= model.mesh.nodes.len(),
             held: model.held_nodes(),
-            finest,
+            finest: nodes.finest(),
             nodes,
             levels,
         }

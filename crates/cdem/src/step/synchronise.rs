@@ -5,7 +5,7 @@ use super::kick::{Purpose, Velocity};
 use super::ledger::Ledger;
 use crate::contact::island::Books;
 use crate::model::motion::Motion;
-use crate::vector::{add_scaled, dot, pad};
+use crate::vector::{add, add_scaled, dot, pad, scale};
 
 /// The state at an instant, in the middle of the kick that is due then.
 pub(crate) struct Synchronised<const D: usize> {
@@ -49,15 +49,12 @@ impl<const D: usize> Run<D> {
             .book_damping(&velocity, &mut self.impulses, &substep);
         let after = (&*velocity, Velocity::Before);
         self.model
-            .book_kick(after, &self.impulses, &substep, &mut half);
+            .book_kick(after, &mut self.impulses, &substep, &mut half);
         let kinetic_energy = self.kinetic_energy(&velocity);
-        for &node in substep.nodes() {
-            let n = node as usize;
-            velocity[n] =
-                std::array::from_fn(|c| 0.5 * (self.state.velocity[n][c] + velocity[n][c]));
-        }
-        let acting = self.model.acting(substep.time);
-        self.impulses.clear(substep.nodes(), acting);
+        substep.each_node([&mut *velocity], &|n, [after]| {
+            *after = scale(0.5, &add(&self.state.velocity[n], after));
+        });
+        self.impulses.clear();
         for (node, _) in &received {
             self.impulses.contact[*node as usize] = [0.0; D];
         }
