@@ -81,6 +81,12 @@ impl<const D: usize> Sum<D> {
         self.value
     }
 
+    /// Adds another sum, `s` times.
+    pub(crate) fn add_sum(&mut self, s: f64, other: &Self) {
+        self.add_scaled(s, &other.value);
+        add_scaled(&mut self.excess, s, &other.excess);
+    }
+
     /// Adds s·b.
     #[inline]
     pub(crate) fn add_scaled(&mut self, s: f64, b: &[f64; D]) {

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::contact::island::{Island, MISS};
 use crate::contact::live::{Live, Record};
+use crate::contact::overlaps::ordered;
 use crate::contact::search::{Patches, Search};
 use crate::contact::solve::shear_norm;
 use crate::contact::surface::{Feature, Pair, Positions, Surface};
@@ -18,6 +19,9 @@ const SLIGHT_OVERLAP: f64 = MISS;
 
 /// Contacts of a block that are lifted one after the other, at most.
 const LIFTS: usize = 64;
+
+/// Pairs whose touch a thread foresees, at least: to wake it takes as long.
+const FORESEEN: usize = 32;
 
 /// Two blocks that are about to touch, or touch.
 #[derive(Clone, Debug)]
@@ -70,7 +74,8 @@ impl<const D: usize> Contacts<D> {
                 ..self.place(pair, &foot, (then, rest), operator.frame[0])
             })
         };
-        self.near.par_iter().filter_map(look).collect()
+        let near = self.near.par_iter().with_min_len(FORESEEN);
+        near.filter_map(look).collect()
     }
 
     /// Where closed pairs touch.
@@ -358,10 +363,6 @@ impl<const D: usize> Live<D> {
             ..other.record.clone()
         };
     }
-}
-
-fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// Contacts from one surface to another.

@@ -358,6 +358,7 @@ impl<const D: usize> WithSimd for Kick<'_, D> {
         let mut next = 0;
         while next < self.velocity.len() {
             let node = self.first + next;
+            debug_assert_eq!(self.inertia.coupled(node).start, node, "a block is cut");
             let own = next..next + self.inertia.coupled(node).len();
             next = own.end;
             let (impulse, velocity) = (&self.impulse[own.clone()], &mut self.velocity[own]);
@@ -440,39 +441,47 @@ mod tests {
     #[test]
     fn a_kick_is_a_push_on_each_node_in_turn() {
         let mut random = fastrand::Rng::with_seed(3);
-        let sizes = [1, 3, 8, 12, 17];
-        let (mut mass, mut dense) = (Vec::new(), Vec::new());
-        for n in sizes {
-            let mut matrix = vec![0.1; n * n];
-            (0..n).for_each(|a| matrix[a * (n + 1)] += 1.0 + random.f64());
-            if n > 1 {
-                dense.push((mass.len(), matrix));
+        let blocks: [&[usize]; 2] = [&[1, 3, 8, 12, 17], &[1; 41]];
+        for sizes in blocks {
+            let (mut mass, mut dense) = (Vec::new(), Vec::new());
+            for &n in sizes {
+                let mut matrix = vec![0.1; n * n];
+                (0..n).for_each(|a| matrix[a * (n + 1)] += 1.0 + random.f64());
+                if n > 1 {
+                    dense.push((mass.len(), matrix));
+                }
+                mass.resize(mass.len() + n, 1.0);
             }
-            mass.resize(mass.len() + n, 1.0);
-        }
-        let mut vectors = || -> Vec<[f64; 3]> {
-            let vector = |_| [(); 3].map(|()| random.f64() - 0.5);
-            (0..mass.len()).map(vector).collect()
-        };
-        let (impulse, start) = (vectors(), vectors());
-        let mut inertia = Inertia::<3>::new(mass.clone(), dense);
-        let held: Vec<_> = (0..mass.len())
-            .map(|n| {
-                [
-                    n.is_multiple_of(5),
-                    n.is_multiple_of(5),
-                    n.is_multiple_of(7),
-                ]
-            })
-            .collect();
-        for held in [vec![[false; 3]; mass.len()], held] {
-            inertia.hold(&held);
-            let [mut kicked, mut pushed] = [start.clone(), start.clone()];
-            inertia.kick(0, &impulse, &mut kicked);
-            for (node, impulse) in impulse.iter().enumerate() {
-                inertia.push(node, impulse, &mut pushed);
+            let mut vectors = || -> Vec<[f64; 3]> {
+                let vector = |_| [(); 3].map(|()| random.f64() - 0.5);
+                (0..mass.len()).map(vector).collect()
+            };
+            let (impulse, start) = (vectors(), vectors());
+            let mut inertia = Inertia::<3>::new(mass.clone(), dense);
+            let held: Vec<_> = (0..mass.len())
+                .map(|n| {
+                    [
+                        n.is_multiple_of(5),
+                        n.is_multiple_of(5),
+                        n.is_multiple_of(7),
+                    ]
+                })
+                .collect();
+            for held in [vec![[false; 3]; mass.len()], held] {
+                inertia.hold(&held);
+                let [mut kicked, mut pushed] = [start.clone(), start.clone()];
+                inertia.kick(0, &impulse, &mut kicked);
+                for (node, impulse) in impulse.iter().enumerate() {
+                    inertia.push(node, impulse, &mut pushed);
+                }
+                assert_eq!(kicked, pushed);
+                // The same in pieces that end where blocks do.
+                kicked.clone_from(&start);
+                for [first, end] in [[0, 1], [1, 12], [12, 24], [24, mass.len()]] {
+                    inertia.kick(first, &impulse[first..end], &mut kicked[first..end]);
+                }
+                assert_eq!(kicked, pushed);
             }
-            assert_eq!(kicked, pushed);
         }
     }
 }

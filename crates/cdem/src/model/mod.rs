@@ -26,7 +26,7 @@ use crate::mesh::Mesh;
 use crate::raw;
 use crate::scene::{Damping, Problem, Schedule};
 
-/// Nodes that a thread works on in a row.
+/// Nodes that a thread takes at once.
 pub(crate) const AT_ONCE: usize = 4096;
 
 /// What a step does not change, but a change of mesh does; the arrays of [`State`] are what

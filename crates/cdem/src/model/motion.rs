@@ -112,7 +112,7 @@ impl<const D: usize> Motion<'_, D> {
         for &node in nodes {
             let node = node as usize;
             let (displacement, carry) = (&mut self.displacement[node], &mut self.carry[node]);
-            go(displacement, carry, &self.velocity[node], duration);
+            drift_node(displacement, carry, &self.velocity[node], duration);
         }
     }
 }
@@ -120,7 +120,7 @@ impl<const D: usize> Motion<'_, D> {
 /// Moves a node for `duration` at a constant velocity, in compensated sums: plain ones drift 1e-11
 /// over a million substeps.
 #[inline]
-pub(crate) fn go<const D: usize>(
+pub(crate) fn drift_node<const D: usize>(
     displacement: &mut [f64; D],
     carry: &mut [f64; D],
     velocity: &[f64; D],

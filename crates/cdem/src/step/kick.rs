@@ -4,19 +4,21 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::assembly::Assembly;
 use super::ledger::{Account, Ledger};
 use super::plan::Substep;
+use super::rows::ROW;
 use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
-use crate::model::{Model, State};
+use crate::model::{AT_ONCE, Model, State};
 use crate::scene::Damping;
 use crate::vector::{add_scaled, dot, scale, sub};
 
 /// Rows of nodes that are booked by one thread at least.
-const ROWS_AT_ONCE: usize = 16;
+const ROWS_AT_ONCE: usize = AT_ONCE / ROW;
 
-/// Nodal impulses of a kick, N·s, and velocities before it, m/s; zero where
-/// nothing is due.
+/// Nodal impulses of a kick, N·s, and velocities before it, m/s: of the last kick of each node, but
+/// for loads and contact, which are zero between kicks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Impulses<const D: usize> {
     /// All but contact: internal, viscous, loads, gravity, damping.
@@ -85,6 +87,15 @@ impl<const D: usize> Impulses<D> {
         });
     }
 
+    /// Makes room for the shares of elements, for viscous ones where these act.
+    fn size_shares(&mut self, assembly: &Assembly, acting: Acting) {
+        let count = assembly.len();
+        let counts = [count, if acting.stiffness_damping { count } else { 0 }];
+        for (shares, count) in self.shares.iter_mut().zip(counts) {
+            shares.resize(count, [0.0; D]);
+        }
+    }
+
     /// Forgets what a kick has left where the next one would add to it.
     pub(crate) fn clear(&mut self) {
         // Seldom there, and then of many elements: its memory goes with it.
@@ -148,9 +159,10 @@ impl<const D: usize> Model<D> {
         if !substep.plan.is_steady {
             impulses.take_intervals(state, substep, purpose);
         }
+        let acting = self.acting(substep.time);
+        impulses.size_shares(&substep.plan.assembly, acting);
         self.kick_elements(state, velocity, impulses, substep, purpose);
         self.push(state, impulses, substep);
-        let acting = self.acting(substep.time);
         self.kick_nodes(state, velocity, impulses, (substep, acting));
         self.prescribe(state, velocity, substep, purpose);
     }
@@ -168,14 +180,6 @@ impl<const D: usize> Model<D> {
             .then(|| self.element_intervals(state, impulses, substep, purpose));
         let due = substep.due(intervals.as_deref(), purpose == Purpose::Advance);
         let assembly = &substep.plan.assembly;
-        let is_damped = self
-            .blocks
-            .iter()
-            .any(|block| block.damping.stiffness > 0.0);
-        let counts = [assembly.len(), if is_damped { assembly.len() } else { 0 }];
-        for (shares, count) in impulses.shares.iter_mut().zip(counts) {
-            shares.resize(count, [0.0; D]);
-        }
         for (number, set) in self.sets.iter_mut().enumerate() {
             let own = assembly.of_set(number);
             let shares = impulses.shares.each_mut().map(|shares| {
@@ -307,46 +311,46 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
-        let end = |impulses: &Impulses<D>, node: usize| match at {
-            Velocity::Mean => after[node],
-            Velocity::Before => impulses.before[node],
+        let mut books = std::mem::take(&mut impulses.books);
+        let kick = &*impulses;
+        let end = match at {
+            Velocity::Mean => after,
+            Velocity::Before => &kick.before,
         };
         let acting = self.acting(substep.time);
         if acting.anything() {
             let gravity = self.gravity_at(substep.time);
-            let mut books = std::mem::take(&mut impulses.books);
             let book = |row: &Range<u32>| {
                 let mut ledger = Ledger::default();
                 for n in row.start as usize..row.end as usize {
-                    let velocities = [&impulses.before[n], &end(impulses, n)];
-                    self.book_node((n, velocities), impulses, (acting, &gravity), &mut ledger);
+                    let velocities = [&kick.before[n], &end[n]];
+                    self.book_node((n, velocities), kick, (acting, &gravity), &mut ledger);
                 }
                 ledger
             };
             let rows = substep.rows().par_iter().with_min_len(ROWS_AT_ONCE);
             rows.map(book).collect_into_vec(&mut books);
             books.iter().for_each(|book| ledger.add(1.0, book));
-            impulses.books = books;
         }
-        for (_, energy) in impulses.made_by_levels(after) {
+        for (_, energy) in kick.made_by_levels(after) {
             ledger.remesh_loss -= energy;
         }
         // What held nodes have needed beside these impulses and contact.
         for &node in substep.held() {
             let n = node as usize;
-            let [old, new] = [&*impulses.before, after].map(|v| self.inertia.momentum(n, v));
+            let [old, new] = [&*kick.before, after].map(|v| self.inertia.momentum(n, v));
             let holds = self.inertia.held(n);
             let reaction = std::array::from_fn(|c| {
-                let given = impulses.total[n][c] + impulses.contact[n][c];
+                let given = kick.total[n][c] + kick.contact[n][c];
                 if holds[c] {
                     new[c] - old[c] - given
                 } else {
                     0.0
                 }
             });
-            let velocities = [&impulses.before[n], &end(impulses, n)];
-            ledger.book(Account::External, &reaction, velocities);
+            ledger.book(Account::External, &reaction, [&kick.before[n], &end[n]]);
         }
+        impulses.books = books;
     }
 
     /// Books what a kick but for elements does to a node, by its velocities before and at the

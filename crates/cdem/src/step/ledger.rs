@@ -57,6 +57,6 @@ impl Ledger {
         self.damping_loss += share * other.damping_loss;
         self.correction_loss += share * other.correction_loss;
         self.remesh_loss += share * other.remesh_loss;
-        self.impulse.add_scaled(share, &other.impulse.value());
+        self.impulse.add_sum(share, &other.impulse);
     }
 }

@@ -18,7 +18,7 @@ pub(crate) mod outlook;
 pub(crate) mod plan;
 mod refine;
 mod remesh;
-mod schedule;
+mod rows;
 mod slacken;
 mod split;
 mod synchronise;
@@ -38,7 +38,7 @@ use crate::contact::Contacts;
 use crate::contact::island::Receivers;
 use crate::mesh::Element;
 use crate::model::build::Built;
-use crate::model::motion::{Motion, go};
+use crate::model::motion::{Motion, drift_node};
 use crate::model::{Model, State};
 use crate::profile::{Stage, Stopwatch};
 use crate::refinement::SecondScale;
@@ -430,7 +430,7 @@ impl<const D: usize> Run<D> {
             let row = displacement.iter_mut().zip(carry).zip(&velocity[first..]);
             for (((displacement, carry), velocity), node) in row.zip(first as u32..) {
                 if is_free(node) {
-                    go(displacement, carry, velocity, substep.duration(node));
+                    drift_node(displacement, carry, velocity, substep.duration(node));
                 }
             }
         });

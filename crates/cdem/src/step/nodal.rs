@@ -36,7 +36,7 @@ struct Row<'a, const D: usize> {
 }
 
 impl<const D: usize> Nodal<'_, D> {
-    /// Sums what acts.
+    /// Sums what acts, and notes the velocities before it.
     fn act(&self, row: &mut Row<D>) {
         let [elastic, viscous] = self.shares;
         row.before.copy_from_slice(row.velocity);

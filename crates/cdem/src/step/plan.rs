@@ -1,10 +1,10 @@
-//! Who is due when: levels as lists of elements and nodes.
+//! Who is due when: levels as groups of elements and rows of nodes.
 
 use std::ops::Range;
 
 use super::assembly::Assembly;
 use super::levels::{Joined, Levels, MAX_LEVEL};
-use super::schedule::{Schedule, each_row};
+use super::rows::{Rows, each_row};
 use crate::contact::Contacts;
 use crate::element::{Due, Interval};
 use crate::model::{Model, State};
@@ -15,7 +15,7 @@ pub(crate) struct Plan {
     pub(crate) levels: Levels,
     /// Number of elements of each level; like the nodes, without those of fixed blocks.
     elements: Vec<u64>,
-    nodes: Schedule,
+    nodes: Rows,
     pub(super) assembly: Assembly,
     /// Whether the interval before the last kick of each element and node is that of its
     /// level.
@@ -23,7 +23,7 @@ pub(crate) struct Plan {
     /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
     /// right, too.
     pub(super) is_steady: bool,
-    /// Held nodes of blocks that are not fixed, by level.
+    /// Held nodes of blocks that are not fixed.
     pub(super) held: Vec<u32>,
     pub(super) finest: u8,
 }
@@ -44,7 +44,7 @@ pub(crate) struct Substep<'a> {
 impl Substep<'_> {
     /// Nodes that are due: rows of such that follow each other.
     pub(super) fn rows(&self) -> &[Range<u32>] {
-        self.plan.nodes.rows(self.coarsest)
+        self.plan.nodes.due(self.coarsest)
     }
 
     /// Does the same to each row, on all threads: to what it has of some arrays of all nodes.
@@ -127,8 +127,8 @@ impl Plan {
         }
         let is_active = |node: usize| !fixed(node as u32);
         let begins = |node: usize| model.inertia.coupled(node).start == node;
-        let nodes = Schedule::new(&levels.node, is_active, begins);
-        is_settled &= nodes.rows(0).iter().cloned().flatten().all(|node| {
+        let nodes = Rows::new(&levels.node, is_active, begins);
+        is_settled &= nodes.due(0).iter().cloned().flatten().all(|node| {
             let level = levels.node[node as usize];
             state.node_interval[node as usize] == duration(model.step, level)
         });
