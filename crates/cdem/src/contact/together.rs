@@ -18,6 +18,10 @@ const PARTS: usize = 4;
 /// of contacts that are solved three times or more.
 const NODES_A_CONTACT: usize = 50;
 
+/// Contacts beside those of the largest island, at least, for which threads are called: some
+/// 30 µs of work.
+const CALLED_FOR: usize = 64;
+
 /// Holds all islands that are due in a kick at a time by its timing, velocities before which are
 /// `before`. Returns the contacts that have ended.
 pub(super) fn hold<const D: usize>(
@@ -29,11 +33,8 @@ pub(super) fn hold<const D: usize>(
     books: &mut Books,
 ) -> Vec<Record> {
     let is_due = |island: &Island<D>| island.timing(timing).is_some();
-    let (mut count, mut contacts) = (0, 0);
-    for island in islands.iter().filter(|island| is_due(island)) {
-        count += 1;
-        contacts += island.live.len();
-    }
+    let due = islands.iter().filter(|island| is_due(island));
+    let parts = parts(due.map(|island| island.live.len()), motion.velocity.len());
     let of_all = &*books;
     let hold = |island: &mut Island<D>, motion: &mut Kicked<D>| {
         if let Some((interval, drift)) = island.timing(timing) {
@@ -41,12 +42,12 @@ pub(super) fn hold<const D: usize>(
             island.hold(setting, motion, before, timing, of_all.beside());
         }
     };
-    let parts = parts(contacts, motion.velocity.len()).min(count);
     if parts > 1 {
         let now = &*motion;
         let due = islands.iter_mut().filter(|island| is_due(island));
         let mut due: Vec<&mut Island<D>> = due.collect();
-        due.par_chunks_mut(count.div_ceil(parts)).for_each(|part| {
+        let each = due.len().div_ceil(parts);
+        due.par_chunks_mut(each).for_each(|part| {
             let mut velocity = now.velocity.to_vec();
             let mut motion = now.with(&mut velocity);
             part.iter_mut().for_each(|island| hold(island, &mut motion));
@@ -134,7 +135,7 @@ fn meet<const D: usize, I: Interior<D>>(
     books: &mut Books,
 ) -> Vec<Met<D>> {
     let pairs = meetings.iter().map(|meeting| meeting.island.pairs());
-    let parts = parts(pairs.sum(), motion.velocity.len()).min(meetings.len());
+    let parts = parts(pairs, motion.velocity.len());
     let of_all = &*books;
     let drift = |meeting: &mut Meeting<D>, motion: &mut Motion<D>| {
         let island = &mut *meeting.island;
@@ -180,9 +181,19 @@ fn meet<const D: usize, I: Interior<D>>(
 
 /// Into how many parts islands with so many contacts are worth to be put, where each has all
 /// `nodes` for itself.
-fn parts(contacts: usize, nodes: usize) -> usize {
-    match rayon::current_num_threads() {
-        1 => 1,
-        threads => (PARTS * threads).min(NODES_A_CONTACT * contacts / nodes.max(1)),
+fn parts(contacts: impl Iterator<Item = usize>, nodes: usize) -> usize {
+    let threads = rayon::current_num_threads();
+    if threads == 1 {
+        return 1;
     }
+    let (mut islands, mut all, mut most) = (0, 0, 0);
+    for contacts in contacts {
+        (islands, all, most) = (islands + 1, all + contacts, most.max(contacts));
+    }
+    if all - most < CALLED_FOR {
+        return 1;
+    }
+    (PARTS * threads)
+        .min(NODES_A_CONTACT * all / nodes.max(1))
+        .min(islands)
 }

@@ -30,6 +30,10 @@ const STEEPER: u32 = 3;
 const ON_FACE: f64 = 0.5;
 const ON_EDGE: f64 = 0.25;
 
+/// Covers that a thread makes in a row, in the plane and in space: one in the plane takes no
+/// longer than to wake a thread.
+const IN_A_ROW: [usize; 2] = [8, 1];
+
 /// All overlays, and the zones that they are made for.
 pub(crate) struct SecondScale<const D: usize> {
     pub(crate) foundation: Foundation<D>,
@@ -380,8 +384,11 @@ impl<const D: usize> SecondScale<D> {
             });
             change.map_err(|limit| (block, limit))
         };
-        let made: Vec<Result<Change<D>, (usize, Limit)>> =
-            zones.into_par_iter().map(change).collect();
+        let made: Vec<Result<Change<D>, (usize, Limit)>> = zones
+            .into_par_iter()
+            .with_min_len(IN_A_ROW[D - 2])
+            .map(change)
+            .collect();
         let (mut changes, mut refused) = (Vec::new(), BTreeMap::new());
         for made in made {
             match made {
