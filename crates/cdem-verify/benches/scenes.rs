@@ -1,12 +1,14 @@
 //! Whole scenes, the examples: updates and block-steps a second, and where the time goes.
 //!
 //! The last columns but those of the stages are what a step takes, what its updates of elements
-//! would take in large blocks that touch nothing, of the kinds that a run ends with, and the share.
+//! would take in large blocks that touch nothing, of the kinds that are updated, and the share; then
+//! that of the forces of elements alone.
 //!
 //! `cargo bench -p cdem-verify --bench scenes` steps each example for ten seconds or to its end,
-//! and once more with the clock of the stages, which takes up to a quarter of the shortest steps;
-//! `-- 60` for sixty seconds, `-- wall-2d crowd-3d` these alone; without results, on
-//! `RAYON_NUM_THREADS` threads. Writes `target/bench/scenes.json` too.
+//! once more with the clock of the stages, which takes up to a quarter of the shortest steps, and
+//! once more to see which elements are updated; `-- 60` for sixty seconds, `-- wall-2d crowd-3d`
+//! these alone; without results, on `RAYON_NUM_THREADS` threads. Writes
+//! `target/bench/scenes.json` too.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
@@ -47,8 +49,8 @@ fn main() -> std::io::Result<()> {
         "scene", "blocks", "elements", "steps", "run"
     );
     print!(
-        " {:>11} {:>13} {:>9} {:>9} {:>8}",
-        "updates/s", "block-steps/s", "us a step", "bulk's", "of bulk"
+        " {:>11} {:>13} {:>9} {:>9} {:>8} {:>8}",
+        "updates/s", "block-steps/s", "us a step", "bulk's", "of bulk", "forces'"
     );
     for stage in Stage::ALL {
         print!(" {:>8}", short(stage));
@@ -74,16 +76,20 @@ fn main() -> std::io::Result<()> {
             100.0 * run
         );
         let kinematics = case.scene.block[0].kinematics;
-        let of_update = bulk.seconds_of_a_mean_update(&mut simulation, kinematics);
-        let of_bulk = timed.update_rate() * of_update;
+        let of_kinds = updates_of_kinds(&mut case.start(), timed.steps);
+        let [forces, whole] = bulk.seconds_of_a_mean_update(&of_kinds, kinematics);
+        let of_bulk = timed.update_rate() * whole;
+        let own_forces = staged.of_stage(Stage::Forces) / staged.updates as f64;
+        let forces_of_bulk = forces / own_forces;
         let of_step = timed.seconds / timed.steps as f64;
         print!(
-            " {:11.2e} {:13.2e} {:9.2} {:9.2} {:6.0} %",
+            " {:11.2e} {:13.2e} {:9.2} {:9.2} {:6.0} % {:6.0} %",
             timed.update_rate(),
             timed.block_rate(blocks),
             1e6 * of_step,
             1e6 * of_bulk * of_step,
-            100.0 * of_bulk
+            100.0 * of_bulk,
+            100.0 * forces_of_bulk
         );
         for (_, time) in &staged.stages {
             print!(" {:8.1}", 100.0 * time / staged.seconds);
@@ -98,6 +104,7 @@ fn main() -> std::io::Result<()> {
             "updates_per_second": timed.update_rate(),
             "seconds_of_a_step": of_step,
             "of_bulk": of_bulk,
+            "forces_of_bulk": forces_of_bulk,
             "block_steps_per_second": timed.block_rate(blocks),
             "share_of_stages": staged.shares(),
         }));
@@ -108,20 +115,20 @@ fn main() -> std::io::Result<()> {
     )
 }
 
-/// What updates of elements take in large blocks that touch nothing.
-#[derive(Default)]
-struct Bulk(Vec<((ElementKind, Kinematics), f64)>);
+/// Looks at the elements of a run, of which kinds they are.
+const LOOKS: u64 = 100;
 
-impl Bulk {
-    /// Of the kinds that blocks which move have now, each as often as it is updated, s.
-    fn seconds_of_a_mean_update(&mut self, run: &mut Simulation, kinematics: Kinematics) -> f64 {
+/// How often elements of each kind are updated in so many steps of blocks that move, by looks at
+/// some of the steps: zones come and go, and are of other kinds than the blocks around them.
+fn updates_of_kinds(run: &mut Simulation, steps: u64) -> Vec<(ElementKind, f64)> {
+    let blocks = run.overview().blocks;
+    let fixed: Vec<bool> = blocks.iter().map(|block| block.fixed).collect();
+    let mut of_kinds: Vec<(ElementKind, f64)> = Vec::new();
+    for look in 1..=LOOKS {
+        let then = look * steps / LOOKS;
+        let more = then.saturating_sub(run.step_index());
+        rayon::scope(|_| Timed::of(run, |made, _| made >= more));
         let frame = run.frame();
-        let fixed: Vec<bool> = run
-            .overview()
-            .blocks
-            .iter()
-            .map(|block| block.fixed)
-            .collect();
         let [levels, blocks] = ["level", "block"].map(|name| {
             let field = frame.cell_fields.iter().find(|field| field.name == name);
             match field.map(|field| &field.values) {
@@ -129,26 +136,48 @@ impl Bulk {
                 _ => panic!("a frame has the {name} of each element"),
             }
         });
-        let (mut seconds, mut updates) = (0.0, 0.0);
         let elements = frame.kinds.iter().zip(levels).zip(blocks);
         for ((&kind, &level), _) in elements.filter(|(_, block)| !fixed[**block as usize]) {
-            let of_step = f64::from(level).exp2();
-            updates += of_step;
-            seconds += of_step * self.seconds(kind, kinematics);
+            let updates = f64::from(level).exp2();
+            match of_kinds.iter_mut().find(|(of, _)| *of == kind) {
+                Some((_, all)) => *all += updates,
+                None => of_kinds.push((kind, updates)),
+            }
         }
-        seconds / updates
+    }
+    of_kinds
+}
+
+/// What updates of elements take in large blocks that touch nothing.
+#[derive(Default)]
+struct Bulk(Vec<((ElementKind, Kinematics), [f64; 2])>);
+
+impl Bulk {
+    /// Of these kinds, each as often as it is updated: the forces, and all of it, s.
+    fn seconds_of_a_mean_update(
+        &mut self,
+        of_kinds: &[(ElementKind, f64)],
+        kinematics: Kinematics,
+    ) -> [f64; 2] {
+        let (mut seconds, mut all) = ([0.0; 2], 0.0);
+        for &(kind, updates) in of_kinds {
+            all += updates;
+            let each = self.seconds(kind, kinematics);
+            seconds = std::array::from_fn(|i| seconds[i] + updates * each[i]);
+        }
+        seconds.map(|seconds| seconds / all)
     }
 
-    /// Of one kind, forces and all, s.
-    fn seconds(&mut self, kind: ElementKind, kinematics: Kinematics) -> f64 {
+    /// Of one kind, s.
+    fn seconds(&mut self, kind: ElementKind, kinematics: Kinematics) -> [f64; 2] {
         let key = (kind, kinematics);
         if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
             return *known;
         }
         let mut block = free_block(kind, kinematics, CELLS);
-        let [_, whole] = rayon::scope(|_| seconds_of_an_update(&mut block));
-        self.0.push((key, whole));
-        whole
+        let seconds = rayon::scope(|_| seconds_of_an_update(&mut block));
+        self.0.push((key, seconds));
+        seconds
     }
 }
 

@@ -75,6 +75,15 @@ impl Timed {
         (self.steps * blocks as u64) as f64 / self.seconds
     }
 
+    /// What a stage took, s.
+    #[must_use]
+    pub fn of_stage(&self, stage: Stage) -> f64 {
+        let mut stages = self.stages.iter();
+        stages
+            .find(|(of, _)| *of == stage)
+            .map_or(0.0, |(_, time)| *time)
+    }
+
     /// Shares of the stages, by their names.
     #[must_use]
     pub fn shares(&self) -> Value {
