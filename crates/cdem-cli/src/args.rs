@@ -58,13 +58,13 @@ pub(crate) struct RunArgs {
     /// Folder of the results; left out: SCENE without its ending, with "-results"
     #[arg(short, long = "output", value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Threads; left out: one for each processor
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads; left out: `RAYON_NUM_THREADS`, or else one for each processor
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<u16>,
     /// Replace an earlier run in the folder, never anything else
     #[arg(long)]
     pub(crate) force: bool,
-    /// Say at the end where the time went
+    /// Say at the end where the time went; steps of a few microseconds take up to a quarter longer
     #[arg(long)]
     pub(crate) profile: bool,
 }
@@ -74,12 +74,18 @@ pub(crate) struct ResumeArgs {
     /// Folder of the results
     #[arg(value_name = "DIR")]
     pub(crate) results: PathBuf,
-    /// Threads; left out: one for each processor
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads; left out: `RAYON_NUM_THREADS`, or else one for each processor
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<u16>,
-    /// Say at the end where the time went
+    /// Say at the end where the time went; steps of a few microseconds take up to a quarter longer
     #[arg(long)]
     pub(crate) profile: bool,
+}
+
+/// A number of threads.
+fn threads(text: &str) -> Result<u16, String> {
+    let number = text.parse().ok().filter(|number| *number > 0);
+    number.ok_or_else(|| format!("a whole number from 1 to {} is needed", u16::MAX))
 }
 
 const EXIT_STATUS: &str = "\

@@ -239,22 +239,27 @@ fn components(vector: &[f64]) -> String {
     vector.iter().map(text).collect::<Vec<_>>().join(" ")
 }
 
-/// Where the time went, and its share of that of the step loop.
+/// Where the time of this process went, and the shares of it: of the stages, those of its steps.
 fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
-    let part = |name: &str, time: Duration| vec![name.to_owned(), seconds(time.as_secs_f64())];
+    let whole = times.setup + times.wall;
     let share = |name: &str, time: Duration| {
-        let share = time.as_secs_f64() / times.wall.as_secs_f64().max(f64::MIN_POSITIVE);
-        let mut row = part(name, time);
-        row.push(percent(share));
-        row
+        let share = time.as_secs_f64() / whole.as_secs_f64().max(f64::MIN_POSITIVE);
+        vec![name.to_owned(), seconds(time.as_secs_f64()), percent(share)]
     };
+    let stepping = times.wall.saturating_sub(times.output);
+    let of_stages = stages.iter().map(|(_, time)| *time).sum();
     let mut rows = vec![
-        part("reading, checking, building", times.setup),
-        share("stepping", times.wall.saturating_sub(times.output)),
+        share("time since the command began", whole),
+        share("reading, checking, building", times.setup),
+        share("stepping", stepping),
     ];
     let stages = stages.iter().filter(|(_, time)| !time.is_zero());
     rows.extend(stages.map(|(stage, time)| share(&format!("  {}", stage.name()), *time)));
-    rows.push(share("writing rows and frames", times.output));
+    rows.push(share("  between these", stepping.saturating_sub(of_stages)));
+    rows.push(share(
+        "working out and writing rows and frames",
+        times.output,
+    ));
     columns(&rows)
 }
 

@@ -11,6 +11,7 @@ use crate::failure::{COMMAND, Failure, Message, Outcome};
 use crate::interrupt::Interrupt;
 use crate::memory;
 use crate::progress::{Position, Progress};
+use crate::quantity::counted;
 use crate::terminal::{complain, warn};
 
 /// What the closing summary compares.
@@ -214,7 +215,14 @@ fn moving_mass(simulation: &Simulation) -> f64 {
 /// Starts the threads that step, this one among them: else each piece of work that is
 /// shared out would first have to be handed over to another thread, and back.
 pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
-    let count = threads.map_or(0, usize::from); // 0: one for each processor
+    let count = threads.map_or(0, usize::from); // 0: as the help says
+    let processors = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
+    if count > processors {
+        warn(&format!(
+            "{count} threads on {}: they take turns, and a run takes longer",
+            counted(processors as u64, "processor")
+        ));
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
     pool.use_current_thread().build_global().map_err(|error| {
         let which = threads.map_or("the".to_owned(), |threads| threads.to_string());

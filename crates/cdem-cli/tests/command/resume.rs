@@ -213,6 +213,11 @@ fn an_interrupted_run_goes_on() {
     let whole = Place::with_scene(&heap("60"));
     whole.cdem("run scene.toml").done();
     let place = interrupted(&heap("1e-9"));
+    let kept = place.cdem("run scene.toml").told();
+    assert!(
+        kept.contains("go on with that run with `cdem resume`"),
+        "{kept}"
+    );
     // Its tables tell of contacts in the order of their beginnings, as those of any run.
     let told = place.cdem("resume scene-results --threads 1").done();
     assert!(told.stderr().contains("going on at t ="), "{}", told.told());

@@ -141,6 +141,32 @@ fn a_profile_is_told_on_request() {
     ] {
         assert!(told.contains(part), "{told}");
     }
+    let shares = |of_stage: bool| -> f64 {
+        let rows = told
+            .lines()
+            .skip_while(|row| !row.contains("since the command began"));
+        let rows = rows.take_while(|row| !row.is_empty());
+        let rows = rows.filter(|row| row.starts_with("    ") == of_stage);
+        let share = |row: &str| {
+            row.strip_suffix(" %")?
+                .split_whitespace()
+                .last()?
+                .parse()
+                .ok()
+        };
+        rows.map(|row| share(row).unwrap_or(0.0)).sum()
+    };
+    // Three digits of each row are told.
+    assert!(
+        (shares(false) - 200.0).abs() < 0.5,
+        "all, and its parts: {told}"
+    );
+    let stepping = told.lines().find(|row| row.contains("stepping"));
+    let stepping = stepping.and_then(|row| row.split_whitespace().rev().nth(1));
+    let stepping: f64 = stepping
+        .and_then(|share| share.parse().ok())
+        .expect("a share");
+    assert!((shares(true) - stepping).abs() < 0.5, "{told}");
 }
 
 #[test]

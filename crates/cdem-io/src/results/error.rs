@@ -21,6 +21,8 @@ pub enum ResultsError {
     EarlierRun {
         /// The folder asked for.
         path: PathBuf,
+        /// Whether it has checkpoints: the run is not done.
+        has_checkpoints: bool,
     },
     /// The folder holds something that no run wrote.
     #[error("the results folder {} is not empty: {} is not of a run", path.display(), entry.display())]
@@ -153,6 +155,13 @@ impl ResultsError {
         } = front;
         match self {
             Self::NotFolder { .. } => format!("name another folder{naming}"),
+            Self::EarlierRun {
+                has_checkpoints: true,
+                ..
+            } => format!(
+                "go on with that run with {resume}, replace it with {force}, or name another \
+                 folder{naming}"
+            ),
             Self::EarlierRun { .. } => {
                 format!("replace that run with {force}, or name another folder{naming}")
             }

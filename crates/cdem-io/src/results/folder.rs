@@ -79,7 +79,10 @@ impl Folder {
             Ok(_) => {
                 earlier = entries_of_run(path)?;
                 if !earlier.is_empty() && !force {
-                    return Err(ResultsError::EarlierRun { path: owned() });
+                    return Err(ResultsError::EarlierRun {
+                        path: owned(),
+                        has_checkpoints: checkpoint::are_in(path),
+                    });
                 }
                 let history = fs::File::open(path.join(MARK));
                 if history.is_ok_and(|file| !is_free(&file)) {

@@ -243,6 +243,11 @@ pub(super) struct Last {
     pub(super) passed_over: Vec<String>,
 }
 
+/// Whether a folder of results holds states to go on from.
+pub(super) fn are_in(results: &Path) -> bool {
+    states(&results.join(FOLDER)).is_ok_and(|states| !states.is_empty())
+}
+
 impl Last {
     /// Of the run in a folder of results; `fits` says why results do not go up to a state.
     ///
