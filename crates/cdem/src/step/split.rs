@@ -16,6 +16,8 @@
 //! without p: p is scaled, by 1 + O((ωL)²), to s p with
 //! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
 
+use rayon::prelude::*;
+
 use crate::around::Around;
 use crate::contact::island::Receive;
 use crate::contact::trail::Trail;
@@ -26,6 +28,9 @@ use crate::model::inertia::Inertia;
 use crate::model::motion::Motion;
 use crate::step::levels::Levels;
 use crate::vector::{add, dot, scale, sub};
+
+/// Elements that a thread takes in a row: some 50 µs of work, somewhat more than to wake one.
+const SHARE: usize = 64;
 
 /// What a touch needs of the bodies.
 pub(crate) struct Split<'a, const D: usize> {
@@ -76,21 +81,17 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         let ring = self.ring(&due, jump);
         trail.reach(&ring, motion);
         motion.drift(&ring, -jump.remaining);
-        let mut parts: Vec<Part<D>> = due
-            .iter()
-            .map(|&e| self.part(e, motion, jump.remaining))
-            .collect();
+        let (now, due) = (&*motion, due.par_iter().with_min_len(SHARE));
+        let parts = due.map(|&element| self.part(element, now, jump.remaining));
+        let mut parts: Vec<Part<D>> = parts.collect();
         let after = jump.swap(motion.velocity);
-        let mut impulses = Vec::new();
-        for part in &mut parts {
-            part.velocity[0] = self.velocities(part.element, motion);
-            part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
+        let (now, all) = (&*motion, parts.par_iter_mut().with_min_len(SHARE));
+        all.for_each(|part| self.compare(part, now));
+        let impulses = parts.iter().flat_map(|part| {
             let nodes = self.elements[part.element as usize].nodes().iter();
-            for (k, &node) in nodes.enumerate() {
-                part.impulse[k] = scale(part.share, &sub(&part.rate[0][k], &part.rate[1][k]));
-                impulses.push((node, part.impulse[k]));
-            }
-        }
+            nodes.copied().zip(part.impulse)
+        });
+        let impulses = impulses.collect();
         for (&node, velocity) in jump.nodes.iter().zip(after) {
             motion.velocity[node as usize] = velocity;
         }
@@ -99,16 +100,20 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
     }
 
     fn balance(&self, touch: &mut Touch<D>, motion: &Motion<D>) -> f64 {
-        let (mut work, mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0, 0.0);
-        for part in &touch.parts {
+        let terms = |part: &Part<D>| {
             let now = self.velocities(part.element, motion);
             let change = std::array::from_fn(|k| sub(&now[k], &part.velocity[1][k]));
             let rate = self.force_rate(part.element, &change, motion);
-            work += product(&part.impulse, &part.velocity[1]);
-            square += product(&part.impulse, &change);
-            slope -= part.share * product(&part.rate[1], &change);
-            curvature -= part.share * product(&rate, &change);
-        }
+            [
+                product(&part.impulse, &part.velocity[1]),
+                product(&part.impulse, &change),
+                -part.share * product(&part.rate[1], &change),
+                -part.share * product(&rate, &change),
+            ]
+        };
+        let sum = |sum: [f64; 4], terms: [f64; 4]| std::array::from_fn(|i| sum[i] + terms[i]);
+        let [work, square, slope, curvature] =
+            each(&touch.parts, terms).into_iter().fold([0.0; 4], sum);
         touch.scale = root(0.5 * square - curvature, work - 2.0 * slope, work);
         touch.scale
     }
@@ -120,17 +125,22 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         remaining: f64,
         on_held: Receive<D>,
     ) -> f64 {
-        let mut recovered = 0.0;
-        for part in &touch.parts {
+        let now = &*motion;
+        let recovered = |part: &Part<D>| {
             let timing = 0.5 * self.interval[part.element as usize] - remaining;
             let before = &part.velocity[0];
-            let now = self.velocities(part.element, motion);
-            let rate = self.force_rate(part.element, &now, motion);
-            recovered += part.share * (product(&rate, &now) - product(&part.rate[0], before));
+            let after = self.velocities(part.element, now);
+            let rate = self.force_rate(part.element, &after, now);
+            let mut recovered = [0.0; 1 + MAX_NODES];
+            recovered[0] = part.share * (product(&rate, &after) - product(&part.rate[0], before));
             for k in 0..MAX_NODES {
-                recovered += timing * dot(&part.force[k], &sub(&now[k], &before[k]))
-                    + 0.5 * touch.scale * dot(&part.impulse[k], &add(&before[k], &now[k]));
+                recovered[1 + k] = timing * dot(&part.force[k], &sub(&after[k], &before[k]))
+                    + 0.5 * touch.scale * dot(&part.impulse[k], &add(&before[k], &after[k]));
             }
+            recovered
+        };
+        let recovered = each(&touch.parts, recovered).into_iter().flatten().sum();
+        for part in &touch.parts {
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
                 if self.inertia.held(node as usize).contains(&true) {
@@ -153,6 +163,15 @@ fn root(a: f64, b: f64, c: f64) -> f64 {
     } else {
         1.0
     }
+}
+
+/// What each part has, worked out on however many threads.
+fn each<const D: usize, const N: usize>(
+    parts: &[Part<D>],
+    terms: impl Fn(&Part<D>) -> [f64; N] + Sync + Send,
+) -> Vec<[f64; N]> {
+    let parts = parts.par_iter().with_min_len(SHARE);
+    parts.map(terms).collect()
 }
 
 /// Sum of the scalar products of two fields of an element.
@@ -212,6 +231,15 @@ impl<const D: usize> Split<'_, D> {
             impulse: zero,
             velocity: [zero, after],
             rate: [zero, self.force_rate(element, &after, motion)],
+        }
+    }
+
+    /// The same element with the velocities before the touch, and what it then owes its nodes.
+    fn compare(&self, part: &mut Part<D>, motion: &Motion<D>) {
+        part.velocity[0] = self.velocities(part.element, motion);
+        part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
+        for k in 0..MAX_NODES {
+            part.impulse[k] = scale(part.share, &sub(&part.rate[0][k], &part.rate[1][k]));
         }
     }
 

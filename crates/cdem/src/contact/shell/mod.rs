@@ -429,8 +429,11 @@ impl Surface<3> for Shell {
         match self.meeting(pair) {
             Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
             Meeting::Crossing { main, target } => {
-                let [a, b] = self.skin.edge(main, at);
-                let foot = self.crossing(main, target, at).map_or(0.5, |c| c.foot[0]);
+                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+                // Which way the normal goes is nothing to the foot.
+                let crossing = Crossing::new(&main, &target, &[0.0; 3], self.skin.tolerance);
+                let foot = crossing.map_or(0.5, |crossing| crossing.foot[0]);
+                let [a, b] = main;
                 let mut point = a;
                 add_scaled(&mut point, foot, &sub(&b, &a));
                 point
