@@ -239,7 +239,7 @@ fn components(vector: &[f64]) -> String {
     vector.iter().map(text).collect::<Vec<_>>().join(" ")
 }
 
-/// Where the time of this process went, and the shares of it: of the stages, those of its steps.
+/// Where the time of this process went, and the shares of it.
 fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
     let whole = times.setup + times.wall;
     let share = |name: &str, time: Duration| {
@@ -249,17 +249,14 @@ fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
     let stepping = times.wall.saturating_sub(times.output);
     let of_stages = stages.iter().map(|(_, time)| *time).sum();
     let mut rows = vec![
-        share("time since the command began", whole),
+        share("up to the last step", whole),
         share("reading, checking, building", times.setup),
         share("stepping", stepping),
     ];
     let stages = stages.iter().filter(|(_, time)| !time.is_zero());
     rows.extend(stages.map(|(stage, time)| share(&format!("  {}", stage.name()), *time)));
     rows.push(share("  between these", stepping.saturating_sub(of_stages)));
-    rows.push(share(
-        "working out and writing rows and frames",
-        times.output,
-    ));
+    rows.push(share("rows, frames, checkpoints", times.output));
     columns(&rows)
 }
 

@@ -215,7 +215,9 @@ fn moving_mass(simulation: &Simulation) -> f64 {
 /// Starts the threads that step, this one among them: else each piece of work that is
 /// shared out would first have to be handed over to another thread, and back.
 pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
-    let count = threads.map_or(0, usize::from); // 0: as the help says
+    let named = || std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok();
+    // 0: one for each processor.
+    let count = threads.map(usize::from).or_else(named).unwrap_or(0);
     let processors = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
     if count > processors {
         warn(&format!(

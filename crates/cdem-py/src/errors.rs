@@ -19,7 +19,7 @@ const PYTHON: Front = Front {
     naming: "",
     force: "force=True",
     run: "`record()` or `cdem run`",
-    resume: "`Simulation.load()`",
+    resume: "`Simulation.load(folder, record=True)`",
 };
 
 /// What is wrong, before there is an exception: that needs the interpreter.

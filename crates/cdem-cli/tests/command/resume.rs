@@ -215,7 +215,7 @@ fn an_interrupted_run_goes_on() {
     let place = interrupted(&heap("1e-9"));
     let kept = place.cdem("run scene.toml").told();
     assert!(
-        kept.contains("go on with that run with `cdem resume`"),
+        kept.contains("interrupted, go on with `cdem resume`; or replace it with --force"),
         "{kept}"
     );
     // Its tables tell of contacts in the order of their beginnings, as those of any run.

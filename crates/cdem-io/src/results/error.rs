@@ -21,7 +21,7 @@ pub enum ResultsError {
     EarlierRun {
         /// The folder asked for.
         path: PathBuf,
-        /// Whether it has checkpoints: the run is not done.
+        /// Whether it has checkpoints: the run was interrupted, or has stopped itself.
         has_checkpoints: bool,
     },
     /// The folder holds something that no run wrote.
@@ -159,8 +159,8 @@ impl ResultsError {
                 has_checkpoints: true,
                 ..
             } => format!(
-                "go on with that run with {resume}, replace it with {force}, or name another \
-                 folder{naming}"
+                "if that run was interrupted, go on with {resume}; or replace it with {force}, or \
+                 name another folder{naming}"
             ),
             Self::EarlierRun { .. } => {
                 format!("replace that run with {force}, or name another folder{naming}")

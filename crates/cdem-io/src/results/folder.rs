@@ -78,15 +78,15 @@ impl Folder {
             }
             Ok(_) => {
                 earlier = entries_of_run(path)?;
+                let history = fs::File::open(path.join(MARK));
+                if history.is_ok_and(|file| !is_free(&file)) {
+                    return Err(ResultsError::Busy { path: owned() });
+                }
                 if !earlier.is_empty() && !force {
                     return Err(ResultsError::EarlierRun {
                         path: owned(),
                         has_checkpoints: checkpoint::are_in(path),
                     });
-                }
-                let history = fs::File::open(path.join(MARK));
-                if history.is_ok_and(|file| !is_free(&file)) {
-                    return Err(ResultsError::Busy { path: owned() });
                 }
                 if !earlier.is_empty() && is_in(scene, path) {
                     return Err(ResultsError::HoldsScene { path: owned() });

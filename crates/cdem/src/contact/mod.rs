@@ -381,10 +381,12 @@ impl<const D: usize> Contacts<D> {
         if self.model == ContactModel::Penalty {
             return;
         }
+        self.books.watch.skip();
         let setting = self.terms.setting(inertia);
         for island in &mut self.islands {
             island.meet_initial(&setting, motion, step, receive, &mut self.books);
         }
+        self.books.watch.lap(Stage::Geometry);
     }
 
     /// Contact forces of the islands that are due, after their kick.

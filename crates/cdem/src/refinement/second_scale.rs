@@ -31,7 +31,7 @@ const ON_FACE: f64 = 0.5;
 const ON_EDGE: f64 = 0.25;
 
 /// Covers that a thread makes in a row, in the plane and in space: one in the plane takes no
-/// longer than to wake a thread.
+/// longer than waking a thread.
 const IN_A_ROW: [usize; 2] = [8, 1];
 
 /// All overlays, and the zones that they are made for.

@@ -330,6 +330,8 @@ impl<const D: usize> Run<D> {
         let mut motion = self.model.motion(&mut self.state);
         let receive = &mut |node, impulse: &[f64; D]| received.push((node, *impulse));
         contacts.collide_initial(&mut motion, &self.model.inertia, self.model.step, receive);
+        // Contacts have told their own time.
+        self.watch.skip();
         self.book_reactions(first, &momenta, &received);
         self.receive(&received);
     }

@@ -29,8 +29,9 @@ use crate::model::motion::Motion;
 use crate::step::levels::Levels;
 use crate::vector::{add, dot, scale, sub};
 
-/// Elements that a thread takes in a row: some 50 µs of work, somewhat more than to wake one.
-const SHARE: usize = 64;
+/// Elements that a thread takes in a row: some tens of microseconds of work, as long as a thread
+/// takes to wake.
+const SHARE: usize = 128;
 
 /// What a touch needs of the bodies.
 pub(crate) struct Split<'a, const D: usize> {

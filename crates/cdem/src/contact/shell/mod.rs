@@ -430,7 +430,7 @@ impl Surface<3> for Shell {
             Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
             Meeting::Crossing { main, target } => {
                 let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-                // Which way the normal goes is nothing to the foot.
+                // The foot does not depend on which way the normal goes.
                 let crossing = Crossing::new(&main, &target, &[0.0; 3], self.skin.tolerance);
                 let foot = crossing.map_or(0.5, |crossing| crossing.foot[0]);
                 let [a, b] = main;
