@@ -186,9 +186,17 @@ impl Orientation {
         })
     }
 
-    /// Until when it is above a `level`, of an interval in which it falls.
+    /// Until when it is above a `level`, of an interval in which it falls: what it is at both
+    /// ends saves most of the bisections.
     fn last_above(&self, level: f64, low: f64, high: f64) -> f64 {
-        last(low, high, |t| self.at(t) > level)
+        let holds = |t: f64| self.at(t) > level;
+        if !holds(low) {
+            low
+        } else if low < high && holds(high) {
+            high.next_down()
+        } else {
+            last(low, high, holds)
+        }
     }
 }
 

@@ -59,7 +59,8 @@ impl<const D: usize> Contacts<D> {
         closed.sort_unstable();
         let surface = &*self.terms.surface;
         let look = |&pair: &Pair| {
-            if closed.binary_search(&pair).is_ok() {
+            let is_closed = closed.binary_search(&pair).is_ok();
+            if is_closed || !surface.may_touch(pair, at, at.after(velocity, duration)) {
                 return None;
             }
             let tolerance = self.terms.tolerance;

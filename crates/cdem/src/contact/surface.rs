@@ -30,6 +30,9 @@ pub(crate) const FLUSH: f64 = 0.02;
 /// Relative round-off of a foot's parameters on its target.
 pub(crate) const FOOT_ROUND_OFF: f64 = 1e-9;
 
+/// Most of what is [beyond a re-entrant edge](beyond_reentrant), over the depth.
+pub(crate) const FARTHEST_BEYOND: f64 = 1.0 / FLUSH;
+
 /// How far beyond an edge that turns by this angle, rad, a point may be that touches the
 /// face on its other side, no deeper than `depth` in that on its own; 0 where it is convex.
 /// In its plane it is beyond the edge by its depth over the sine of the turn; where both
@@ -336,6 +339,11 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
+    /// Whether the features of a pair may be such that they touch in a drift from `at` to its
+    /// `end`, at a glance: edges within flat faces are not.
+    fn may_touch(&self, _pair: Pair, _at: Positions<D>, _end: Positions<D>) -> bool {
+        true
+    }
     /// Whether a pair that touches, within some slack, stays as it is for `duration` at
     /// constant velocities, within some too; never, if it might not. Or whether it is clear
     /// of its target by so much that it waits: parallel edges, whose gap says nothing, are

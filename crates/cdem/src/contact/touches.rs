@@ -28,8 +28,8 @@ pub(super) struct Touches<const D: usize> {
     /// glances tell, and looks; closed pairs, sorted, and by place.
     before: Vec<(usize, Touch)>,
     anew: Vec<(usize, Pair)>,
-    glances: Vec<(Look, f64)>,
-    looked: Vec<(Touch, f64)>,
+    glances: Vec<(Look, Option<f64>)>,
+    looked: Vec<Touch>,
     closed: Vec<Pair>,
     by_place: Closed<D>,
 }
@@ -225,7 +225,7 @@ impl<const D: usize> Touches<D> {
         let remaining = duration - elapsed;
         let look = |&(_, pair): &(usize, Pair)| {
             if is_closed(&pair) {
-                (Look::Touch(Touch::Closed), 0.0)
+                (Look::Touch(Touch::Closed), None)
             } else {
                 look_at(setting, (motion, at), pair, (wanted, remaining))
             }
@@ -233,25 +233,27 @@ impl<const D: usize> Touches<D> {
         let pairs = self.anew.par_iter().with_min_len(SHARE);
         pairs.map(look).collect_into_vec(&mut self.glances);
         // At rest most pairs are told at a glance.
-        let more = |(look, _): &(Look, f64)| matches!(look, Look::Within(_));
+        let more = |(look, _): &(Look, _)| matches!(look, Look::Within(_));
         if self.glances.iter().any(more) {
             self.by_place.list(live, setting.surface, (motion, at));
         }
         let closed = (&self.by_place, &**live);
-        let touch = |(&(_, pair), &(look, apart)): (&(usize, Pair), &(Look, f64))| match look {
-            Look::Touch(touch) => (touch, apart),
+        let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(Look, _))| match look {
+            Look::Touch(touch) => touch,
             Look::Within(span) => {
                 let interval = (span, elapsed, duration);
-                let touch = touch(closed, setting, (motion, at), pair, interval);
-                (touch, apart)
+                touch(closed, setting, (motion, at), pair, interval)
             }
         };
         let pairs = self.anew.par_iter().zip(&self.glances).with_min_len(SHARE);
         pairs.map(touch).collect_into_vec(&mut self.looked);
-        for (&(place, _), &(touch, apart)) in self.anew.iter().zip(&self.looked) {
+        let told = self.glances.iter().zip(&self.looked);
+        for (&(place, _), (&(_, apart), &touch)) in self.anew.iter().zip(told) {
             let (number, of_pair) = &mut self.touch[place];
-            near.remember(*number, apart);
             *of_pair = touch;
+            if let Some(apart) = apart {
+                near.remember(*number, apart);
+            }
         }
         self.touch.retain(|(_, touch)| *touch != Touch::Never);
     }
@@ -281,19 +283,20 @@ enum Look {
     Within(f64),
 }
 
-/// A glance at an open pair in what `remains` of a drift, s, at constant velocities, and how
-/// far apart its features are now, m, or less.
+/// A glance at an open pair in what is `remaining` of a drift, s, at constant velocities, and
+/// how far apart its features are now, m, or less, if that was asked.
 fn look_at<const D: usize>(
     setting: &Setting<D>,
     (motion, at): (&Kicked<D>, Positions<D>),
     pair: Pair,
     (wanted, remaining): (Wanted, f64),
-) -> (Look, f64) {
+) -> (Look, Option<f64>) {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
     let apart = surface.apart(pair, at);
     let way = remaining * fastest(surface, motion, pair);
-    if apart > tolerance + way {
-        return (Look::Touch(Touch::Never), apart);
+    let end = at.after(motion.velocity, remaining);
+    if apart > tolerance + way || !surface.may_touch(pair, at, end) {
+        return (Look::Touch(Touch::Never), Some(apart));
     }
     let is_slow = way <= SHALLOW * tolerance;
     let clear = if is_slow {
@@ -311,7 +314,7 @@ fn look_at<const D: usize>(
     } else {
         Look::Within(if is_slow { 0.0 } else { remaining })
     };
-    (look, apart)
+    (look, Some(apart))
 }
 
 /// When a pair between the closed contacts of its blocks touches, within `span` seconds

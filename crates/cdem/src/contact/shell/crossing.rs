@@ -30,14 +30,26 @@ pub(super) struct Crossing {
     pub(super) forward: bool,
 }
 
-impl Crossing {
-    /// The lines through two edges, of which `outward` points out of the target
-    /// and into the main block; `None` where they are parallel, for contact within
+/// Two lines that are not parallel, of which nobody knows on which side the blocks lie.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lines {
+    /// Where they are nearest, over the lengths of main and target edge.
+    pub(super) foot: [f64; 2],
+    /// Main direction × target direction, m², and its size.
+    area: [f64; 3],
+    size: f64,
+    /// Sine of the angle between the edges.
+    sine: f64,
+    /// From the start of the target edge to that of the main one, m.
+    from: [f64; 3],
+}
+
+impl Lines {
+    /// The lines through two edges; `None` where they are parallel, for contact within
     /// `tolerance`, m.
     pub(super) fn new(
         main: &[[f64; 3]; 2],
         target: &[[f64; 3]; 2],
-        outward: &[f64; 3],
         tolerance: f64,
     ) -> Option<Self> {
         let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
@@ -51,22 +63,36 @@ impl Crossing {
         }
         let from = sub(&main[0], &target[0]);
         let square = size * size;
-        let forward = dot(&area, outward) >= 0.0;
-        let normal = scale(if forward { 1.0 } else { -1.0 } / size, &area);
         Some(Self {
-            normal,
-            gap: dot(&from, &normal),
             foot: [
                 -dot(&cross(&from, &other), &area) / square,
                 -dot(&cross(&from, &along), &area) / square,
             ],
+            area,
+            size,
             sine,
-            area: size,
-            outward: dot(&normal, outward),
-            forward,
+            from,
         })
     }
 
+    /// The crossing of edges of which `outward` points out of the target and into the main
+    /// block.
+    pub(super) fn between(&self, outward: &[f64; 3]) -> Crossing {
+        let forward = dot(&self.area, outward) >= 0.0;
+        let normal = scale(if forward { 1.0 } else { -1.0 } / self.size, &self.area);
+        Crossing {
+            normal,
+            gap: dot(&self.from, &normal),
+            foot: self.foot,
+            sine: self.sine,
+            area: self.size,
+            outward: dot(&normal, outward),
+            forward,
+        }
+    }
+}
+
+impl Crossing {
     /// How far outside the edges, of these lengths, the feet lie, m; ≤ 0 within.
     pub(super) fn outside(&self, lengths: [f64; 2]) -> f64 {
         let beyond = |k: usize| (-self.foot[k]).max(self.foot[k] - 1.0) * lengths[k];

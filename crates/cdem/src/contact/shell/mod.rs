@@ -14,6 +14,8 @@ mod nearness;
 mod operators;
 mod place;
 mod share;
+#[cfg(test)]
+mod sharp_tests;
 mod skin;
 mod surroundings;
 #[cfg(test)]
@@ -22,7 +24,7 @@ mod time_of_impact;
 
 use std::ops::Range;
 
-use crossing::Crossing;
+use crossing::{Crossing, Lines};
 use facing::Facing;
 use place::Place;
 use skin::Skin;
@@ -100,9 +102,13 @@ impl Shell {
     }
 
     fn crossing(&self, main: u32, target: u32, at: Positions<3>) -> Option<Crossing> {
-        let outward = self.outward(main, target, at);
+        let lines = self.lines(main, target, at)?;
+        Some(lines.between(&self.outward(main, target, at)))
+    }
+
+    fn lines(&self, main: u32, target: u32, at: Positions<3>) -> Option<Lines> {
         let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-        Crossing::new(&main, &target, &outward, self.skin.tolerance)
+        Lines::new(&main, &target, self.skin.tolerance)
     }
 
     /// What points out of the target edge and into the main one.
@@ -305,9 +311,8 @@ impl Surface<3> for Shell {
                 Some(facing::gap(&p, &self.skin.triangle(triangle, at)))
             }
             Meeting::Crossing { main, target } => {
-                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-                let crossing = Crossing::new(&main, &target, along, self.skin.tolerance);
-                crossing.map(|crossing| crossing.gap)
+                let lines = self.lines(main, target, at)?;
+                Some(lines.between(along).gap)
             }
         }
     }
@@ -346,6 +351,13 @@ impl Surface<3> for Shell {
                     .fold(0.0, f64::max)
             }
             Some(edge) => self.length(edge, at),
+        }
+    }
+
+    fn may_touch(&self, pair: Pair, at: Positions<3>, end: Positions<3>) -> bool {
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => true,
+            Meeting::Crossing { main, target } => self.may_be_sharp_within([main, target], at, end),
         }
     }
 
@@ -429,11 +441,9 @@ impl Surface<3> for Shell {
         match self.meeting(pair) {
             Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
             Meeting::Crossing { main, target } => {
-                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-                // The foot does not depend on which way the normal goes.
-                let crossing = Crossing::new(&main, &target, &[0.0; 3], self.skin.tolerance);
-                let foot = crossing.map_or(0.5, |crossing| crossing.foot[0]);
-                let [a, b] = main;
+                let lines = self.lines(main, target, at);
+                let foot = lines.map_or(0.5, |lines| lines.foot[0]);
+                let [a, b] = self.skin.edge(main, at);
                 let mut point = a;
                 add_scaled(&mut point, foot, &sub(&b, &a));
                 point

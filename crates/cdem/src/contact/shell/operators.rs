@@ -1,7 +1,7 @@
 //! Relative motion of the two points of a contact, as its nodes move.
 
 use super::Shell;
-use super::crossing::{Crossing, Pivot};
+use super::crossing::{Lines, Pivot};
 use super::facing::Material;
 use crate::contact::surface::{Operator, Positions};
 use crate::vector::{add_scaled, cross, dot, norm, scale, sub};
@@ -40,7 +40,8 @@ impl Shell {
         let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
         let outward = along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
-        let crossing = Crossing::new(&one, &other, &outward, self.skin.tolerance);
+        let lines = Lines::new(&one, &other, self.skin.tolerance);
+        let crossing = lines.map(|lines| lines.between(&outward));
         let along = sub(&one[1], &one[0]);
         let are_parallel = crossing.is_none();
         let normal = crossing.map_or_else(

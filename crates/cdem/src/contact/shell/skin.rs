@@ -15,6 +15,12 @@ const SHARP: f64 = 0.1;
 /// cos [`SHARP`].
 const COSINE_OF_SHARP: f64 = 0.995_004_165_278_025_8;
 
+/// Sine of the turn, either way, up to which a glance at an edge may tell that it is flat, below
+/// that of [`SHARP`]; and what it allows of what an edge may stand out: the angle of this sine is
+/// larger by 1.4e-3 of it.
+const FLAT: f64 = 0.09;
+const CAUTION: f64 = 0.99;
+
 /// Sine up to which the angle is its series to the third power, to round-off.
 const SERIES: f64 = 1e-3;
 
@@ -355,6 +361,44 @@ impl Skin {
         let ridge = self.ridge(edge, at);
         let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
         ridge.height * widened > SAGITTA * self.tolerance
+    }
+
+    /// Whether an edge is surely not [sharp](Self::is_sharp_under), told without a root: of
+    /// meshed faces on each other most edges are so.
+    ///
+    /// With e the edge, N₁ and N₂ the normals of its triangles of twice their areas, and c the
+    /// way to the far corner of the first, the sine of its turn is −N₂·c |e|/|N₁||N₂|. Its arm is
+    /// 1/(|e|/|N₁| + |e|/|N₂|), and times that sine −N₂·c/(|N₁| + |N₂|), which is no more than
+    /// over |N₁ + N₂|.
+    pub(super) fn is_flat_under(&self, edge: u32, length: f64, at: Positions<3>) -> bool {
+        let Edge { ends, sides, .. } = &self.edges[edge as usize];
+        let Some(sides) = *sides else {
+            return false;
+        };
+        let start = self.point(ends[0], at);
+        let from_start = |corner: u32| sub(&self.point(corner, at), &start);
+        let along = from_start(ends[1]);
+        let [one, other] = sides.map(|side| from_start(self.far_corner(side, edge)));
+        let normals = [cross(&along, &one), cross(&other, &along)];
+        let squares = normals.map(|normal| dot(&normal, &normal));
+        let (square, below) = (dot(&along, &along), -dot(&normals[1], &one));
+        let turns = below * below * square > FLAT * FLAT * squares[0] * squares[1];
+        if turns || dot(&normals[0], &normals[1]) <= 0.0 {
+            return false;
+        }
+        let length = length.min(self.sizes[self.block(ends[0]) as usize]);
+        let arms = 2.0 * square * (1.0 / squares[0] + 1.0 / squares[1]);
+        let widened = f64::max(1.0, length * length * arms / 16.0);
+        let sum = add(&normals[0], &normals[1]);
+        let allowed = CAUTION * SAGITTA * self.tolerance;
+        below <= 0.0 || (below * widened).powi(2) <= allowed * allowed * dot(&sum, &sum)
+    }
+
+    /// The corner of a triangle that is not on one of its edges.
+    fn far_corner(&self, triangle: u32, edge: u32) -> u32 {
+        let Triangle { corners, edges, .. } = &self.triangles[triangle as usize];
+        let k = edges.iter().position(|&of| of == edge).unwrap_or(0);
+        corners[(k + 2) % 3]
     }
 
     /// What times its turn is how far a straight edge of a length, m, laid across an edge

@@ -2,7 +2,9 @@
 //! point that leaves them goes on.
 
 use super::{Facing, Shell};
-use crate::contact::surface::{FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, beyond_reentrant};
+use crate::contact::surface::{
+    FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, beyond_reentrant,
+};
 use crate::mesh::distance_to;
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
@@ -49,9 +51,10 @@ impl Shell {
         edges.iter().zip(foot).all(|(&edge, &foot)| {
             let beyond = (-foot).max(foot - 1.0) - FOOT_ROUND_OFF;
             let end = self.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
+            let beyond = beyond * self.length(edge, at);
             beyond <= 0.0
-                || beyond * self.length(edge, at)
-                    <= beyond_reentrant(self.least_turn(end, at), depth)
+                || beyond <= FARTHEST_BEYOND * depth
+                    && beyond <= beyond_reentrant(self.least_turn(end, at), depth)
         })
     }
 

@@ -12,7 +12,7 @@ use crate::scene::Geometry;
 use crate::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 /// One element a block, each of its own nodes.
-fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
+pub(super) fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
     let mut mesh = Mesh::default();
     for (number, (kind, nodes)) in cells.iter().enumerate() {
         let first = mesh.nodes.len() as u32;
@@ -29,12 +29,12 @@ fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
     mesh
 }
 
-fn vector(size: f64) -> impl Strategy<Value = [f64; 3]> {
+pub(super) fn vector(size: f64) -> impl Strategy<Value = [f64; 3]> {
     [-size..size, -size..size, -size..size]
 }
 
 /// A unit cube with warped faces, moved by `shift`.
-fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]> {
+pub(super) fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]> {
     let corners = [
         [0., 0., 0.],
         [1., 0., 0.],
@@ -336,55 +336,6 @@ proptest! {
         }
     }
 
-    /// Neither at random nor where all nodes go the worst way: the ends of an edge out
-    /// of the block, the far corners beside it into it.
-    #[test]
-    fn no_edge_is_sharp_before_its_nodes_have_moved_far_enough(
-        warp in proptest::array::uniform8(vector(1e-2)),
-        flat in 1e-3..1.0_f64,
-        tolerance in 1e-4..0.1_f64,
-        length in 0.0..2.0_f64,
-        share in 0.0..1.0_f64,
-        ways in proptest::array::uniform8(vector(1.0)),
-    ) {
-        let squeeze = |[x, y, z]: [f64; 3]| [x, flat * y, z];
-        // Diagonals of faces and their ends are nodes of the mesh: what is worst is so.
-        let cube = Geometry::Box {
-            min: vec![0.0; 3],
-            max: vec![1.0; 3],
-            divisions: vec![1; 3],
-            element: ElementKind::Tet4,
-        };
-        let mut mesh = mesh::tests::shapes(vec![mesh::tests::block("cube", cube)]).expect("meshes");
-        for (node, warp) in mesh.nodes.iter_mut().zip(&warp) {
-            *node = squeeze(add(node, warp));
-        }
-        let shell = Shell::new(&mesh, tolerance * flat);
-        let still = vec![[0.0; 3]; 8];
-        let at = Positions::new(&mesh.nodes, &still);
-        for edge in 0..shell.skin.edges.len() as u32 {
-            let way = shell.skin.sharpens_after(edge, length, at);
-            if way <= 0.0 {
-                continue;
-            }
-            prop_assert!(!shell.skin.is_sharp_under(edge, length, at));
-            let outward = shell.skin.outward(edge, at);
-            let ends = shell.skin.edges[edge as usize].ends;
-            let worst = |node: u32| {
-                let sign = if ends.contains(&node) { 1.0 } else { -1.0 };
-                scale(sign * way / norm(&outward), &outward)
-            };
-            let random = |node: u32| {
-                let along = &ways[node as usize];
-                scale(share * way / norm(along), along)
-            };
-            for moved in [(0..8).map(worst).collect::<Vec<_>>(), (0..8).map(random).collect()] {
-                let then = Positions::new(&mesh.nodes, &moved);
-                prop_assert!(!shell.skin.is_sharp_under(edge, length + 2.0 * way, then));
-            }
-        }
-    }
-
     /// What a pair lacks shrinks by no more than is said.
     #[test]
     fn what_lacks_to_touch_stays_until_nodes_have_moved_far_enough(
@@ -532,16 +483,16 @@ proptest! {
     ) {
         let element = if triangles { ElementKind::Tet4 } else { ElementKind::Hex8 };
         let cube = |name: &str, low: f64, divisions: [usize; 2]| {
-            let geometry = crate::scene::Geometry::Box {
+            let geometry = Geometry::Box {
                 min: vec![-0.5, -0.5, low],
                 max: vec![0.5, 0.5, low + 1.0],
                 divisions: vec![divisions[0], divisions[1], 1],
                 element,
             };
-            crate::mesh::tests::block(name, geometry)
+            mesh::tests::block(name, geometry)
         };
         let blocks = vec![cube("below", -1.0, below), cube("above", 0.0, above)];
-        let mut mesh: Mesh<3> = crate::mesh::tests::shapes(blocks).expect("boxes mesh");
+        let mut mesh: Mesh<3> = mesh::tests::shapes(blocks).expect("boxes mesh");
         let (sine, cosine) = angle.sin_cos();
         for node in mesh.blocks[1].nodes.clone() {
             let [x, y, z] = mesh.nodes[node as usize];

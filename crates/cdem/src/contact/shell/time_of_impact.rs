@@ -2,6 +2,7 @@
 //! lie in one plane, and in each other.
 
 use super::Shell;
+use super::crossing::Lines;
 use crate::contact::orientation::{Orientation, Slack, last, moved};
 use crate::contact::surface::Positions;
 use crate::vector::{cross, dot, norm, sub};
@@ -53,10 +54,12 @@ impl Shell {
         let touches = |forward: bool| {
             move |time: f64| {
                 let then = at.after(velocity, time);
-                self.crossing(main, target, then).is_some_and(|crossing| {
+                let lines = self.lines(main, target, then);
+                let on = |lines: &Lines| self.cross_on([main, target], &lines.foot, then, depth);
+                lines.filter(on).is_some_and(|lines| {
+                    let crossing = lines.between(&self.outward(main, target, then));
                     crossing.forward == forward
                         && crossing.gap * crossing.area >= -margin.max(depth * crossing.area)
-                        && self.cross_on([main, target], &crossing.foot, then, depth)
                 })
             }
         };
@@ -166,6 +169,21 @@ impl Shell {
                     && self.skin.is_sharp_under(edge, length, end)
         };
         is_sharp(one, other) && is_sharp(other, one)
+    }
+
+    /// Whether they might, at a glance.
+    pub(super) fn may_be_sharp_within(
+        &self,
+        [one, other]: [u32; 2],
+        at: Positions<3>,
+        end: Positions<3>,
+    ) -> bool {
+        let is_flat = |edge: u32, under: u32| {
+            let length = self.length(under, at);
+            let mut moments = [at, end].into_iter();
+            moments.all(|at| self.skin.is_flat_under(edge, length, at))
+        };
+        !is_flat(one, other) && !is_flat(other, one)
     }
 
     /// Velocity of a corner, m/s.
