@@ -86,7 +86,9 @@ fn blocks_of_several_levels_above_a_fixed_one_give_the_same_bits_on_any_number_o
     }
 }
 
-/// Rows of nodes that move have a gap there, however wide.
+/// Rows of nodes that move have a gap there, however wide. Elements are put together in other
+/// parts then, so that forces are summed in another order: positions may differ by some roundings
+/// of the way in each step, energies by some of what there is.
 #[test]
 fn what_is_fixed_stays_and_changes_nothing_however_large_it_is() {
     for is_damped in [false, true] {
@@ -94,21 +96,30 @@ fn what_is_fixed_stays_and_changes_nothing_however_large_it_is() {
             let mut simulation = above_fixed(cells, is_damped);
             let before = simulation.frame();
             (0..8).for_each(|_| simulation.step().expect("a step"));
-            let history = format!("{:?}", simulation.history());
-            (before, simulation.frame(), history)
+            (before, simulation.frame(), simulation.history())
         });
         // What moves lies on both sides of what does not.
         let own = (CELLS + 1).pow(3);
+        let are_close = |one: &[[f64; 3]], other: &[[f64; 3]]| {
+            let mut both = one.as_flattened().iter().zip(other.as_flattened());
+            one.len() == other.len() && both.all(|(a, b)| (a - b).abs() <= 1e-14)
+        };
         let parts = |points: &[[f64; 3]]| {
             let end = points.len() - own;
             [0..own, own..end, end..points.len()].map(|part| points[part].to_vec())
         };
         let [block, _, pebble] = parts(&frames[0].1.points);
         for (before, after, history) in &frames {
-            assert_eq!(*history, frames[0].2);
+            let first = &frames[0].2;
+            let energies = [first, history].map(|row| row.kinetic_energy + row.strain_energy);
+            assert!((energies[0] - energies[1]).abs() <= 1e-14 * energies[0]);
+            assert_eq!(
+                [first.contacts, first.refined_blocks],
+                [history.contacts, history.refined_blocks]
+            );
             let [start, end] = [before, after].map(|frame| parts(&frame.points));
             assert_eq!(start[1], end[1]);
-            assert_eq!([&block, &pebble], [&end[0], &end[2]]);
+            assert!(are_close(&block, &end[0]) && are_close(&pebble, &end[2]));
             assert!(start[0] != end[0] && start[2] != end[2]);
             let mut fields = after.cell_fields.iter();
             let levels = fields.find(|field| field.name == "level");

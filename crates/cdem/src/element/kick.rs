@@ -12,6 +12,7 @@ use super::nearby::Nearby;
 use super::part::{Group, Part};
 use super::set::{Formulation, Record, RecordMut};
 use super::{Due, Interval};
+use crate::model::AT_ONCE;
 
 /// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
 /// viscous ones, which are left out where nothing is damped.
@@ -26,20 +27,25 @@ fn split<const D: usize>(shares: Shares<'_, D>, count: usize) -> [Shares<'_, D>;
     [[elastic.0, viscous.0], [elastic.1, viscous.1]]
 }
 
-/// Gauss points whose forces are not worth another thread: it takes some tens of microseconds to
-/// wake one.
-const FEW: usize = 2048;
+/// Gauss points, times dimensions, whose forces are not worth another thread: 100 to 200
+/// microseconds of work, where it takes some tens of them to wake one, which then finds nothing in
+/// its caches.
+pub(super) const FEW: usize = 32_768;
 
 /// Works on all parts and what is theirs of the shares: one after the other where only a [`FEW`]
-/// Gauss points of `coarsest` level or finer are in them.
+/// Gauss points of `coarsest` level or finer are in them, and so few nodes that nothing else that
+/// is done to these is shared out either, which would keep another thread awake.
 pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     parts: &mut [Part<D, N, Q>],
     mut shares: Shares<D>,
     coarsest: u8,
     work: &(impl Fn(&mut Part<D, N, Q>, Shares<D>) + Sync),
 ) {
-    let due = parts.iter().map(|part| part.due(coarsest)).sum::<usize>();
-    if parts.len() == 1 || due * Q <= FEW {
+    let due = parts.iter().flat_map(|part| part.due(coarsest));
+    let (elements, nodes) = due.fold((0, 0), |(elements, nodes), group| {
+        (elements + group.members.len(), nodes + group.nodes.len())
+    });
+    if parts.len() == 1 || elements * Q * D <= FEW && nodes <= AT_ONCE {
         for part in parts {
             let [own, others] = split(shares, part.node_count());
             work(part, own);

@@ -6,9 +6,16 @@ use super::batch::Batches;
 use super::geometry::{Element, Moduli};
 use super::lanes::WIDTH;
 
-/// Elements of a part: their forces on as many nodes as they have stay in the nearest caches,
-/// and there is work for all threads in a mesh of some ten thousand elements.
+/// Elements of a part, at most: their forces on as many nodes as they have stay in the nearest
+/// caches, and there is work for all threads in a mesh of some ten thousand elements.
 pub(super) const PART: usize = 2048;
+
+/// Elements of each part, of so many: parts are a power of two, so that halves of them are as
+/// much work. A thread that waits for another falls asleep, and must be woken for the next pass.
+pub(super) fn share(count: usize) -> usize {
+    let parts = count.div_ceil(PART).next_power_of_two();
+    count.max(1).div_ceil(parts).next_multiple_of(WIDTH)
+}
 
 /// Elements of one material near each other, sorted by level.
 pub(super) struct Part<const D: usize, const N: usize, const Q: usize> {
@@ -30,7 +37,7 @@ pub(super) struct Group<const D: usize, const N: usize, const Q: usize> {
     pub(super) batches: Batches<D, N, Q>,
 }
 
-/// Where an element of a set is: as many elements as a part can hold are counted for each part
+/// Where an element of a set is: as many elements as a part may hold are counted for each part
 /// before its own, and then those of the groups of its part, one after the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Place(u32);
@@ -96,10 +103,10 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
         self.node_count
     }
 
-    /// Number of elements of level `coarsest` or finer.
-    pub(super) fn due(&self, coarsest: u8) -> usize {
-        let due = self.groups.iter().filter(|group| group.is_due(coarsest));
-        due.map(|group| group.members.len()).sum()
+    /// Groups of level `coarsest` or finer.
+    pub(super) fn due(&self, coarsest: u8) -> impl Iterator<Item = &Group<D, N, Q>> {
+        let groups = self.groups.iter();
+        groups.filter(move |group| group.is_due(coarsest))
     }
 
     /// Bytes.
@@ -202,5 +209,25 @@ impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
                 record: own,
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_of_the_parts_are_as_much_work() {
+        for count in (1..20_000).chain([99_999, 1_000_000]) {
+            let share = share(count);
+            let parts = count.div_ceil(share);
+            assert!(share <= PART && share.is_multiple_of(WIDTH));
+            let left = parts / 2 * share;
+            let differ = left.abs_diff(count - left);
+            // By what batches are not full; of hundreds of parts, by one.
+            let allowed = if parts > 16 { share } else { parts * WIDTH };
+            assert!(parts == 1 || differ <= allowed, "{differ} of {count}");
+        }
+        assert!(share(0) > 0);
     }
 }

@@ -6,7 +6,7 @@ use super::frequency;
 use super::geometry::{self, Corners, Element, Moduli, Nodal, Points};
 use super::kick::{Kick, Shares, each_part};
 use super::lanes::Real;
-use super::part::{Group, Member, PART, Part, Place};
+use super::part::{Group, Member, Part, Place, share};
 use super::tensor::{self, Tensor};
 use super::{Deformation, Due, ElementSet, Past, survey};
 use crate::mesh::{ElementKind, Mesh, Parts};
@@ -180,7 +180,7 @@ where
         };
         for (material, moduli) in source.moduli.iter().enumerate() {
             let numbers: Vec<(u32, u32)> = of_material(material).collect();
-            for numbers in numbers.chunks(PART) {
+            for numbers in numbers.chunks(share(numbers.len())) {
                 let members = numbers.iter().map(|&(number, element)| {
                     let (nodes, element) = set.at_rest(source.mesh, element, moduli);
                     Member {

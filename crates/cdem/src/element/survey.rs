@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::batch::{Abreast, Batch};
 use super::geometry::{self, Nodal, Points};
+use super::kick::FEW;
 use super::lanes::{Lanes, Real, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{PART, Part};
@@ -125,7 +126,9 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
         answers
     };
     for some in parts.chunks(AT_ONCE) {
-        let answers: Vec<Vec<(u32, [f64; A])>> = some.par_iter().map(answers).collect();
+        let few = (FEW / (PART * Q * D)).max(1);
+        let some = some.par_iter().with_min_len(few).map(answers);
+        let answers: Vec<Vec<(u32, [f64; A])>> = some.collect();
         for (member, answer) in answers.into_iter().flatten() {
             tell(member, answer);
         }

@@ -7,15 +7,11 @@ use rayon::prelude::*;
 use super::assembly::Assembly;
 use super::ledger::{Account, Ledger};
 use super::plan::Substep;
-use super::rows::ROW;
 use crate::element::MAX_NODES;
 use crate::model::prescribed::Prescribed;
 use crate::model::{AT_ONCE, Model, State};
 use crate::scene::Damping;
 use crate::vector::{add_scaled, dot, scale, sub};
-
-/// Rows of nodes that are booked by one thread at least.
-const ROWS_AT_ONCE: usize = AT_ONCE / ROW;
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s: of the last kick of each node, but
 /// for loads and contact, which are zero between kicks.
@@ -328,7 +324,11 @@ impl<const D: usize> Model<D> {
                 }
                 ledger
             };
-            let rows = substep.rows().par_iter().with_min_len(ROWS_AT_ONCE);
+            let rows = substep.rows();
+            let nodes = rows.iter().map(Range::len).sum::<usize>().max(1);
+            // Rows of nodes of many levels are short.
+            let at_once = (rows.len() * AT_ONCE / (2 * nodes)).max(1);
+            let rows = rows.par_iter().with_min_len(at_once);
             rows.map(book).collect_into_vec(&mut books);
             books.iter().for_each(|book| ledger.add(1.0, book));
         }
