@@ -112,10 +112,7 @@ impl<const D: usize> Driven<D> {
         if let Some(vectors) = self.run.point_field(&instant, field) {
             return vectors;
         }
-        let mut fields = match field {
-            Field::Level => self.run.cell_fields(&[]),
-            _ => self.run.stress_fields(&[field]),
-        };
+        let mut fields = self.run.cells(&[field]).into_fields();
         let wanted = fields.iter().position(|found| found.name == name(field));
         fields.swap_remove(wanted.expect("each field is of points or of cells"))
     }

@@ -6,6 +6,7 @@
 
 mod around;
 mod between;
+mod capture;
 mod checkpoint;
 mod contact;
 mod element;
@@ -28,6 +29,7 @@ mod step;
 mod vector;
 
 pub use between::BlockRange;
+pub use capture::Capture;
 pub use checkpoint::ResumeError;
 pub use health::StepError;
 pub use mass::{MassError, MassFault, MassKind};

@@ -1,20 +1,12 @@
-//! What a run tells of its state: rows and frames, synchronised.
+//! What a run tells of its state: rows and contacts, synchronised.
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::contact::live::Record;
-use crate::mesh::{ElementKind, Mesh};
-use crate::sample::{
-    BlockRow, ContactFrame, ContactRow, FieldValues, Frame, FrameField, HistoryRow, ProbeRow,
-};
-use crate::scene::Field;
+use crate::mesh::Mesh;
+use crate::sample::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};
 use crate::step::{Run, Synchronised};
 use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
-
-/// Elements that a thread takes at once.
-const SHARE: usize = 1024;
 
 /// A synchronised instant, and the number of its step.
 pub(crate) struct Instant<const D: usize> {
@@ -185,126 +177,6 @@ impl<const D: usize> Run<D> {
         probes.iter().map(row).collect()
     }
 
-    /// The whole model with the fields asked for. A node that has gone to no place stands where
-    /// it stood at first: no viewer can draw it elsewhere.
-    pub(crate) fn frame(&self, instant: &Instant<D>, fields: &[Field]) -> Frame {
-        let at = self.model.positions(&self.state);
-        let mesh = &self.model.mesh;
-        let place = |node: u32| {
-            let at = at.at(node);
-            let is_place = dot(&at, &at).is_finite();
-            pad(if is_place {
-                &at
-            } else {
-                &mesh.nodes[node as usize]
-            })
-        };
-        let wanted = [Field::Displacement, Field::Velocity, Field::ContactForce];
-        let wanted = wanted.into_iter().filter(|field| fields.contains(field));
-        let point_fields = wanted.filter_map(|field| self.point_field(instant, field));
-        let point_fields = point_fields.collect();
-        let mut connectivity = Vec::with_capacity(mesh.elements.len() * (D + 1));
-        for element in &mesh.elements {
-            connectivity.extend_from_slice(element.nodes());
-        }
-        Frame {
-            time: self.told_time(),
-            points: (0..mesh.nodes.len() as u32).map(place).collect(),
-            kinds: mesh
-                .elements
-                .iter()
-                .map(|element| element.kind)
-                .collect::<Vec<ElementKind>>(),
-            connectivity,
-            point_fields,
-            cell_fields: self.cell_fields(fields),
-        }
-    }
-
-    /// A field of vectors on the points; `None` of one that is none.
-    pub(crate) fn point_field(&self, instant: &Instant<D>, field: Field) -> Option<FrameField> {
-        let vector = |name, values: &[[f64; D]]| FrameField {
-            name,
-            components: &["x", "y", "z"],
-            values: FieldValues::Real(values.iter().map(pad).collect::<Vec<_>>().into_flattened()),
-        };
-        match field {
-            Field::Displacement => Some(vector("displacement", &self.state.displacement)),
-            Field::Velocity => Some(vector("velocity", &instant.state.velocity)),
-            Field::ContactForce => {
-                let step = self.model.step;
-                let force = self.node_impulse.iter();
-                let force: Vec<_> = force.map(|impulse| scale(1.0 / step, impulse)).collect();
-                Some(vector("contact_force", &force))
-            }
-            _ => None,
-        }
-    }
-
-    /// Fields on the cells: where they belong, and those of stress that are asked for.
-    pub(crate) fn cell_fields(&self, fields: &[Field]) -> Vec<FrameField> {
-        let mesh = &self.model.mesh;
-        let mut block_of = vec![0; mesh.elements.len()];
-        for block in 0..mesh.blocks.len() {
-            block_of[self.model.elements(block)].fill(block);
-        }
-        let whole = |name, values: Vec<i32>| FrameField {
-            name,
-            components: &[],
-            values: FieldValues::Whole(values),
-        };
-        let material = |&block: &usize| self.model.blocks[block].material as i32;
-        let levels = self.plan.levels.element.iter();
-        let halvings = (0..mesh.elements.len()).map(|element| i32::from(mesh.halvings(element)));
-        let mut out = vec![
-            whole(
-                "block",
-                block_of.iter().map(|&block| block as i32).collect(),
-            ),
-            whole("material", block_of.iter().map(material).collect()),
-            whole("level", levels.map(|&level| i32::from(level)).collect()),
-            whole("refinement", halvings.collect()),
-        ];
-        let wanted = [Field::Stress, Field::VonMises, Field::PrincipalStress];
-        if wanted.iter().any(|field| fields.contains(field)) {
-            out.extend(self.stress_fields(fields));
-        }
-        out
-    }
-
-    /// Fields of the stress.
-    pub(crate) fn stress_fields(&self, fields: &[Field]) -> Vec<FrameField> {
-        let stress_of = |element: usize| {
-            let (set, i) = self.model.place.of(element);
-            self.model.sets[set].stress(i, &self.state.displacement)
-        };
-        let elements = 0..self.model.mesh.elements.len();
-        let elements = elements.into_par_iter().with_min_len(SHARE);
-        let stress: Vec<[f64; 6]> = elements.map(stress_of).collect();
-        let field = |name, components: &'static [&'static str], values: Vec<f64>| FrameField {
-            name,
-            components,
-            values: FieldValues::Real(values),
-        };
-        let mut derived = Vec::new();
-        if fields.contains(&Field::VonMises) {
-            let of_stress = stress.iter().map(von_mises);
-            derived.push(field("von_mises", &[], of_stress.collect()));
-        }
-        if fields.contains(&Field::PrincipalStress) {
-            let of_stress: Vec<_> = stress.iter().map(principal).collect();
-            derived.push(field(
-                "principal_stress",
-                &["1", "2", "3"],
-                of_stress.into_flattened(),
-            ));
-        }
-        let is_wanted = fields.contains(&Field::Stress);
-        let tensor: &[&str] = &["xx", "yy", "zz", "xy", "yz", "zx"];
-        let itself = is_wanted.then(|| field("stress", tensor, stress.into_flattened()));
-        itself.into_iter().chain(derived).collect()
-    }
-
     /// Live contact points.
     pub(crate) fn contact_frame(&self) -> ContactFrame {
         let mut frame = ContactFrame {
@@ -372,19 +244,6 @@ fn spin<const D: usize>(second: &[[f64; 3]; 3], turning: &[f64; 3]) -> [f64; 3] 
         .map_or([0.0; 3], |factor| factor.solve(&momentum).into())
 }
 
-fn von_mises([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> f64 {
-    let deviator = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
-    (0.5 * deviator + 3.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
-}
-
-/// Principal stresses, largest first.
-fn principal([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> [f64; 3] {
-    let tensor = nalgebra::Matrix3::new(*xx, *xy, *zx, *xy, *yy, *yz, *zx, *yz, *zz);
-    let mut values: [f64; 3] = tensor.symmetric_eigenvalues().into();
-    values.sort_by(|a, b| b.total_cmp(a));
-    values
-}
-
 /// A node that is watched.
 #[derive(Clone, Debug)]
 pub(crate) struct Probe {
@@ -418,19 +277,5 @@ impl Probe {
             block,
             node,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn principal_stresses_of_pure_shear() {
-        let stress = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
-        let [first, second, third] = principal(&stress);
-        // Round-off of an iterative eigenvalue solver.
-        assert!((first - 2.0).abs() < 1e-14 && second.abs() < 1e-14 && (third + 2.0).abs() < 1e-14);
-        assert!((von_mises(&stress) - 2.0 * 3.0_f64.sqrt()).abs() < 1e-15);
     }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use crate::capture::Capture;
 use crate::checkpoint::{ResumeError, SavedDriven};
 use crate::health::{Exchange, Health, StepError};
 use crate::mass::MassKind;
@@ -323,10 +324,15 @@ impl Simulation {
 
     /// The whole model now, with the fields that the scene asks for.
     pub fn frame(&mut self) -> Frame {
+        self.capture().into_frame()
+    }
+
+    /// What [`Self::frame`] is made of, for another thread to make it.
+    pub fn capture(&mut self) -> Capture {
         let fields = self.scene.output.fields.clone();
         each!(mut self, driven => {
             let instant = driven.instant();
-            driven.run.frame(&instant, &fields)
+            driven.run.capture(&instant, &fields)
         })
     }
 

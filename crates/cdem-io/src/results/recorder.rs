@@ -31,8 +31,8 @@ pub trait Observed {
     fn block_rows(&mut self) -> Vec<BlockRow>;
     /// The rows of `probes.csv`.
     fn probe_rows(&mut self) -> Vec<ProbeRow>;
-    /// The whole model.
-    fn frame(&mut self) -> Frame;
+    /// The whole model: its time, s, and what makes a frame of it beside the steps.
+    fn frame(&mut self) -> (f64, impl FnOnce() -> Frame + Send + 'static);
     /// The live contact points.
     fn contact_frame(&self) -> ContactFrame;
     /// Contacts that ended since the last call.
@@ -58,8 +58,9 @@ impl Observed for Simulation {
         self.probe_rows()
     }
 
-    fn frame(&mut self) -> Frame {
-        self.frame()
+    fn frame(&mut self) -> (f64, impl FnOnce() -> Frame + Send + 'static) {
+        let capture = self.capture();
+        (capture.time(), move || capture.into_frame())
     }
 
     fn contact_frame(&self) -> ContactFrame {
@@ -402,10 +403,10 @@ impl Recorder {
         }
         if frames {
             let [frames, contacts] = &mut self.frames.to;
-            let frame = run.frame();
-            let added = frames.add(frame.time);
+            let (time, frame) = run.frame();
+            let added = frames.add(time);
             self.background
-                .begin(move || added.write(|path| write_frame(path, &frame)))?;
+                .begin(move || added.write(|path| write_frame(path, &frame())))?;
             let frame = run.contact_frame();
             let added = contacts.add(frame.time);
             self.background

@@ -74,8 +74,9 @@ impl Observed for Fake {
         }]
     }
 
-    fn frame(&mut self) -> Frame {
-        frame(self.time())
+    fn frame(&mut self) -> (f64, impl FnOnce() -> Frame + Send + 'static) {
+        let time = self.time();
+        (time, move || frame(time))
     }
 
     fn contact_frame(&self) -> ContactFrame {

@@ -217,24 +217,28 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         work
     }
 
-    fn stress(
-        element: &Element<D, N, Q>,
+    #[inline(always)]
+    fn stress<T: Real>(
+        element: &impl Points<D, N, Q, T>,
         moduli: &Moduli,
-        u: &Nodal<D, N>,
-        record: &[f64],
-    ) -> StressIntegral<D> {
-        let mut now = [0.0; MAX_RECORD];
-        let now = &mut now[..record.len()];
-        now.copy_from_slice(record);
+        u: &Nodal<D, N, T>,
+        record: &(impl Record<T> + ?Sized),
+    ) -> StressIntegral<T> {
+        let out_of_plane = u[0][0].constant(moduli.out_of_plane);
+        let mut now = [u[0][0].constant(0.0); MAX_RECORD];
+        let now = &mut now[..<Self as Formulation<D, N, Q>>::RECORD];
+        for place in 0..now.len() {
+            now[place] = record.get(place);
+        }
         <Self as Formulation<D, N, Q>>::respond(element, u, now);
-        let mut integral = StressIntegral::default();
+        let mut integral = StressIntegral::new(u[0][0].constant(0.0));
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);
             let jacobian = tensor::determinant(&tensor::with_unit(&h));
-            let stress = Self::stress::<D, N, Q, f64>(now, q);
+            let stress = Self::stress::<D, N, Q, T>(now, q);
             let kirchhoff = tensor::scaled(jacobian, &stress);
-            let across = moduli.out_of_plane * tensor::trace(&kirchhoff);
+            let across = out_of_plane * tensor::trace(&kirchhoff);
             integral.add(volume, jacobian, &kirchhoff, across);
         }
         integral

@@ -160,6 +160,11 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Tells the strain energy of every element, by its number in the mesh, in no order.
     fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64));
 
+    /// Tells the Cauchy stress of every element, by its number in the mesh, in no order: its
+    /// average over the current volume, xx yy zz xy yz zx, Pa; zz of plane strain is there in
+    /// 2-D too.
+    fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6]));
+
     /// Nodal forces of element `i`, N, without a trace in the history: as many
     /// as it has nodes, to the head of `force`.
     fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]);
@@ -173,10 +178,6 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
         velocity: &[[f64; D]],
         rate: &mut [[f64; D]],
     );
-
-    /// Cauchy stress of element `i`, averaged over its current volume:
-    /// xx yy zz xy yz zx, Pa; zz of plane strain is there in 2-D too.
-    fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6];
 
     /// Tells of every element that is inside out or strained by more than `most`, a tenth at
     /// most, in the norm of Green's strain at all its Gauss points together: of the others no

@@ -29,16 +29,16 @@ pub(super) trait RecordMut<T>: Record<T> {
     fn set(&mut self, place: usize, number: T);
 }
 
-impl Record<f64> for [f64] {
+impl<T: Real> Record<T> for [T] {
     #[inline(always)]
-    fn get(&self, place: usize) -> f64 {
+    fn get(&self, place: usize) -> T {
         self[place]
     }
 }
 
-impl RecordMut<f64> for [f64] {
+impl<T: Real> RecordMut<T> for [T] {
     #[inline(always)]
-    fn set(&mut self, place: usize, number: f64) {
+    fn set(&mut self, place: usize, number: T) {
         self[place] = number;
     }
 }
@@ -78,12 +78,12 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     ) -> T;
 
     /// Cauchy stress, integrated.
-    fn stress(
-        element: &Element<D, N, Q>,
+    fn stress<T: Real>(
+        element: &impl Points<D, N, Q, T>,
         moduli: &Moduli,
-        displacement: &Nodal<D, N>,
-        record: &[f64],
-    ) -> StressIntegral<D>;
+        displacement: &Nodal<D, N, T>,
+        record: &(impl Record<T> + ?Sized),
+    ) -> StressIntegral<T>;
 
     /// What an element knows of its past, if that matters.
     fn past(_element: &Element<D, N, Q>, _moduli: &Moduli, _record: &[f64]) -> Option<Past<D>> {
@@ -102,38 +102,51 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
 }
 
 /// ∫σ over the current volume, and that volume.
-pub(super) struct StressIntegral<const D: usize> {
-    stress: [f64; 6],
-    volume: f64,
+pub(super) struct StressIntegral<T> {
+    stress: [T; 6],
+    volume: T,
 }
 
-impl<const D: usize> Default for StressIntegral<D> {
-    fn default() -> Self {
+impl<T: Real> StressIntegral<T> {
+    /// Nothing yet.
+    #[inline(always)]
+    pub(super) fn new(zero: T) -> Self {
         Self {
-            stress: [0.0; 6],
-            volume: 0.0,
+            stress: [zero; 6],
+            volume: zero,
         }
     }
-}
 
-impl<const D: usize> StressIntegral<D> {
     /// A Gauss point of `volume` at rest with det F, Kirchhoff stress τ = Jσ,
     /// and in 2-D τ_zz `across`.
-    pub(super) fn add(&mut self, volume: f64, jacobian: f64, kirchhoff: &Tensor<D>, across: f64) {
-        let t = kirchhoff;
+    #[inline(always)]
+    pub(super) fn add<const D: usize>(
+        &mut self,
+        volume: T,
+        jacobian: T,
+        kirchhoff: &Tensor<D, T>,
+        across: T,
+    ) {
+        let (t, zero) = (kirchhoff, across.constant(0.0));
         let voigt = if D == 2 {
-            [t[0][0], t[1][1], across, t[0][1], 0.0, 0.0]
+            [t[0][0], t[1][1], across, t[0][1], zero, zero]
         } else {
             [t[0][0], t[1][1], t[2][2], t[0][1], t[1][2], t[2][0]]
         };
-        for (total, component) in self.stress.iter_mut().zip(voigt) {
-            *total += volume * component;
+        for i in 0..6 {
+            self.stress[i] += volume * voigt[i];
         }
         self.volume += volume * jacobian;
     }
 
-    fn average(&self) -> [f64; 6] {
-        self.stress.map(|component| component / self.volume)
+    /// The mean: xx yy zz xy yz zx.
+    #[inline(always)]
+    pub(super) fn average(&self) -> [T; 6] {
+        let mut average = self.stress;
+        for i in 0..6 {
+            average[i] = self.stress[i] / self.volume;
+        }
+        average
     }
 }
 
@@ -165,6 +178,7 @@ where
 {
     /// Undeformed, stress-free elements.
     pub(super) fn new(source: &Source<D>) -> Self {
+        const { assert!(F::RECORD <= MAX_RECORD) };
         let mut set = Self {
             kind: source.kind,
             thickness: source.thickness,
@@ -173,15 +187,16 @@ where
             parts: Vec::new(),
             formulation: PhantomData,
         };
-        let of_material = |material: usize| {
-            let members = source.members.iter().zip(0..);
-            let own = members.filter(move |(member, _)| member.1 as usize == material);
-            own.map(|(member, number)| (number, member.0))
-        };
-        for (material, moduli) in source.moduli.iter().enumerate() {
-            let numbers: Vec<(u32, u32)> = of_material(material).collect();
-            for numbers in numbers.chunks(share(numbers.len())) {
-                let members = numbers.iter().map(|&(number, element)| {
+        // Material, number in the set and in the mesh.
+        let members = source.members.iter().zip(0..);
+        let mut members: Vec<(u32, u32, u32)> = members
+            .map(|(&(element, material), number)| (material, number, element))
+            .collect();
+        members.sort_unstable();
+        for alike in members.chunk_by(|one, other| one.0 == other.0) {
+            let moduli = &source.moduli[alike[0].0 as usize];
+            for part in alike.chunks(share(alike.len())) {
+                let members = part.iter().map(|&(_, number, element)| {
                     let (nodes, element) = set.at_rest(source.mesh, element, moduli);
                     Member {
                         number,
@@ -329,6 +344,15 @@ where
         );
     }
 
+    fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6])) {
+        survey::ask::<survey::CauchyStress<F>, D, N, Q, 6>(
+            &self.parts,
+            displacement,
+            |_| true,
+            |member, stress| tell(self.mesh_elements[member as usize], stress),
+        );
+    }
+
     fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
         // Within such strains det F is near 1, or near −1: then changes are 4 and more.
         let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
@@ -357,13 +381,6 @@ where
         let u = self.relative(i, displacement);
         let velocity = std::array::from_fn(|a| sub(&velocity[a], &velocity[0]));
         rate[..N].copy_from_slice(&F::force_rate(&self.element(i), &u, &velocity));
-    }
-
-    fn stress(&self, i: usize, displacement: &[[f64; D]]) -> [f64; 6] {
-        let mut numbers = [0.0; MAX_RECORD];
-        let record = self.read_record(i, &mut numbers);
-        let u = self.relative(i, displacement);
-        F::stress(&self.element(i), self.moduli(i), &u, record).average()
     }
 
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation {

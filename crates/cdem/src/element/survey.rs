@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::batch::{Abreast, Batch};
-use super::geometry::{self, Nodal, Points};
+use super::geometry::{self, Moduli, Nodal, Points};
 use super::kick::FEW;
 use super::lanes::{Lanes, Real, Register, Row, WIDTH};
 use super::nearby::Nearby;
@@ -15,8 +15,9 @@ use super::set::{Formulation, Record};
 use super::tensor;
 use super::total::green_lagrange;
 
-/// Parts that are asked before their answers are told: these take 2 or 3 MB of memory.
-const AT_ONCE: usize = 64;
+/// Bytes of the answers of a thread that are taken before they are told: as many as lie in a
+/// core's cache.
+const AT_ONCE: usize = 2 << 20;
 
 /// A question to an element that is displaced, with its record.
 ///
@@ -32,6 +33,7 @@ pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const 
 
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
+        moduli: &Moduli,
         displacement: &Nodal<D, N, T>,
         record: &impl Record<T>,
     ) -> [T; A];
@@ -51,10 +53,33 @@ where
     #[inline(always)]
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
+        _: &Moduli,
         displacement: &Nodal<D, N, T>,
         record: &impl Record<T>,
     ) -> [T; 1] {
         [F::strain_energy(element, displacement, record)]
+    }
+}
+
+/// Its Cauchy stress, averaged over its current volume, Pa: xx yy zz xy yz zx.
+pub(super) struct CauchyStress<F>(PhantomData<F>);
+
+impl<const D: usize, const N: usize, const Q: usize, F> Question<D, N, Q, 6> for CauchyStress<F>
+where
+    F: Formulation<D, N, Q>,
+{
+    const RECORD: usize = F::RECORD;
+
+    const TOLD: usize = PART;
+
+    #[inline(always)]
+    fn answer<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        moduli: &Moduli,
+        displacement: &Nodal<D, N, T>,
+        record: &impl Record<T>,
+    ) -> [T; 6] {
+        F::stress(element, moduli, displacement, record).average()
     }
 }
 
@@ -70,6 +95,7 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
     #[inline(always)]
     fn answer<T: Real>(
         element: &impl Points<D, N, Q, T>,
+        _: &Moduli,
         displacement: &Nodal<D, N, T>,
         _: &impl Record<T>,
     ) -> [T; 2] {
@@ -111,25 +137,35 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
 ) where
     W: Question<D, N, Q, A>,
 {
-    let answers = |part: &Part<D, N, Q>| {
-        let mut answers = Vec::with_capacity(W::TOLD);
+    let answer = |(part, answers): (&Part<D, N, Q>, &mut Vec<(u32, [f64; A])>)| {
+        answers.clear();
+        answers.reserve(W::TOLD);
         Nearby::with(|nearby| {
             Arch::new().dispatch(Task {
                 part,
                 displacement,
                 nearby,
                 is_told: &is_told,
-                answers: &mut answers,
+                answers,
                 question: PhantomData::<W>,
             });
         });
-        answers
     };
-    for some in parts.chunks(AT_ONCE) {
-        let few = (FEW / (PART * Q * D)).max(1);
-        let some = some.par_iter().with_min_len(few).map(answers);
-        let answers: Vec<Vec<(u32, [f64; A])>> = some.collect();
-        for (member, answer) in answers.into_iter().flatten() {
+    let groups = parts.iter().flat_map(|part| part.groups());
+    let elements: usize = groups.map(|group| group.members.len()).sum();
+    // Either all threads or one, as with the kick.
+    let least = if elements * Q * D <= FEW {
+        parts.len()
+    } else {
+        1
+    };
+    let in_cache = AT_ONCE / (PART * size_of::<(u32, [f64; A])>());
+    let at_once = in_cache * rayon::current_num_threads();
+    let mut answers = vec![Vec::new(); at_once.min(parts.len())];
+    for some in parts.chunks(at_once) {
+        let some = some.par_iter().zip(&mut answers);
+        some.with_min_len(least.max(1)).for_each(answer);
+        for (member, answer) in answers.iter_mut().flat_map(|answers| answers.drain(..)) {
             tell(member, answer);
         }
     }
@@ -155,7 +191,7 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (lanes, lame) = (Register(simd), self.part.moduli.lame);
+        let (lanes, moduli) = (Register(simd), &self.part.moduli);
         for group in self.part.groups() {
             let field = &mut self.nearby.displacement;
             field.read(&group.nodes, self.displacement);
@@ -168,14 +204,14 @@ where
                 } = group.batches.batch(batch, W::RECORD);
                 let mut rows = [Row::default(); A];
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
-                    let element = Abreast::new(lanes, (rest, first), lame);
+                    let element = Abreast::new(lanes, (rest, first), moduli.lame);
                     let u = field.relative(lanes, nodes, first);
                     let records = Records {
                         lanes,
                         rows: records,
                         first,
                     };
-                    let answer = W::answer(&element, &u, &records);
+                    let answer = W::answer(&element, moduli, &u, &records);
                     for (number, row) in answer.into_iter().zip(&mut rows) {
                         lanes.store(number, row, first);
                     }

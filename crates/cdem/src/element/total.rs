@@ -1,6 +1,6 @@
 //! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
 
-use super::geometry::{self, Element, Moduli, Nodal, Points};
+use super::geometry::{self, Moduli, Nodal, Points};
 use super::lanes::Real;
 use super::set::{Formulation, Record, RecordMut, StressIntegral};
 use super::tensor::{self, Tensor};
@@ -70,13 +70,15 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         energy
     }
 
-    fn stress(
-        element: &Element<D, N, Q>,
+    #[inline(always)]
+    fn stress<T: Real>(
+        element: &impl Points<D, N, Q, T>,
         moduli: &Moduli,
-        u: &Nodal<D, N>,
-        _: &[f64],
-    ) -> StressIntegral<D> {
-        let mut integral = StressIntegral::default();
+        u: &Nodal<D, N, T>,
+        _: &(impl Record<T> + ?Sized),
+    ) -> StressIntegral<T> {
+        let out_of_plane = u[0][0].constant(moduli.out_of_plane);
+        let mut integral = StressIntegral::new(u[0][0].constant(0.0));
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
             let h = geometry::gradient(&gradients, u);
@@ -84,7 +86,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
             let second_piola = element.lame().stress(&green_lagrange(&h));
             let kirchhoff = tensor::product_transposed(&tensor::product(&f, &second_piola), &f);
             // F_zz = 1 in plane strain, so τ_zz = S_zz = ν (S_xx + S_yy).
-            let across = moduli.out_of_plane * tensor::trace(&second_piola);
+            let across = out_of_plane * tensor::trace(&second_piola);
             integral.add(volume, tensor::determinant(&f), &kirchhoff, across);
         }
         integral

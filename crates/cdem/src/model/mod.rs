@@ -141,6 +141,16 @@ impl<const D: usize> Model<D> {
         sum
     }
 
+    /// Cauchy stress of each element of the mesh, averaged over its current volume: xx yy zz
+    /// xy yz zx, Pa.
+    pub(crate) fn stresses(&self, displacement: &[[f64; D]]) -> Vec<[f64; 6]> {
+        let mut stresses = vec![[0.0; 6]; self.mesh.elements.len()];
+        for set in &self.sets {
+            set.stresses(displacement, &mut |e, stress| stresses[e as usize] = stress);
+        }
+        stresses
+    }
+
     /// Strain energy of the elements of a block, J.
     pub(crate) fn strain_energy_of(&self, block: usize, displacement: &[[f64; D]]) -> f64 {
         let elements = self.elements(block).map(|e| self.place.of(e));

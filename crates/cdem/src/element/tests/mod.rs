@@ -186,6 +186,19 @@ pub(super) fn energy<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) 
     sum
 }
 
+/// Stress of each element of a set.
+pub(super) fn stresses<const D: usize>(
+    set: &dyn ElementSet<D>,
+    displacement: &[[f64; D]],
+) -> Vec<[f64; 6]> {
+    let mut told = Vec::new();
+    set.stresses(displacement, &mut |e, stress| told.push((e, stress)));
+    told.sort_by_key(|&(e, _)| e);
+    let elements = told.iter().map(|&(e, _)| e);
+    assert!(elements.eq(set.mesh_elements().iter().copied()));
+    told.into_iter().map(|(_, stress)| stress).collect()
+}
+
 /// G·X at every node.
 pub(super) fn linear_field<const D: usize>(
     mesh: &Mesh<D>,
