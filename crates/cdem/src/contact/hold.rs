@@ -329,10 +329,7 @@ impl<const D: usize> Island<D> {
             return false;
         }
         let moment = Moment::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let begun = pairs
-            .into_iter()
-            .map(|pair| self.touch(setting, moment, pair, time));
-        let begun: u64 = begun.sum();
+        let begun = self.touch(setting, moment, &pairs, time);
         books.touches += begun;
         begun > 0
     }

@@ -1,12 +1,14 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::contact::hold::Hold;
 use crate::contact::live::{Live, Moment, Record};
 use crate::contact::near::Near;
-use crate::contact::overlaps::Overlaps;
+use crate::contact::overlaps::{Overlaps, ordered};
 use crate::contact::solve::Constraint;
 use crate::contact::solver::Solver;
 use crate::contact::surface::{Pair, Positions, Surface};
@@ -296,10 +298,7 @@ impl<const D: usize> Island<D> {
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
             let moment = Moment::in_drift(motion.positions(), motion.velocity, remaining);
-            let mut begun = 0;
-            for pair in pairs {
-                begun += self.touch(setting, moment, pair, time + elapsed);
-            }
+            let begun = self.touch(setting, moment, &pairs, time + elapsed);
             books.touches += begun;
             let before = self.velocities(motion.velocity);
             let drift = (duration, duration - elapsed);
@@ -374,21 +373,47 @@ impl<const D: usize> Island<D> {
         self.nodes.iter().map(of).collect()
     }
 
-    /// Closes a pair at the moment of its touch, unless another one already says the
-    /// same. Returns how many contacts have begun: one or none.
+    /// Closes pairs at the moment of their touch, one after the other, each unless another one
+    /// already says the same. Returns how many contacts have begun: they are the last ones.
     pub(crate) fn touch(
         &mut self,
         setting: &Setting<D>,
         moment: Moment<D>,
-        pair: Pair,
+        pairs: &[Pair],
         time: f64,
     ) -> u64 {
-        let (surface, at) = (setting.surface, moment.touch);
-        let blocks = setting.blocks(pair);
-        let mut known = self.live.iter().filter(|live| live.between(blocks));
-        if known.any(|live| live.says(setting, pair, moment)) {
-            return 0;
+        let before = self.live.len();
+        let mut between = self.between(setting, pairs);
+        for &pair in pairs {
+            let known = between.entry(ordered(setting.blocks(pair))).or_default();
+            let says = |&number: &usize| self.live[number].says(setting, pair, moment);
+            if !known.iter().any(says) {
+                known.push(self.live.len());
+                self.begin(setting, moment.touch, pair, time);
+            }
         }
+        (self.live.len() - before) as u64
+    }
+
+    /// The contacts between the blocks of some pairs: found for all of them together, as an
+    /// island may have very many.
+    fn between(&self, setting: &Setting<D>, pairs: &[Pair]) -> BTreeMap<[u32; 2], Vec<usize>> {
+        let blocks = pairs.iter().map(|&pair| ordered(setting.blocks(pair)));
+        let mut between: BTreeMap<_, Vec<usize>> = blocks.map(|both| (both, vec![])).collect();
+        if between.is_empty() {
+            return between;
+        }
+        for (number, live) in self.live.iter().enumerate() {
+            if let Some(known) = between.get_mut(&ordered(live.record.blocks)) {
+                known.push(number);
+            }
+        }
+        between
+    }
+
+    /// Begins a contact of a pair that touches.
+    fn begin(&mut self, setting: &Setting<D>, at: Positions<D>, pair: Pair, time: f64) {
+        let (surface, blocks) = (setting.surface, setting.blocks(pair));
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, setting.tolerance);
         let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
@@ -424,7 +449,6 @@ impl<const D: usize> Island<D> {
             shear_spring: [0.0; D],
             record,
         });
-        1
     }
 }
 

@@ -171,12 +171,6 @@ impl<'a, const D: usize> Moment<'a, D> {
 }
 
 impl<const D: usize> Live<D> {
-    /// Whether it is one between two blocks, whichever is the main one.
-    pub(crate) fn between(&self, blocks: [u32; 2]) -> bool {
-        let [one, other] = self.record.blocks;
-        blocks == [one, other] || blocks == [other, one]
-    }
-
     /// Whether it says what `pair` of the same blocks would at the moment of its touch,
     /// and still does at the end of the drift.
     pub(crate) fn says(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {

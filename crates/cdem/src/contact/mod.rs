@@ -50,13 +50,11 @@ mod together;
 mod touches;
 pub(crate) mod trail;
 
-use std::collections::BTreeMap;
-
 use formed::Formed;
 use island::{Books, Island, Receive, Receivers, Setting};
 use law::Laws;
 use live::{Live, Moment, Record};
-use overlaps::{Overlaps, ordered};
+use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
 use trail::Trail;
@@ -311,29 +309,9 @@ impl<const D: usize> Contacts<D> {
         });
         self.terms.overlaps = Overlaps::of(&self.terms.setting(inertia), &pairs, at);
         let setting = self.terms.setting(inertia);
-        // Block by block, as each touch looks at all contacts there are.
-        let mut between: BTreeMap<[u32; 2], Island<D>> = BTreeMap::new();
-        let mut begun = Vec::new();
-        for pair in pairs {
-            if setting.surface.presses(pair, at, within) {
-                let blocks = ordered(setting.blocks(pair));
-                let island = between.entry(blocks).or_default();
-                if island.touch(&setting, Moment::still(at), pair, 0.0) > 0 {
-                    begun.push(blocks);
-                }
-            }
-        }
-        self.books.touches += begun.len() as u64;
-        let mut between: BTreeMap<_, _> = between
-            .into_iter()
-            .map(|(blocks, island)| (blocks, island.live.into_iter()))
-            .collect();
+        pairs.retain(|&pair| setting.surface.presses(pair, at, within));
         let mut island = Island::default();
-        for blocks in begun {
-            island
-                .live
-                .extend(between.get_mut(&blocks).and_then(Iterator::next));
-        }
+        self.books.touches += island.touch(&setting, Moment::still(at), &pairs, 0.0);
         for live in &mut island.live {
             live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
         }

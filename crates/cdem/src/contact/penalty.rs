@@ -4,7 +4,7 @@
 use crate::contact::island::{Books, Island, Receive, Setting};
 use crate::contact::live::{Followed, Live, Moment, Record};
 use crate::contact::solve::shear_norm;
-use crate::contact::surface::{Positions, Surface};
+use crate::contact::surface::{Pair, Positions, Surface};
 use crate::model::inertia::Mobility;
 use crate::model::motion::Kicked;
 
@@ -30,17 +30,16 @@ impl<const D: usize> Island<D> {
         books: &mut Books,
     ) -> Vec<Record> {
         let (surface, tolerance) = (setting.surface, setting.tolerance);
-        for pair in self.near.pairs().collect::<Vec<_>>() {
-            let at = motion.positions();
+        let at = motion.positions();
+        let overlaps = |&pair: &Pair| {
             let projection = surface.project(pair, at);
-            let overlaps = projection.gap < 0.0 && projection.outside <= 0.0;
-            if overlaps && surface.admits(pair, at) {
-                let begun = self.touch(setting, Moment::still(at), pair, time);
-                books.touches += begun;
-                if let Some(live) = self.live.last_mut().filter(|_| begun > 0) {
-                    live.offset[0] = 0.0;
-                }
-            }
+            projection.gap < 0.0 && projection.outside <= 0.0 && surface.admits(pair, at)
+        };
+        let pairs: Vec<Pair> = self.near.pairs().filter(overlaps).collect();
+        let known = self.live.len();
+        books.touches += self.touch(setting, Moment::still(at), &pairs, time);
+        for live in &mut self.live[known..] {
+            live.offset[0] = 0.0;
         }
         let mut ended = Vec::new();
         self.live.retain_mut(|live| {

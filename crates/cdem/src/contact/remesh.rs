@@ -308,28 +308,27 @@ impl<const D: usize> Contacts<D> {
         blocks.dedup();
         let within = self.terms.tolerance;
         let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
-        let pairs = self
+        let mut pairs = self
             .terms
             .blocks(&self.fixed)
             .pairs_within(at, within, &wanted);
         let setting = self.terms.setting(inertia);
         let surface = setting.surface;
-        let island = &mut self.islands[0];
-        for pair in pairs {
+        pairs.retain(|&pair| {
             let projection = surface.project(pair, at);
-            let touches = projection.gap.abs() <= within
+            projection.gap.abs() <= within
                 && projection.outside <= within
                 && surface.admits(pair, at)
-                && surface.presses(pair, at, within);
-            if touches && island.touch(&setting, Moment::still(at), pair, time) > 0 {
-                let Some(live) = island.live.last_mut() else {
-                    continue;
-                };
-                live.fresh = false;
-                match Lost::nearest(&lost, live, surface.point(pair, at)) {
-                    Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
-                    None => self.books.touches += 1,
-                }
+                && surface.presses(pair, at, within)
+        });
+        let island = &mut self.islands[0];
+        let kept = island.live.len();
+        island.touch(&setting, Moment::still(at), &pairs, time);
+        for live in &mut island.live[kept..] {
+            live.fresh = false;
+            match Lost::nearest(&lost, live, surface.point(live.pair, at)) {
+                Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
+                None => self.books.touches += 1,
             }
         }
         self.ended
