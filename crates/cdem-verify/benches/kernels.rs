@@ -17,7 +17,7 @@ use std::time::Instant;
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
 use cdem::scene::Kinematics;
-use cdem_verify::timing::{TRIALS, free_block, keep, seconds_of_an_update};
+use cdem_verify::timing::{Asked, TRIALS, free_block, keep, seconds_of_an_update};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -34,11 +34,8 @@ const SHAPES: [(ElementKind, usize, usize); 5] = [
 ];
 
 fn main() -> std::io::Result<()> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let mut numbers = words.iter().filter_map(|word| word.parse::<f64>().ok());
-    let wanted = numbers.next_back().unwrap_or(2e5);
-    let is_asked = |name: &str| words.iter().any(|word| word == name);
-    let named = SHAPES.iter().any(|(kind, ..)| is_asked(kind.name()));
+    let asked = Asked::of_command(&SHAPES.map(|(kind, ..)| kind.name()))?;
+    let wanted = asked.numbers.last().copied().unwrap_or(2e5);
     let triad = triad();
     let threads = rayon::current_num_threads();
     println!("{threads} threads; triad {:.1} GB/s", triad / 1e9);
@@ -56,7 +53,7 @@ fn main() -> std::io::Result<()> {
     );
     let mut rows = Vec::new();
     for (kind, points, pieces) in SHAPES {
-        if named && !is_asked(kind.name()) {
+        if !asked.wants(kind.name()) {
             continue;
         }
         for (kinematics, name) in [

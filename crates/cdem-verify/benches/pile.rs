@@ -1,8 +1,8 @@
 //! A settled pile of one-element hexahedra: block-steps a second, and where the time goes.
 //!
 //! `cargo bench -p cdem-verify --bench pile -- 10 10 10` takes 10 × 10 × 10 blocks
-//! (6 × 6 × 6 without numbers), lets them fall for 4 s and measures the next tenth of a second;
-//! `-- 10 10 10 5.0 0.2` the next fifth after 5 s. On `RAYON_NUM_THREADS` threads. Writes
+//! (6 × 6 × 6 without numbers), lets them fall for 8 s and measures the next tenth of a second;
+//! `-- 10 10 10 5.0 0.2` the next fifth of one after 5 s. On `RAYON_NUM_THREADS` threads. Writes
 //! `target/bench/pile.json` too. The settled pile is kept beside that, with the numbers in its
 //! name: the next run of the same goes on from there, so that two versions are compared on
 //! one pile. Remove `target/bench/*.settled` to have it settle anew.
@@ -13,7 +13,7 @@ use std::path::Path;
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem_verify::timing::{Timed, folder, keep, step};
+use cdem_verify::timing::{Asked, Timed, folder, keep, step};
 use cdem_verify::{SEED, box_around, load, rocks_of};
 use serde_json::json;
 
@@ -21,11 +21,10 @@ use serde_json::json;
 const DAMPING: f64 = 1.0;
 
 fn main() -> std::io::Result<()> {
-    let words = std::env::args().filter_map(|word| word.parse().ok());
-    let numbers: Vec<f64> = words.collect();
-    let number = |k: usize, default| numbers.get(k).copied().unwrap_or(default);
-    let across = [0, 1, 2].map(|k| number(k, 6.0) as usize);
-    let (settled, measured) = (number(3, 4.0), number(4, 0.1));
+    let asked = Asked::of_command(&[])?;
+    let number = |k: usize, default| asked.numbers.get(k).copied().unwrap_or(default);
+    let across = [0, 1, 2].map(|k| number(k, 6.0).ceil() as usize);
+    let (settled, measured) = (number(3, 8.0), number(4, 0.1));
     let [x, y, z] = across;
     let kept = folder()?.join(format!("pile-{x}-{y}-{z}-{settled}-{measured}.settled"));
     let fallen = rayon::scope(|_| settle(start(across, settled + measured), settled, &kept))?;

@@ -10,7 +10,7 @@
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem_verify::timing::{Timed, keep, step};
+use cdem_verify::timing::{Asked, Timed, keep, step};
 use cdem_verify::{columns, load};
 use serde_json::{Value, json};
 
@@ -29,7 +29,8 @@ const MESHED: (usize, usize, u64) = (10, 5, 40);
 const WARM_UP: u64 = 50;
 
 fn main() -> std::io::Result<()> {
-    let has = |wanted: &str| std::env::args().any(|word| word == wanted);
+    let asked = Asked::of_command(&["all", "stones", "meshed"])?;
+    let has = |wanted: &str| asked.has(wanted);
     let all = has("all");
     let sizes = |count: usize| if all { count } else { count - 1 };
     println!(

@@ -17,7 +17,7 @@ use cdem::sample::FieldValues;
 use cdem::scene::Kinematics;
 use cdem::{Simulation, Stage};
 use cdem_verify::example;
-use cdem_verify::timing::{Timed, free_block, keep, seconds_of_an_update};
+use cdem_verify::timing::{Asked, Timed, free_block, keep, seconds_of_an_update};
 use serde_json::json;
 
 const EXAMPLES: [&str; 8] = [
@@ -35,11 +35,8 @@ const EXAMPLES: [&str; 8] = [
 const CELLS: f64 = 5e4;
 
 fn main() -> std::io::Result<()> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let mut seconds = words.iter().filter_map(|word| word.parse().ok());
-    let seconds: f64 = seconds.next_back().unwrap_or(10.0);
-    let is_named = |name: &str| words.iter().any(|word| word == name);
-    let any_named = EXAMPLES.iter().any(|name| is_named(name));
+    let asked = Asked::of_command(&EXAMPLES)?;
+    let seconds = asked.numbers.last().copied().unwrap_or(10.0);
     println!(
         "{} threads; shares of a step in per cent",
         rayon::current_num_threads()
@@ -59,7 +56,7 @@ fn main() -> std::io::Result<()> {
     let mut bulk = Bulk::default();
     let mut rows = Vec::new();
     for name in EXAMPLES {
-        if any_named && !is_named(name) {
+        if !asked.wants(name) {
             continue;
         }
         let case = example(name);

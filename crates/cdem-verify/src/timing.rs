@@ -15,6 +15,54 @@ use serde_json::{Map, Value, json};
 
 use crate::load;
 
+/// What a benchmark is asked for after `--`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// Words.
+    pub names: Vec<String>,
+    /// Numbers above 0.
+    pub numbers: Vec<f64>,
+}
+
+impl Asked {
+    /// By the command line; `known` are the words that there are.
+    ///
+    /// # Errors
+    /// If something else is asked for.
+    pub fn of_command(known: &[&str]) -> std::io::Result<Self> {
+        Self::of(std::env::args().skip(1), known).map_err(std::io::Error::other)
+    }
+
+    fn of(words: impl Iterator<Item = String>, known: &[&str]) -> Result<Self, String> {
+        let mut asked = Self::default();
+        // `--bench` is what cargo adds.
+        for word in words.filter(|word| word != "--bench") {
+            match word.parse::<f64>() {
+                Ok(number) if number.is_finite() && number > 0.0 => asked.numbers.push(number),
+                _ if known.contains(&&*word) => asked.names.push(word),
+                _ if known.is_empty() => return Err(format!("{word}: not a number above 0")),
+                _ => {
+                    let known = known.join(", ");
+                    return Err(format!("{word}: not a number above 0, nor one of: {known}"));
+                }
+            }
+        }
+        Ok(asked)
+    }
+
+    /// Whether a word is asked for.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|word| word == name)
+    }
+
+    /// Whether one of several things is asked for: each is where none is named.
+    #[must_use]
+    pub fn wants(&self, name: &str) -> bool {
+        self.names.is_empty() || self.has(name)
+    }
+}
+
 /// Steps that were timed.
 #[derive(Clone, Debug)]
 pub struct Timed {
@@ -173,4 +221,28 @@ pub fn keep(name: &str, figures: &Value) -> std::io::Result<()> {
         folder()?.join(name).with_extension("json"),
         format!("{figures:#}\n"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_asked_for_is_known_or_refused() {
+        let of = |words: &[&str]| {
+            let words = ["--bench"].iter().chain(words).map(|&word| word.to_owned());
+            Asked::of(words, &["tet4", "hex8"])
+        };
+        let asked = of(&["1e6", "tet4"]).expect("both are known");
+        assert_eq!((&*asked.numbers, asked.has("tet4")), (&[1e6][..], true));
+        assert!(asked.wants("tet4") && !asked.wants("hex8"));
+        assert!(of(&[]).expect("nothing is asked").wants("hex8"));
+        for wrong in ["tet5", "0", "-1", "nan", "inf"] {
+            let why = of(&[wrong]).expect_err("refused");
+            assert!(
+                why.starts_with(wrong) && why.ends_with("tet4, hex8"),
+                "{why}"
+            );
+        }
+    }
 }
