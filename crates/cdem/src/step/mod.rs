@@ -23,6 +23,8 @@ mod slacken;
 mod split;
 mod synchronise;
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 use kick::{Impulses, Purpose, Velocity};
@@ -270,12 +272,13 @@ impl<const D: usize> Run<D> {
             return;
         }
         let gravity = self.model.gravity_at(self.time());
+        let of_blocks = moves
+            .iter()
+            .map(|&(node, _)| self.model.block_of[node as usize] as usize);
+        let blocks: BTreeSet<usize> = of_blocks.collect();
         let strain_energies = |run: &Self| -> Vec<f64> {
-            let (model, displacement) = (&run.model, &run.state.displacement);
-            let blocks = 0..model.blocks.len();
-            blocks
-                .map(|block| model.strain_energy_of(block, displacement))
-                .collect()
+            let energy = |&block| run.model.strain_energy_of(block, &run.state.displacement);
+            blocks.iter().map(energy).collect()
         };
         let before = strain_energies(self);
         for (node, shift) in &moves {
@@ -291,9 +294,9 @@ impl<const D: usize> Run<D> {
         }
         self.corrections.count += 1;
         let after = strain_energies(self);
-        self.ledger.correction_loss += before.iter().sum::<f64>() - after.iter().sum::<f64>();
-        if let Some(second) = &mut self.second_scale {
-            for (block, (old, new)) in before.iter().zip(&after).enumerate() {
+        for (&block, (old, new)) in blocks.iter().zip(before.iter().zip(&after)) {
+            self.ledger.correction_loss += old - new;
+            if let Some(second) = &mut self.second_scale {
                 second.owe(block, new - old);
             }
         }

@@ -95,7 +95,7 @@ impl<const D: usize> Run<D> {
     /// Changes but those to coarser meshes that would move a surface into, or away from,
     /// what is beside it, or would need more energy than there is.
     fn without_harm(&self, second: &SecondScale<D>, changes: Vec<Change<D>>) -> Vec<Change<D>> {
-        let Some(contacts) = &self.contacts else {
+        let Some(contacts) = self.contacts.as_ref().filter(|_| !changes.is_empty()) else {
             return changes;
         };
         let at = self.model.positions(&self.state);

@@ -110,7 +110,11 @@ impl Shell {
         let all = 0..self.skin.triangles.len() as u32;
         let own = self.of_block(all, nodes, |t| self.skin.nodes_of_triangle(t)[0]);
         let beside = own.filter_map(|triangle| {
-            let facing = super::Facing::new(&mark.place, &self.skin.triangle(triangle, rest));
+            let corners = self.skin.triangle(triangle, rest);
+            if !is_about(&mark.place, &corners) {
+                return None;
+            }
+            let facing = super::Facing::new(&mark.place, &corners);
             let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
             let turned = norm(&sub(&facing.normal, &mark.outward));
             let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);
@@ -135,6 +139,9 @@ impl Shell {
         let own = self.of_block(all, nodes, |e| self.skin.nodes_of_edge(e)[0]);
         let along = own.filter_map(|edge| {
             let [a, b] = self.skin.edge(edge, rest);
+            if !is_about(&mark.place, &[a, b]) {
+                return None;
+            }
             let (side, from) = (sub(&b, &a), sub(&mark.place, &a));
             let length = norm(&side);
             let foot = dot(&from, &side) / (length * length);
@@ -149,4 +156,18 @@ impl Shell {
         let (edge, foot, _) = along.min_by(|a, b| better(&a.2, &b.2))?;
         Some((edge, foot))
     }
+}
+
+/// Whether a place is in the box around some corners, or so near that they may have it, as by
+/// [`PART`]: what is far from it is told by less than its normal takes.
+fn is_about<const N: usize>(place: &[f64; 3], corners: &[[f64; 3]; N]) -> bool {
+    let spans = [0, 1, 2].map(|c| {
+        let along = corners.iter().map(|corner| corner[c]);
+        let low = along.clone().fold(f64::INFINITY, f64::min);
+        [low, along.fold(f64::NEG_INFINITY, f64::max)]
+    });
+    let size: f64 = spans.iter().map(|[low, high]| high - low).sum();
+    let beside = 8.0 * PART * size;
+    let within = |(x, [low, high]): (&f64, &[f64; 2])| low - beside <= *x && *x <= high + beside;
+    place.iter().zip(&spans).all(within)
 }

@@ -8,6 +8,8 @@
 //! at the rim of the other. So the shares of all contacts of a joint add up to its area,
 //! unless two facets in the middle of one have neither.
 
+use std::collections::BTreeSet;
+
 use super::{Meeting, Place, Shell};
 use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
 use crate::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
@@ -172,7 +174,11 @@ impl Shell {
                     let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
-                        Some(vertex) => one.weight(vertex, &mean(&piece)) / among,
+                        Some(vertex) => {
+                            // It is among those that touch, be it told so or not.
+                            let own = one.weight(vertex, &mean(&piece));
+                            if own > 0.0 { own / among.max(own) } else { 0.0 }
+                        }
                         None if among == 0.0 => {
                             weight_of_crossing(&crossings(&one, &beneath, tolerance), tolerance)
                         }
@@ -246,21 +252,19 @@ impl Shell {
         (normal, plane): (&[f64; 3], &Plane),
         at: Positions<3>,
     ) -> Vec<Patch> {
-        let mut known = from.to_vec();
+        let mut waiting = from.to_vec();
+        let mut known: BTreeSet<u32> = from.iter().copied().collect();
         let mut found = Vec::new();
         let mut next = 0;
-        while let Some(&facet) = known.get(next) {
+        while let Some(&facet) = waiting.get(next) {
             next += 1;
             let other = Patch::new(self, facet, plane, at);
             if area(&clip(&patch.corners, &other.corners)) <= 0.0 && next > from.len() {
                 continue;
             }
             for &vertex in &other.vertices {
-                for neighbour in self.flush_facets(self.skin.triangles_at(vertex), normal, at) {
-                    if !known.contains(&neighbour) {
-                        known.push(neighbour);
-                    }
-                }
+                let neighbours = self.flush_facets(self.skin.triangles_at(vertex), normal, at);
+                waiting.extend(neighbours.into_iter().filter(|&facet| known.insert(facet)));
             }
             found.push(other);
         }
