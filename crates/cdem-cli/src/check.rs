@@ -172,8 +172,13 @@ fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
         Ok(run) => format!("about {}", HumanDuration(run)),
         Err(_) => "more than can be counted".to_owned(),
     };
+    let may_meet = overview.blocks.len() > 1 && !simulation.finished();
+    let later = match may_meet && simulation.live_contacts().is_empty() {
+        true => ", in which nothing touched: contacts take more",
+        false => "",
+    };
     format!(
-        "{text} without output, by {} tried at {}",
+        "{text} without output, by {} tried at {}{later}",
         counted(steps, "step"),
         counted(rayon::current_num_threads() as u64, "thread")
     )

@@ -8,8 +8,9 @@
 const BUILDING: i32 = 128 << 10;
 
 /// Arrays of so many bytes go back while a model steps, where smaller ones, as a frame's
-/// compressor's, are taken again and again: the system would clear each anew.
-const STEPPING: i32 = 512 << 10;
+/// compressor's and the velocities of blocks that touch, are taken again and again: the system
+/// would clear each anew.
+const STEPPING: i32 = 2 << 20;
 
 /// For all that is done before the first step.
 pub(crate) fn before_steps() {

@@ -73,41 +73,40 @@ impl<const D: usize> Island<D> {
     /// The impact of the pairs that have just touched, in a drift of `duration`
     /// seconds of which `remaining` are left, and what it does to the bodies
     /// behind them.
-    pub(super) fn meet(
+    pub(super) fn meet<I: Interior<D>>(
         &mut self,
         setting: &Setting<D>,
         motion: &mut Motion<D>,
-        (duration, remaining): (f64, f64),
-        bodies: &mut Bodies<D, impl Interior<D>>,
+        (before, (duration, remaining)): (&[[f64; D]], (f64, f64)),
+        bodies: &mut Bodies<D, I>,
         receivers: &mut Receivers<D>,
         books: &mut Books,
     ) {
         let mut impact = self.impact(setting, motion, duration);
         bodies.trail.reach(self.system.nodes(), motion);
         impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
-        let own = impact.start[..self.nodes.len()].iter();
-        let before: Vec<[f64; D]> = own.map(|start| start.1).collect();
         let jump = Jump {
             nodes: &self.nodes,
-            before: &before,
+            before,
             taken: bodies.taken,
             remaining,
         };
         let mut scale = 0.0;
-        let (interior, trail) = (bodies.interior, &mut *bodies.trail);
-        let (mut touch, impulses) = interior.split(motion, &jump, trail);
+        let (interior, touch) = (bodies.interior, &mut bodies.touch);
+        interior.split(motion, &jump, bodies.trail, touch);
+        let impulses = I::impulses(touch);
         if !impulses.is_empty() {
             impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
-            impact.solve(&mut self.system, setting, motion, (&impulses, 1.0), books);
-            scale = interior.balance(&mut touch, motion);
-            impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
+            impact.solve(&mut self.system, setting, motion, (impulses, 1.0), books);
+            scale = interior.balance(touch, motion);
+            impact.solve(&mut self.system, setting, motion, (impulses, scale), books);
         }
         for _ in 0..AGAIN {
             let drift = (duration, remaining);
             if !self.bend(setting, motion, &mut impact.constraints, drift) {
                 break;
             }
-            impact.solve(&mut self.system, setting, motion, (&impulses, scale), books);
+            impact.solve(&mut self.system, setting, motion, (impulses, scale), books);
         }
         self.end_impact(
             setting,
@@ -116,7 +115,8 @@ impl<const D: usize> Island<D> {
             receivers.of_contacts,
             books,
         );
-        books.impact_loss -= interior.settle(&touch, motion, remaining, receivers.on_held);
+        let timing = (remaining, scale);
+        books.impact_loss -= interior.settle(touch, motion, timing, receivers.on_held);
     }
 
     /// The impact of pairs that are closed at t = 0 and approach, before a drift

@@ -108,8 +108,10 @@ impl<'a, const D: usize> Setting<'a, D> {
 }
 
 /// The bodies of an island, and whether a node moves with any island.
-pub(crate) struct Bodies<'a, const D: usize, I> {
+pub(crate) struct Bodies<'a, const D: usize, I: Interior<D>> {
     pub(crate) interior: &'a I,
+    /// The touch in hand.
+    pub(crate) touch: I::Touch,
     pub(crate) taken: &'a [bool],
     /// What the island moves in its drift.
     pub(crate) trail: &'a mut Trail<D>,
@@ -302,7 +304,7 @@ impl<const D: usize> Island<D> {
             books.touches += begun;
             let before = self.velocities(motion.velocity);
             let drift = (duration, duration - elapsed);
-            self.meet(setting, motion, drift, bodies, receivers, books);
+            self.meet(setting, motion, (&before, drift), bodies, receivers, books);
             touches.update(
                 self,
                 setting,

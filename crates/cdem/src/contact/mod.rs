@@ -90,30 +90,34 @@ pub(crate) struct Jump<'a, const D: usize> {
 
 /// What lies behind the surfaces.
 pub(crate) trait Interior<const D: usize>: Sync {
-    /// What is known of a touch while it is in hand.
-    type Touch;
+    /// What is known of a touch while it is in hand; its storage is kept for the next.
+    type Touch: Default;
 
-    /// A touch has changed the velocities of an island. Returns it, with the impulses of
-    /// elements that go with it, N·s, on its nodes and others, which are on its trail then.
+    /// A touch has changed the velocities of an island: takes it in hand. Nodes beyond the
+    /// island that it may move are on the trail then.
     fn split(
         &self,
         motion: &mut Motion<D>,
         jump: &Jump<D>,
         trail: &mut Trail<D>,
-    ) -> (Self::Touch, Vec<(u32, [f64; D])>);
+        touch: &mut Self::Touch,
+    );
+
+    /// Impulses of elements that go with it, N·s, on nodes of the island and others.
+    fn impulses(touch: &Self::Touch) -> &[(u32, [f64; D])];
 
     /// The same touch with these impulses. Returns the factor on them that
     /// balances the energy.
-    fn balance(&self, touch: &mut Self::Touch, motion: &Motion<D>) -> f64;
+    fn balance(&self, touch: &Self::Touch, motion: &Motion<D>) -> f64;
 
-    /// The same touch with that, `remaining` seconds before the end of the
-    /// drift; tells the impulses on nodes that are held. Returns how much less it has taken
+    /// The same touch so many seconds before the end of the drift, with these impulses so many
+    /// times; tells the impulses on nodes that are held. Returns how much less it has taken
     /// than the impulses of the contacts have, J.
     fn settle(
         &self,
         touch: &Self::Touch,
         motion: &mut Motion<D>,
-        remaining: f64,
+        remaining_and_scale: (f64, f64),
         on_held: Receive<D>,
     ) -> f64;
 }

@@ -148,6 +148,7 @@ fn meet<const D: usize, I: Interior<D>>(
         };
         let bodies = &mut Bodies {
             interior,
+            touch: I::Touch::default(),
             taken,
             trail: &mut met.trail,
         };

@@ -45,11 +45,18 @@ pub(crate) struct Split<'a, const D: usize> {
     pub(crate) interval: &'a [f64],
 }
 
-/// A touch in hand: elements, s, and nodes beyond the island.
+/// A touch in hand.
+#[derive(Default)]
 pub(crate) struct Touch<const D: usize> {
+    /// Elements behind it, and what is known of each.
+    due: Vec<u32>,
     parts: Vec<Part<D>>,
-    scale: f64,
+    /// Their nodes beyond the island.
     ring: Vec<u32>,
+    /// Their impulses on their nodes, N·s.
+    impulses: Vec<(u32, [f64; D])>,
+    /// Velocities of the island after it, m/s, while those before are back.
+    after: Vec<[f64; D]>,
 }
 
 /// A value for each node of an element, and zeros.
@@ -77,30 +84,40 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         motion: &mut Motion<D>,
         jump: &Jump<D>,
         trail: &mut Trail<D>,
-    ) -> (Touch<D>, Vec<(u32, [f64; D])>) {
-        let due = self.elements_behind(motion, jump);
-        let ring = self.ring(&due, jump);
-        trail.reach(&ring, motion);
-        motion.drift(&ring, -jump.remaining);
+        touch: &mut Touch<D>,
+    ) {
+        let Touch {
+            due,
+            parts,
+            ring,
+            impulses,
+            after,
+        } = touch;
+        self.list_behind(motion, jump, due);
+        self.list_ring(due, jump, ring);
+        trail.reach(ring, motion);
+        motion.drift(ring, -jump.remaining);
         let (now, due) = (&*motion, due.par_iter().with_min_len(SHARE));
-        let parts = due.map(|&element| self.part(element, now, jump.remaining));
-        let mut parts: Vec<Part<D>> = parts.collect();
-        let after = jump.swap(motion.velocity);
+        due.map(|&element| self.part(element, now, jump.remaining))
+            .collect_into_vec(parts);
+        jump.swap(motion.velocity, after);
         let (now, all) = (&*motion, parts.par_iter_mut().with_min_len(SHARE));
         all.for_each(|part| self.compare(part, now));
-        let impulses = parts.iter().flat_map(|part| {
+        impulses.clear();
+        impulses.extend(parts.iter().flat_map(|part| {
             let nodes = self.elements[part.element as usize].nodes().iter();
             nodes.copied().zip(part.impulse)
-        });
-        let impulses = impulses.collect();
-        for (&node, velocity) in jump.nodes.iter().zip(after) {
-            motion.velocity[node as usize] = velocity;
+        }));
+        for (&node, velocity) in jump.nodes.iter().zip(&*after) {
+            motion.velocity[node as usize] = *velocity;
         }
-        let scale = 1.0;
-        (Touch { parts, scale, ring }, impulses)
     }
 
-    fn balance(&self, touch: &mut Touch<D>, motion: &Motion<D>) -> f64 {
+    fn impulses(touch: &Touch<D>) -> &[(u32, [f64; D])] {
+        &touch.impulses
+    }
+
+    fn balance(&self, touch: &Touch<D>, motion: &Motion<D>) -> f64 {
         let terms = |part: &Part<D>| {
             let now = self.velocities(part.element, motion);
             let change = std::array::from_fn(|k| sub(&now[k], &part.velocity[1][k]));
@@ -115,15 +132,14 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         let sum = |sum: [f64; 4], terms: [f64; 4]| std::array::from_fn(|i| sum[i] + terms[i]);
         let [work, square, slope, curvature] =
             each(&touch.parts, terms).into_iter().fold([0.0; 4], sum);
-        touch.scale = root(0.5 * square - curvature, work - 2.0 * slope, work);
-        touch.scale
+        root(0.5 * square - curvature, work - 2.0 * slope, work)
     }
 
     fn settle(
         &self,
         touch: &Touch<D>,
         motion: &mut Motion<D>,
-        remaining: f64,
+        (remaining, share): (f64, f64),
         on_held: Receive<D>,
     ) -> f64 {
         let now = &*motion;
@@ -136,7 +152,7 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
             recovered[0] = part.share * (product(&rate, &after) - product(&part.rate[0], before));
             for k in 0..MAX_NODES {
                 recovered[1 + k] = timing * dot(&part.force[k], &sub(&after[k], &before[k]))
-                    + 0.5 * touch.scale * dot(&part.impulse[k], &add(&before[k], &after[k]));
+                    + 0.5 * share * dot(&part.impulse[k], &add(&before[k], &after[k]));
             }
             recovered
         };
@@ -145,7 +161,7 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
                 if self.inertia.held(node as usize).contains(&true) {
-                    on_held(node, &scale(touch.scale, impulse));
+                    on_held(node, &scale(share, impulse));
                 }
             }
         }
@@ -183,13 +199,11 @@ fn product<const D: usize>(a: &Nodal<D>, b: &Nodal<D>) -> f64 {
 impl<const D: usize> Split<'_, D> {
     /// Elements with a node that jumps, all of whose nodes are where the jump
     /// is in time: of the same level, and in no other island.
-    fn elements_behind(&self, motion: &Motion<D>, jump: &Jump<D>) -> Vec<u32> {
+    fn list_behind(&self, motion: &Motion<D>, jump: &Jump<D>, due: &mut Vec<u32>) {
         let nodes = jump.nodes.iter().zip(jump.before);
         let jumps = nodes.filter(|(node, before)| motion.velocity[**node as usize] != **before);
-        let mut due: Vec<u32> = jumps
-            .flat_map(|(&node, _)| self.around.of(node))
-            .copied()
-            .collect();
+        due.clear();
+        due.extend(jumps.flat_map(|(&node, _)| self.around.of(node)));
         due.sort_unstable();
         due.dedup();
         let level = jump
@@ -204,17 +218,16 @@ impl<const D: usize> Split<'_, D> {
                         && (!jump.taken[node as usize] || jump.nodes.binary_search(&node).is_ok())
                 })
         });
-        due
     }
 
     /// Nodes of elements that have drifted on without the island.
-    fn ring(&self, due: &[u32], jump: &Jump<D>) -> Vec<u32> {
+    fn list_ring(&self, due: &[u32], jump: &Jump<D>, ring: &mut Vec<u32>) {
         let nodes = due.iter().flat_map(|&e| self.elements[e as usize].nodes());
-        let mut ring: Vec<u32> = nodes.copied().collect();
+        ring.clear();
+        ring.extend(nodes);
         ring.sort_unstable();
         ring.dedup();
         ring.retain(|node| jump.nodes.binary_search(node).is_err());
-        ring
     }
 
     /// An element at the touch, `remaining` seconds before the end of the drift,
@@ -264,11 +277,12 @@ impl<const D: usize> Split<'_, D> {
 }
 
 impl<const D: usize> Jump<'_, D> {
-    /// Puts the velocities before the touch back; returns those after it.
-    fn swap(&self, velocity: &mut [[f64; D]]) -> Vec<[f64; D]> {
+    /// Puts the velocities before the touch back; lists those `after` it.
+    fn swap(&self, velocity: &mut [[f64; D]], after: &mut Vec<[f64; D]>) {
         let nodes = self.nodes.iter().zip(self.before);
-        nodes
-            .map(|(&node, before)| std::mem::replace(&mut velocity[node as usize], *before))
-            .collect()
+        after.clear();
+        after.extend(
+            nodes.map(|(&node, before)| std::mem::replace(&mut velocity[node as usize], *before)),
+        );
     }
 }
