@@ -117,7 +117,7 @@ pub(crate) trait Interior<const D: usize>: Sync {
         &self,
         touch: &Self::Touch,
         motion: &mut Motion<D>,
-        remaining_and_scale: (f64, f64),
+        remaining_and_times: (f64, f64),
         on_held: Receive<D>,
     ) -> f64;
 }

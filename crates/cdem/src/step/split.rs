@@ -139,7 +139,7 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         &self,
         touch: &Touch<D>,
         motion: &mut Motion<D>,
-        (remaining, share): (f64, f64),
+        (remaining, times): (f64, f64),
         on_held: Receive<D>,
     ) -> f64 {
         let now = &*motion;
@@ -152,7 +152,7 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
             recovered[0] = part.share * (product(&rate, &after) - product(&part.rate[0], before));
             for k in 0..MAX_NODES {
                 recovered[1 + k] = timing * dot(&part.force[k], &sub(&after[k], &before[k]))
-                    + 0.5 * share * dot(&part.impulse[k], &add(&before[k], &after[k]));
+                    + 0.5 * times * dot(&part.impulse[k], &add(&before[k], &after[k]));
             }
             recovered
         };
@@ -161,7 +161,7 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
                 if self.inertia.held(node as usize).contains(&true) {
-                    on_held(node, &scale(share, impulse));
+                    on_held(node, &scale(times, impulse));
                 }
             }
         }
