@@ -6,6 +6,7 @@ mod balance;
 mod columns;
 pub mod fit;
 mod halving;
+pub mod machine;
 mod overlap;
 pub mod page;
 mod pieces;

@@ -51,6 +51,12 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         size_of_val(&*self.rest) + size_of_val(&*self.records) + size_of_val(&*self.nodes)
     }
 
+    /// Bytes that a kick of an element with a record of `size` numbers reads, and writes of the
+    /// record.
+    pub(super) fn moved(size: usize) -> usize {
+        (Self::REST + 2 * size) * size_of::<f64>() + N * size_of::<u16>()
+    }
+
     /// Adds an element.
     pub(super) fn push(&mut self, nodes: [u16; N], element: &Element<D, N, Q>, record: &[f64]) {
         let lane = self.count % WIDTH;

@@ -26,6 +26,7 @@ pub(crate) mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
 mod total;
+mod trace;
 
 use crate::material::Elastic;
 use crate::mesh::{ElementKind, Mesh};
@@ -228,6 +229,10 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
 
     /// Bytes of all elements.
     fn memory(&self) -> usize;
+
+    /// Of an element: bytes that its kick must read or write but for what is at nodes, and its
+    /// operations. Damping is left out.
+    fn update_cost(&self) -> [usize; 2];
 }
 
 /// Sorts the elements of `mesh` into sets: one for each shape and formulation

@@ -2,13 +2,14 @@
 
 use std::marker::PhantomData;
 
+use super::batch::Batches;
 use super::frequency;
 use super::geometry::{self, Corners, Element, Moduli, Nodal, Points};
 use super::kick::{Kick, Shares, each_part};
 use super::lanes::Real;
 use super::part::{Group, Member, Part, Place, share};
 use super::tensor::{self, Tensor};
-use super::{Deformation, Due, ElementSet, Past, survey};
+use super::{Deformation, Due, ElementSet, Past, survey, trace};
 use crate::mesh::{ElementKind, Mesh, Parts};
 use crate::scene::Kinematics;
 use crate::vector::sub;
@@ -470,5 +471,12 @@ where
     fn memory(&self) -> usize {
         let parts = self.parts.iter().map(Part::memory).sum::<usize>();
         parts + self.len() * (size_of::<Place>() + size_of::<u32>())
+    }
+
+    fn update_cost(&self) -> [usize; 2] {
+        let moved = Batches::<D, N, Q>::moved(F::RECORD);
+        // Displacements less those of the first node, and forces times interval, added up.
+        let at_nodes = (N - 1) * D + 2 * N * D;
+        [moved, trace::operations::<F, D, N, Q>() + at_nodes]
     }
 }
