@@ -3,13 +3,7 @@
 use super::ahead::ask_for;
 use super::geometry::{self, Element, Lame, Nodal, Points};
 use super::lanes::{Lanes, Row, Single, WIDTH};
-
-/// How many batches ahead the memory is asked: by then it has answered.
-const AHEAD: usize = 4;
-
-/// Rows of a batch at most for which that pays: longer ones processors see coming themselves,
-/// and so much at a time is more than they can ask for.
-const SMALL: usize = 64;
+use super::set::{Record, RecordMut};
 
 /// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
 #[derive(Debug, Default)]
@@ -29,6 +23,10 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     /// Numbers of a Gauss point, and of an element at rest.
     const POINT: usize = (N - 1) * D + 1;
     const REST: usize = Q * Self::POINT;
+
+    /// How many batches ahead the memory is asked, number by number as a batch is worked on, since
+    /// processors take few questions at a time: by then it has answered.
+    const AHEAD: usize = if Q == 1 { 4 } else { 1 };
 
     /// None yet of `count` elements with records of `record` numbers.
     pub(super) fn with_capacity(count: usize, record: usize) -> Self {
@@ -104,15 +102,13 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// Asks the memory for what the elements of the batch [`AHEAD`] of this one are at rest, and for
-    /// their records, of `size` numbers.
+    /// Asks the memory for records of `size` numbers, for who only reads them; long ones are more at
+    /// a time than it answers.
     #[inline(always)]
-    pub(super) fn ask_ahead(&self, batch: usize, size: usize) {
-        let batch = batch + AHEAD;
-        if Self::REST + size <= SMALL && batch < self.len() {
-            let Batch { rest, records, .. } = self.batch(batch, size);
-            ask_for(rest);
-            ask_for(records);
+    pub(super) fn ask_for_records(&self, batch: usize, size: usize) {
+        let batch = batch + Self::AHEAD;
+        if Q == 1 && batch < self.len() {
+            ask_for(&self.records[batch * size..][..size]);
         }
     }
 
@@ -121,9 +117,9 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     #[inline(always)]
     pub(super) fn batch(&self, batch: usize, size: usize) -> Batch<'_, N, &[Row]> {
         Batch {
-            rest: &self.rest[batch * Self::REST..][..Self::REST],
+            rest: &self.rest[batch * Self::REST..],
             nodes: &self.nodes[batch],
-            records: &self.records[batch * size..][..size],
+            records: &self.records[batch * size..],
         }
     }
 
@@ -131,14 +127,15 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     #[inline(always)]
     pub(super) fn batch_mut(&mut self, batch: usize, size: usize) -> Batch<'_, N, &mut [Row]> {
         Batch {
-            rest: &self.rest[batch * Self::REST..][..Self::REST],
+            rest: &self.rest[batch * Self::REST..],
             nodes: &self.nodes[batch],
-            records: &mut self.records[batch * size..][..size],
+            records: &mut self.records[batch * size..],
         }
     }
 }
 
-/// What is known of [`WIDTH`] elements.
+/// What is known of [`WIDTH`] elements. Behind what they are at rest, and behind their records, are
+/// those of all batches that follow.
 pub(super) struct Batch<'a, const N: usize, R> {
     pub(super) rest: &'a [Row],
     pub(super) nodes: &'a [[u16; WIDTH]; N],
@@ -149,16 +146,23 @@ pub(super) struct Batch<'a, const N: usize, R> {
 pub(super) struct Abreast<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> {
     lanes: L,
     rest: &'a [Row],
+    /// What will be read before long, if there is more.
+    ahead: &'a [Row],
     first: usize,
     lame: Lame<L::Number>,
 }
 
 impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> Abreast<'a, L, D, N, Q> {
+    /// Of the batch that `rest` begins with.
     #[inline(always)]
     pub(super) fn new(lanes: L, (rest, first): (&'a [Row], usize), lame: Lame<f64>) -> Self {
+        let size = Batches::<D, N, Q>::REST;
         Self {
             lanes,
-            rest,
+            rest: &rest[..size],
+            ahead: rest
+                .get(Batches::<D, N, Q>::AHEAD * size..)
+                .unwrap_or_default(),
             first,
             lame: Lame {
                 lambda: lanes.splat(lame.lambda),
@@ -179,6 +183,9 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L
     #[inline(always)]
     fn point(&self, q: usize) -> (Nodal<D, N, L::Number>, L::Number) {
         let size = Batches::<D, N, Q>::POINT;
+        if self.first == 0 && !self.ahead.is_empty() {
+            ask_for(&self.ahead[q * size..][..size]);
+        }
         let point = &self.rest[q * size..][..size];
         let mut gradients = [[self.lanes.splat(0.0); D]; N];
         for a in 1..N {
@@ -188,5 +195,51 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L
         }
         geometry::balance(&mut gradients);
         (gradients, self.lanes.load(&point[size - 1], self.first))
+    }
+}
+
+/// Records of elements side by side from one of a batch on.
+pub(super) struct RecordsAbreast<L, R> {
+    lanes: L,
+    rows: R,
+    first: usize,
+    /// How many rows behind one is what will be read in its stead before long.
+    ahead: usize,
+}
+
+impl<L: Lanes, R> RecordsAbreast<L, R> {
+    /// Of the batch that `rows` begin with, of `size` numbers.
+    #[inline(always)]
+    pub(super) fn new<const D: usize, const N: usize, const Q: usize>(
+        lanes: L,
+        (rows, first): (R, usize),
+        size: usize,
+    ) -> Self {
+        Self {
+            lanes,
+            rows,
+            first,
+            ahead: Batches::<D, N, Q>::AHEAD * size,
+        }
+    }
+}
+
+impl<L: Lanes, R: AsRef<[Row]>> Record<L::Number> for RecordsAbreast<L, R> {
+    #[inline(always)]
+    fn get(&self, place: usize) -> L::Number {
+        self.lanes.load(&self.rows.as_ref()[place], self.first)
+    }
+}
+
+impl<L: Lanes, R: AsRef<[Row]> + AsMut<[Row]>> RecordMut<L::Number> for RecordsAbreast<L, R> {
+    #[inline(always)]
+    fn set(&mut self, place: usize, number: L::Number) {
+        let rows = self.rows.as_mut();
+        self.lanes.store(number, &mut rows[place], self.first);
+        if self.first == 0
+            && let Some(ahead) = rows.get(place + self.ahead)
+        {
+            ask_for(std::slice::from_ref(ahead));
+        }
     }
 }

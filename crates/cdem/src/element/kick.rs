@@ -5,12 +5,12 @@ use std::marker::PhantomData;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::batch::{Abreast, Batch};
+use super::batch::{Abreast, Batch, RecordsAbreast};
 use super::geometry::Moduli;
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
 use super::part::{Group, Part};
-use super::set::{Formulation, Record, RecordMut};
+use super::set::Formulation;
 use super::{Due, Interval};
 use crate::model::AT_ONCE;
 
@@ -150,7 +150,6 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         // cut the kernel to pieces.
         let mut discarded = Vec::new();
         for batch in 0..group.batches.len() {
-            group.batches.ask_ahead(batch, F::RECORD);
             let intervals = self.intervals(group, batch);
             let Batch {
                 rest,
@@ -161,17 +160,14 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
                 records
             } else {
                 discarded.clear();
-                discarded.extend_from_slice(records);
-                &mut discarded[..F::RECORD]
+                discarded.extend_from_slice(&records[..F::RECORD]);
+                &mut discarded[..]
             };
             for first in (0..WIDTH).step_by(L::COUNT) {
                 let element = Abreast::new(lanes, (rest, first), moduli.lame);
                 let u = nearby.displacement.relative(lanes, nodes, first);
-                let mut records = Records {
-                    lanes,
-                    rows: &mut *rows,
-                    first,
-                };
+                let records = (&mut *rows, first);
+                let mut records = RecordsAbreast::new::<D, N, Q>(lanes, records, F::RECORD);
                 let force = F::respond(&element, &u, &mut records);
                 let duration = lanes.load(&intervals, first);
                 nearby.elastic.add(lanes, nodes, first, (&force, duration));
@@ -189,27 +185,6 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         } else {
             viscous.fill([0.0; D]);
         }
-    }
-}
-
-/// Records of elements side by side, from one of their rows on.
-struct Records<'a, L> {
-    lanes: L,
-    rows: &'a mut [Row],
-    first: usize,
-}
-
-impl<L: Lanes> Record<L::Number> for Records<'_, L> {
-    #[inline(always)]
-    fn get(&self, place: usize) -> L::Number {
-        self.lanes.load(&self.rows[place], self.first)
-    }
-}
-
-impl<L: Lanes> RecordMut<L::Number> for Records<'_, L> {
-    #[inline(always)]
-    fn set(&mut self, place: usize, number: L::Number) {
-        self.lanes.store(number, &mut self.rows[place], self.first);
     }
 }
 

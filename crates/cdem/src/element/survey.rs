@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::batch::{Abreast, Batch};
+use super::batch::{Abreast, Batch, RecordsAbreast};
 use super::geometry::{self, Moduli, Nodal, Points};
 use super::kick::FEW;
 use super::lanes::{Lanes, Real, Register, Row, WIDTH};
@@ -113,20 +113,6 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
     }
 }
 
-/// Records of elements side by side, from one of their rows on.
-struct Records<'a, L> {
-    lanes: L,
-    rows: &'a [Row],
-    first: usize,
-}
-
-impl<L: Lanes> Record<L::Number> for Records<'_, L> {
-    #[inline(always)]
-    fn get(&self, place: usize) -> L::Number {
-        self.lanes.load(&self.rows[place], self.first)
-    }
-}
-
 /// Asks all elements of a set; `tell` gets the numbers of those whose answer `is_told`, and their
 /// answers, part by part.
 pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
@@ -196,7 +182,7 @@ where
             let field = &mut self.nearby.displacement;
             field.read(&group.nodes, self.displacement);
             for (batch, members) in group.members.chunks(WIDTH).enumerate() {
-                group.batches.ask_ahead(batch, W::RECORD);
+                group.batches.ask_for_records(batch, W::RECORD);
                 let Batch {
                     rest,
                     nodes,
@@ -206,11 +192,8 @@ where
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
                     let element = Abreast::new(lanes, (rest, first), moduli.lame);
                     let u = field.relative(lanes, nodes, first);
-                    let records = Records {
-                        lanes,
-                        rows: records,
-                        first,
-                    };
+                    let records =
+                        RecordsAbreast::new::<D, N, Q>(lanes, (records, first), W::RECORD);
                     let answer = W::answer(&element, moduli, &u, &records);
                     for (number, row) in answer.into_iter().zip(&mut rows) {
                         lanes.store(number, row, first);
