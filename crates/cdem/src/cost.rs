@@ -38,3 +38,42 @@ fn of_mesh<const D: usize>(mesh: &Mesh<D>, sets: &[Box<dyn ElementSet<D>>]) -> U
         operations: operations as f64 / elements,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::tests::{box_mesh, kinds, rock, sets_of};
+    use crate::scene::{Kinematics, Plane};
+
+    /// Bytes and operations of a box of one cell.
+    fn cost<const D: usize>(kind: usize, kinematics: Kinematics) -> (f64, UpdateCost) {
+        let mesh = box_mesh([1.0; D], [1; D], kinds::<D>()[kind], 0.0);
+        let sets = sets_of(&mesh, rock(), kinematics, Plane::Strain);
+        (mesh.elements.len() as f64, of_mesh(&mesh, &sets))
+    }
+
+    #[test]
+    fn bytes_are_those_of_elements_and_of_their_share_of_nodes() {
+        // Two triangles, four nodes: gradients of two nodes, a volume, three numbers of nodes.
+        let (count, triangles) = cost::<2>(0, Kinematics::Total);
+        assert_eq!((count, triangles.bytes), (2.0, 46.0 + 4.0 * 48.0 / 2.0));
+        // And there and back the gradient of displacement, stress and work.
+        let (_, incremental) = cost::<2>(0, Kinematics::Incremental);
+        assert_eq!(
+            incremental.bytes - triangles.bytes,
+            2.0 * 8.0 * (4.0 + 3.0 + 1.0)
+        );
+        // A hexahedron with eight nodes and Gauss points.
+        let (count, hexahedron) = cost::<3>(2, Kinematics::Total);
+        assert_eq!(
+            (count, hexahedron.bytes),
+            (1.0, 8.0 * 22.0 * 8.0 + 16.0 + 8.0 * 72.0)
+        );
+    }
+
+    #[test]
+    fn operations_at_nodes_are_counted_too() {
+        let (_, tetrahedra) = cost::<3>(0, Kinematics::Total);
+        assert_eq!(tetrahedra.operations, 219.0 + 9.0 + 24.0);
+    }
+}
