@@ -1,10 +1,5 @@
 //! What the machine gives, on all threads: limits that kernels are held against in the same run.
 
-#![allow(
-    clippy::disallowed_methods,
-    reason = "a benchmark tells what the clock says"
-)]
-
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -15,6 +10,13 @@ use crate::timing::TRIALS;
 
 /// Numbers of each array of the triad: more than caches hold.
 const TRIAD: usize = 16 << 20;
+
+/// Registers that are worked on, so that an operation need not wait for the one before: with the two
+/// constants all that AVX2 has.
+const REGISTERS: usize = 14;
+
+/// Times that each is multiplied and added to.
+const ROUNDS: usize = 4_000_000;
 
 /// Bytes a second of a = b + s c (McCalpin's STREAM), those that the caches fetch only to overwrite
 /// them not counted.
@@ -58,13 +60,6 @@ fn best_of(mut work: impl FnMut()) -> f64 {
     }
     best
 }
-
-/// Registers that are worked on: an operation need not wait for the one before, and all there are
-/// of AVX2 are taken.
-const REGISTERS: usize = 14;
-
-/// Times that each is multiplied and added to.
-const ROUNDS: usize = 4_000_000;
 
 /// Tells how many operations it did.
 struct InRegisters;

@@ -1,10 +1,5 @@
 //! What benchmarks share: steps by the clock and by the stage, and figures kept as files.
 
-#![allow(
-    clippy::disallowed_methods,
-    reason = "a benchmark tells what the clock says"
-)]
-
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

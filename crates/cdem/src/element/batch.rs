@@ -102,8 +102,8 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// Asks the memory for records of `size` numbers, for who only reads them; long ones are more at
-    /// a time than it answers.
+    /// Asks the memory for records of `size` numbers, for who only reads them: [`Records`] asks where
+    /// it writes. Those of several Gauss points are more at a time than it answers.
     #[inline(always)]
     pub(super) fn ask_for_records(&self, batch: usize, size: usize) {
         let batch = batch + Self::AHEAD;
@@ -119,24 +119,31 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         Batch {
             rest: &self.rest[batch * Self::REST..],
             nodes: &self.nodes[batch],
-            records: &self.records[batch * size..],
+            records: &self.records[batch * size..][..size],
         }
     }
 
-    /// The same, with records to be changed.
+    /// The same, with records to be changed; and the records ahead of them.
     #[inline(always)]
-    pub(super) fn batch_mut(&mut self, batch: usize, size: usize) -> Batch<'_, N, &mut [Row]> {
-        Batch {
+    pub(super) fn batch_mut(
+        &mut self,
+        batch: usize,
+        size: usize,
+    ) -> (Batch<'_, N, &mut [Row]>, &[Row]) {
+        let (records, next) = self.records[batch * size..].split_at_mut(size);
+        let batch = Batch {
             rest: &self.rest[batch * Self::REST..],
             nodes: &self.nodes[batch],
-            records: &mut self.records[batch * size..],
-        }
+            records,
+        };
+        let ahead = next.get((Self::AHEAD - 1) * size..);
+        (batch, ahead.unwrap_or_default())
     }
 }
 
-/// What is known of [`WIDTH`] elements. Behind what they are at rest, and behind their records, are
-/// those of all batches that follow.
+/// What is known of [`WIDTH`] elements.
 pub(super) struct Batch<'a, const N: usize, R> {
+    /// Theirs first, and behind it that of all batches that follow.
     pub(super) rest: &'a [Row],
     pub(super) nodes: &'a [[u16; WIDTH]; N],
     pub(super) records: R,
@@ -198,48 +205,29 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L
     }
 }
 
-/// Records of elements side by side from one of a batch on.
-pub(super) struct RecordsAbreast<L, R> {
-    lanes: L,
-    rows: R,
-    first: usize,
-    /// How many rows behind one is what will be read in its stead before long.
-    ahead: usize,
+/// Records of elements side by side, from one of their rows on.
+pub(super) struct Records<'a, L, R> {
+    pub(super) lanes: L,
+    pub(super) rows: R,
+    /// What will be read before long, if there is more and it is asked for here.
+    pub(super) ahead: &'a [Row],
+    pub(super) first: usize,
 }
 
-impl<L: Lanes, R> RecordsAbreast<L, R> {
-    /// Of the batch that `rows` begin with, of `size` numbers.
-    #[inline(always)]
-    pub(super) fn new<const D: usize, const N: usize, const Q: usize>(
-        lanes: L,
-        (rows, first): (R, usize),
-        size: usize,
-    ) -> Self {
-        Self {
-            lanes,
-            rows,
-            first,
-            ahead: Batches::<D, N, Q>::AHEAD * size,
-        }
-    }
-}
-
-impl<L: Lanes, R: AsRef<[Row]>> Record<L::Number> for RecordsAbreast<L, R> {
+impl<L: Lanes, R: AsRef<[Row]>> Record<L::Number> for Records<'_, L, R> {
     #[inline(always)]
     fn get(&self, place: usize) -> L::Number {
         self.lanes.load(&self.rows.as_ref()[place], self.first)
     }
 }
 
-impl<L: Lanes, R: AsRef<[Row]> + AsMut<[Row]>> RecordMut<L::Number> for RecordsAbreast<L, R> {
+impl<L: Lanes, R: AsRef<[Row]> + AsMut<[Row]>> RecordMut<L::Number> for Records<'_, L, R> {
     #[inline(always)]
     fn set(&mut self, place: usize, number: L::Number) {
-        let rows = self.rows.as_mut();
-        self.lanes.store(number, &mut rows[place], self.first);
-        if self.first == 0
-            && let Some(ahead) = rows.get(place + self.ahead)
-        {
-            ask_for(std::slice::from_ref(ahead));
+        self.lanes
+            .store(number, &mut self.rows.as_mut()[place], self.first);
+        if self.first == 0 && !self.ahead.is_empty() {
+            ask_for(std::slice::from_ref(&self.ahead[place]));
         }
     }
 }

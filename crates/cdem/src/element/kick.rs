@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::batch::{Abreast, Batch, RecordsAbreast};
+use super::batch::{Abreast, Batch, Records};
 use super::geometry::Moduli;
 use super::lanes::{Lanes, Register, Row, WIDTH};
 use super::nearby::Nearby;
@@ -151,23 +151,28 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
         let mut discarded = Vec::new();
         for batch in 0..group.batches.len() {
             let intervals = self.intervals(group, batch);
+            let (found, ahead) = group.batches.batch_mut(batch, F::RECORD);
             let Batch {
                 rest,
                 nodes,
                 records,
-            } = group.batches.batch_mut(batch, F::RECORD);
+            } = found;
             let rows = if self.due.is_kept {
                 records
             } else {
                 discarded.clear();
-                discarded.extend_from_slice(&records[..F::RECORD]);
-                &mut discarded[..]
+                discarded.extend_from_slice(records);
+                &mut discarded[..F::RECORD]
             };
             for first in (0..WIDTH).step_by(L::COUNT) {
                 let element = Abreast::new(lanes, (rest, first), moduli.lame);
                 let u = nearby.displacement.relative(lanes, nodes, first);
-                let records = (&mut *rows, first);
-                let mut records = RecordsAbreast::new::<D, N, Q>(lanes, records, F::RECORD);
+                let mut records = Records {
+                    lanes,
+                    rows: &mut *rows,
+                    ahead,
+                    first,
+                };
                 let force = F::respond(&element, &u, &mut records);
                 let duration = lanes.load(&intervals, first);
                 nearby.elastic.add(lanes, nodes, first, (&force, duration));

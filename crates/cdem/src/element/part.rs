@@ -191,8 +191,8 @@ impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
 
     /// Writes the record of an element.
     pub(super) fn set_record(&mut self, index: usize, record: &[f64]) {
-        let rows = self.batches.batch_mut(index / WIDTH, record.len()).records;
-        for (number, row) in record.iter().zip(rows) {
+        let (batch, _) = self.batches.batch_mut(index / WIDTH, record.len());
+        for (number, row) in record.iter().zip(batch.records) {
             row[index % WIDTH] = *number;
         }
     }

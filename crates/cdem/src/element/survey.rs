@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::batch::{Abreast, Batch, RecordsAbreast};
+use super::batch::{Abreast, Batch, Records};
 use super::geometry::{self, Moduli, Nodal, Points};
 use super::kick::FEW;
 use super::lanes::{Lanes, Real, Register, Row, WIDTH};
@@ -192,8 +192,12 @@ where
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
                     let element = Abreast::new(lanes, (rest, first), moduli.lame);
                     let u = field.relative(lanes, nodes, first);
-                    let records =
-                        RecordsAbreast::new::<D, N, Q>(lanes, (records, first), W::RECORD);
+                    let records = Records {
+                        lanes,
+                        rows: records,
+                        ahead: &[],
+                        first,
+                    };
                     let answer = W::answer(&element, moduli, &u, &records);
                     for (number, row) in answer.into_iter().zip(&mut rows) {
                         lanes.store(number, row, first);

@@ -10,7 +10,8 @@ use super::lanes::Real;
 use super::set::Formulation;
 
 /// Additions, subtractions, multiplications and divisions that the forces of an element take, from
-/// displacements relative to its first node on.
+/// displacements relative to its first node on, to the forces themselves: what is done at nodes is
+/// not in them.
 ///
 /// As compilers do: what is the same is worked out once, what nothing comes of is left out, and so
 /// is what has no effect, as adding −0, and what is the same of all elements. To change a sign is
@@ -118,18 +119,22 @@ impl Trace {
 
     /// The place of what comes of two numbers.
     fn result(&mut self, operator: Operator, [left, right]: [usize; 2]) -> usize {
-        let of = match operator {
-            Operator::Add if self.is(left, -0.0) => return right,
-            Operator::Add if self.is(right, -0.0) => return left,
-            Operator::Multiply if self.is(left, 1.0) => return right,
-            Operator::Multiply if self.is(left, -1.0) => {
-                return self.place(Origin::Negative(right));
+        if matches!(operator, Operator::Subtract | Operator::Divide) {
+            return self.place(Origin::Result(operator, [left, right]));
+        }
+        // In either order the same.
+        for [one, other] in [[left, right], [right, left]] {
+            match operator {
+                Operator::Add if self.is(one, -0.0) => return other,
+                Operator::Multiply if self.is(one, 1.0) => return other,
+                Operator::Multiply if self.is(one, -1.0) => {
+                    return self.place(Origin::Negative(other));
+                }
+                _ => {}
             }
-            // In either order the same.
-            Operator::Add | Operator::Multiply => [left.min(right), left.max(right)],
-            Operator::Subtract | Operator::Divide => [left, right],
-        };
-        self.place(Origin::Result(operator, of))
+        }
+        let ordered = [left.min(right), left.max(right)];
+        self.place(Origin::Result(operator, ordered))
     }
 
     /// Operations on what varies that `results` come from.
