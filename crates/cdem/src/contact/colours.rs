@@ -12,10 +12,8 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
-
 use crate::contact::pack::{Pack, Packs};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Points of a task, at least, where there are more: some 15 µs of sweeping.
 const TASK: usize = 64;
@@ -30,15 +28,49 @@ const ABREAST: usize = 4;
 /// Colours that are given out at once: bits of a word.
 const PALETTE: u32 = u64::BITS;
 
+/// Nodes of points, one point after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct NodesOf {
+    nodes: Vec<u32>,
+    /// Where those of each begin, and where the last ones end.
+    starts: Vec<usize>,
+}
+
+impl NodesOf {
+    /// Has no points any more.
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+        self.starts.clear();
+    }
+
+    /// Adds a point, whose nodes are added to those of the others.
+    pub(super) fn push(&mut self, add: impl FnOnce(&mut Vec<u32>)) {
+        if self.starts.is_empty() {
+            self.starts.push(0);
+        }
+        add(&mut self.nodes);
+        self.starts.push(self.nodes.len());
+    }
+
+    /// How many points there are.
+    fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Nodes of a point.
+    #[inline]
+    pub(super) fn of(&self, point: usize) -> &[u32] {
+        &self.nodes[self.starts[point]..self.starts[point + 1]]
+    }
+}
+
 /// Points in the order in which passes visit them: colour by colour. Where a point
 /// is in that order is its place.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Colours {
-    /// The point at each place.
+    /// The point at each place, and its nodes.
     order: Vec<u32>,
-    /// Nodes of the points, place by place, and where those of each begin.
-    nodes: Vec<u32>,
-    starts: Vec<usize>,
+    nodes: NodesOf,
     /// Places that are visited one after the other, by one thread; and how many at least.
     tasks: Vec<Range<usize>>,
     task: usize,
@@ -52,7 +84,7 @@ pub(super) struct Colours {
 }
 
 impl Colours {
-    /// Orders points by the nodes that each changes, of `node_count`.
+    /// Orders other points by the nodes that each changes, of `node_count`.
     ///
     /// Points with the same first and last node form a group, as the contacts of two
     /// blocks whose mass is consistent: fewer colours, and their nodes stay in the
@@ -62,36 +94,39 @@ impl Colours {
     ///
     /// # Panics
     /// If a node is not below `node_count`.
-    pub(super) fn new(node_count: usize, nodes_of: &[&[u32]]) -> Self {
-        Self::with_tasks(node_count, nodes_of, TASK)
+    pub(super) fn arrange(&mut self, node_count: usize, nodes_of: &NodesOf) {
+        self.arrange_in_tasks(node_count, nodes_of, TASK);
     }
 
-    fn with_tasks(node_count: usize, nodes_of: &[&[u32]], task: usize) -> Self {
-        let mut colours = Self {
-            starts: vec![0],
-            node_count,
-            task,
-            ..Self::default()
-        };
+    fn arrange_in_tasks(&mut self, node_count: usize, nodes_of: &NodesOf, task: usize) {
+        (self.node_count, self.task) = (node_count, task);
+        self.order.clear();
+        self.nodes.clear();
+        self.tasks.clear();
+        self.colours.clear();
         if nodes_of.len() <= 2 * task {
-            let order: Vec<u32> = (0..nodes_of.len() as u32).collect();
-            colours.push(&[&order], nodes_of);
-            colours.wake_all();
-            return colours;
+            self.push(std::iter::once(0..nodes_of.len() as u32), nodes_of);
+        } else {
+            self.colour(nodes_of);
         }
+        self.wake_all();
+    }
+
+    /// Adds points colour by colour.
+    fn colour(&mut self, nodes_of: &NodesOf) {
         let ends = |point: u32| {
-            let nodes = nodes_of[point as usize].iter();
+            let nodes = nodes_of.of(point as usize).iter();
             (nodes.clone().min(), nodes.max())
         };
         let mut sorted: Vec<u32> = (0..nodes_of.len() as u32).collect();
         sorted.sort_by_cached_key(|&point| (ends(point), point));
         let mut pending: Vec<&[u32]> = sorted.chunk_by(|&a, &b| ends(a) == ends(b)).collect();
-        let mut used = vec![0_u64; node_count];
+        let mut used = vec![0_u64; self.node_count];
         while !pending.is_empty() {
             used.fill(0);
             let mut palette = vec![Vec::new(); PALETTE as usize];
             pending.retain(|group| {
-                let nodes = || group.iter().flat_map(|&point| nodes_of[point as usize]);
+                let nodes = || group.iter().flat_map(|&point| nodes_of.of(point as usize));
                 let taken = nodes().fold(0, |taken, &node| taken | used[node as usize]);
                 let colour = taken.trailing_ones();
                 if colour < PALETTE {
@@ -101,11 +136,9 @@ impl Colours {
                 colour == PALETTE
             });
             for groups in palette.iter().filter(|groups| !groups.is_empty()) {
-                colours.push(groups, nodes_of);
+                self.push(groups.chunks(ABREAST).map(abreast), nodes_of);
             }
         }
-        colours.wake_all();
-        colours
     }
 
     /// Has passes visit all places.
@@ -138,16 +171,15 @@ impl Colours {
         &self.awake
     }
 
-    /// Adds a colour.
-    fn push(&mut self, groups: &[&[u32]], nodes_of: &[&[u32]]) {
+    /// Adds a colour: points that one thread visits, and others.
+    fn push(&mut self, parts: impl Iterator<Item = impl Iterator<Item = u32>>, nodes_of: &NodesOf) {
         let (first, mut start) = (self.tasks.len(), self.order.len());
-        for groups in groups.chunks(ABREAST) {
-            for point in abreast(groups) {
-                let nodes = nodes_of[point as usize];
+        for points in parts {
+            for point in points {
+                let nodes = nodes_of.of(point as usize);
                 assert!(nodes.iter().all(|&node| (node as usize) < self.node_count));
                 self.order.push(point);
-                self.nodes.extend_from_slice(nodes);
-                self.starts.push(self.nodes.len());
+                self.nodes.push(|all| all.extend_from_slice(nodes));
             }
             if self.order.len() - start >= self.task {
                 self.tasks.push(start..self.order.len());
@@ -165,11 +197,6 @@ impl Colours {
         &self.order
     }
 
-    /// Where the nodes of the point at a place are among those of all.
-    fn range(&self, place: usize) -> Range<usize> {
-        self.starts[place]..self.starts[place + 1]
-    }
-
     /// How many nodes there are.
     pub(super) fn node_count(&self) -> usize {
         self.node_count
@@ -177,7 +204,7 @@ impl Colours {
 
     /// Nodes of the point at a place.
     pub(super) fn nodes(&self, place: usize) -> &[u32] {
-        &self.nodes[self.range(place)]
+        self.nodes.of(place)
     }
 
     /// Visits each place that is awake, with what it has in `own` and the `values` of its
@@ -210,13 +237,29 @@ impl Colours {
                 all = F::together(all, run(awake));
                 continue;
             }
-            let tasks = tasks.clone().into_par_iter();
-            let runs = tasks.map(|task| run(self.begins[task]..self.begins[task + 1]));
-            let runs: Vec<_> = runs.collect();
-            all = runs.into_iter().fold(all, F::together);
+            let task = |task: usize| run(self.begins[task]..self.begins[task + 1]);
+            all = F::together(all, halves(tasks.clone(), &task, &F::together));
         }
         all
     }
+}
+
+/// Runs one task or more on all threads, half by half: in which order their results come together
+/// does not depend on who is done first.
+fn halves<R: Send>(
+    tasks: Range<usize>,
+    run: &(impl Fn(usize) -> R + Sync),
+    together: &(impl Fn(R, R) -> R + Sync),
+) -> R {
+    if tasks.len() == 1 {
+        return run(tasks.start);
+    }
+    let middle = tasks.start + tasks.len() / 2;
+    let (one, other) = rayon::join(
+        || halves(tasks.start..middle, run, together),
+        || halves(middle..tasks.end, run, together),
+    );
+    together(one, other)
 }
 
 /// The first points of all groups, then the second, and so on.
@@ -406,8 +449,15 @@ mod tests {
     }
 
     fn colours(lists: &[Vec<u32>], task: usize) -> Colours {
-        let lists: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
-        Colours::with_tasks(100, &lists, task)
+        let mut nodes_of = NodesOf::default();
+        for list in lists {
+            nodes_of.push(|all| all.extend(list));
+        }
+        let mut colours = Colours::default();
+        // What was there before does not matter.
+        colours.arrange_in_tasks(100, &nodes_of, task + 1);
+        colours.arrange_in_tasks(100, &nodes_of, task);
+        colours
     }
 
     struct Mix;

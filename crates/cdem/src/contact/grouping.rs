@@ -63,27 +63,32 @@ impl<const D: usize> Contacts<D> {
         islands.all(|island| island == Some(first)).then_some(first)
     }
 
-    /// The pairs near that an island has, its number, and how far apart they were, m.
-    fn near_in_islands(&self) -> impl Iterator<Item = (Pair, usize, f64)> + '_ {
+    /// The pairs near that an island has, its number, and how far apart they were, m; `islands`
+    /// is where to list those of all pairs.
+    fn near_in_islands<'a>(
+        &'a self,
+        islands: &'a mut Vec<Option<usize>>,
+    ) -> impl Iterator<Item = (Pair, usize, f64)> + 'a {
         let pairs = self.near.par_iter().with_min_len(AT_ONCE);
-        let islands = pairs.map(|&pair| Some((pair, self.island_of_pair(pair)?)));
-        let islands: Vec<_> = islands.collect();
-        let near = islands.into_iter().zip(self.search.distances());
-        near.filter_map(|(near, apart)| near.map(|(pair, island)| (pair, island, apart)))
+        let of_pairs = pairs.map(|&pair| self.island_of_pair(pair));
+        of_pairs.collect_into_vec(islands);
+        let near = self.near.iter().zip(islands).zip(self.search.distances());
+        near.filter_map(|((&pair, island), apart)| island.map(|island| (pair, island, apart)))
     }
 
     /// Gives islands the pairs near; what is known of those they had stays.
     fn update_near(&mut self) {
         let mut islands = std::mem::take(&mut self.islands);
-        let mut known: Vec<_> = islands.iter_mut().map(|i| i.near.restart()).collect();
+        islands.iter_mut().for_each(|island| island.near.restart());
         let blocks = self.terms.blocks(&self.fixed);
-        for (pair, island, apart) in self.near_in_islands() {
+        let mut list = std::mem::take(&mut self.lists.islands);
+        for (pair, island, apart) in self.near_in_islands(&mut list) {
             let near = &mut islands[island].near;
-            if !near.keep(pair, &mut known[island]) {
+            if !near.keep(pair) {
                 near.push(blocks.surface, pair, blocks.of(pair), apart);
             }
         }
-        self.islands = islands;
+        (self.islands, self.lists.islands) = (islands, list);
     }
 
     fn take_live(&mut self) -> Vec<Live<D>> {
@@ -98,8 +103,8 @@ impl<const D: usize> Contacts<D> {
 
     /// Brings the joins up to date; whether any has come or gone.
     pub(super) fn join(&mut self, number: u64) -> bool {
-        let mut listed = std::mem::take(&mut self.lists.near_or_closed);
-        self.list_near_or_closed(&mut listed);
+        self.list_near_or_closed();
+        let listed = std::mem::take(&mut self.lists.near_or_closed);
         let mut now = listed.iter().copied().peekable();
         let mut joins = std::mem::take(&mut self.lists.joins);
         joins.clear();
@@ -125,17 +130,24 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Lists all pairs that are near or closed, sorted.
-    fn list_near_or_closed(&self, pairs: &mut Vec<Pair>) {
-        let closed = self.live().map(|live| live.pair);
-        pairs.clear();
-        pairs.extend(closed.filter(|pair| !self.search.is_near(*pair)));
-        pairs.sort_unstable();
-        pairs.dedup();
-        let near = self.near.len();
-        pairs.extend(&self.near);
-        if pairs.len() > near {
-            pairs.sort(); // two sorted runs: one merge
+    fn list_near_or_closed(&mut self) {
+        let mut closed = std::mem::take(&mut self.lists.closed);
+        let pairs = self.live().map(|live| live.pair);
+        closed.clear();
+        closed.extend(pairs.filter(|pair| !self.search.is_near(*pair)));
+        closed.sort_unstable();
+        closed.dedup();
+        let mut others = closed.iter().copied().peekable();
+        let listed = &mut self.lists.near_or_closed;
+        listed.clear();
+        for &near in &self.near {
+            while let Some(closed) = others.next_if(|closed| *closed < near) {
+                listed.push(closed);
+            }
+            listed.push(near);
         }
+        listed.extend(others);
+        self.lists.closed = closed;
     }
 
     /// Nodes that count as one in the levels.
@@ -169,11 +181,10 @@ impl<const D: usize> Contacts<D> {
         }
         let nodes = self.take_nodes(&live, inertia);
         let sets = self.coupled_sets(&nodes, &live, inertia, beside);
-        // What is known of the contacts of an island often serves its successor.
-        let before = self.islands.iter_mut();
-        let systems =
-            before.filter_map(|i| Some((*i.nodes.first()?, std::mem::take(&mut i.system))));
-        let mut systems = systems.collect::<Vec<_>>().into_iter().peekable();
+        // What is known of the contacts of an island, and its storage, often serve its successor.
+        let before = std::mem::take(&mut self.islands).into_iter();
+        let before = before.filter_map(|island| Some((*island.nodes.first()?, island)));
+        let mut before = before.peekable();
         // A set's smallest node comes first, and makes its island.
         let mut islands: Vec<Island<D>> = Vec::new();
         let mut island_of: Vec<u32> = Vec::with_capacity(nodes.len());
@@ -181,12 +192,13 @@ impl<const D: usize> Contacts<D> {
             let root = sets.root(place);
             if root == place {
                 island_of.push(islands.len() as u32);
-                while systems.next_if(|(first, _)| *first < node).is_some() {}
-                let known = systems.next_if(|(first, _)| *first == node);
-                islands.push(Island {
-                    system: known.map(|(_, system)| system).unwrap_or_default(),
-                    ..Island::default()
-                });
+                while before.next_if(|(first, _)| *first < node).is_some() {}
+                let known = before.next_if(|(first, _)| *first == node);
+                islands.push(
+                    known
+                        .map(|(_, island)| island.restart())
+                        .unwrap_or_default(),
+                );
             } else {
                 island_of.push(island_of[root as usize]);
             }
@@ -211,11 +223,12 @@ impl<const D: usize> Contacts<D> {
             island.near = Near::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
         }
         let blocks = terms.blocks(&self.fixed);
-        for (pair, island, apart) in self.near_in_islands() {
+        let mut list = std::mem::take(&mut self.lists.islands);
+        for (pair, island, apart) in self.near_in_islands(&mut list) {
             let near = &mut islands[island].near;
             near.push(blocks.surface, pair, blocks.of(pair), apart);
         }
-        self.islands = islands;
+        (self.islands, self.lists.islands) = (islands, list);
     }
 
     /// Nodes that move with the pairs near and closed, sorted; notes where each

@@ -32,6 +32,9 @@ pub(super) struct Hold<const D: usize> {
     misses: Vec<f64>,
     /// How often that has been asked for.
     again: usize,
+    /// Pairs of those that are followed, sorted, and which have moved on.
+    followed: Vec<Pair>,
+    moved: Vec<bool>,
     /// Nodes that they move, sorted, and their velocities before and after, m/s.
     nodes: Vec<u32>,
     start: Vec<[f64; D]>,
@@ -122,7 +125,14 @@ impl<const D: usize> Island<D> {
     ) {
         let mut hold = std::mem::take(&mut self.held);
         let mut ended = std::mem::take(&mut hold.ended);
-        self.follow(setting, motion.positions(), &mut ended, &mut books);
+        let followed = (&mut hold.followed, &mut hold.moved);
+        self.follow(
+            setting,
+            motion.positions(),
+            followed,
+            &mut ended,
+            &mut books,
+        );
         let timing = (time, interval, drift);
         let mut touches = std::mem::take(&mut self.touches);
         self.solve_held(
@@ -178,16 +188,18 @@ impl<const D: usize> Island<D> {
         &mut self,
         setting: &Setting<D>,
         at: Positions<D>,
+        (pairs, moved): (&mut Vec<Pair>, &mut Vec<bool>),
         ended: &mut Vec<Record>,
         books: &mut Books,
     ) {
         if self.live.iter().all(|live| live.sticks) {
             return;
         }
-        let mut pairs: Vec<Pair> = self.live.iter().map(|live| live.pair).collect();
+        pairs.clear();
+        pairs.extend(self.live.iter().map(|live| live.pair));
         pairs.sort_unstable();
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
-        let mut moved = Vec::with_capacity(pairs.len());
+        moved.clear();
         self.live.retain_mut(|live| {
             let before = live.pair;
             let followed = live.follow(setting.surface, at, setting.tolerance, taken);
@@ -201,7 +213,7 @@ impl<const D: usize> Island<D> {
             goes_on
         });
         if moved.contains(&true) {
-            self.merge(&moved, ended);
+            self.merge(moved, ended);
         }
     }
 

@@ -266,6 +266,16 @@ pub(crate) struct Island<const D: usize> {
 }
 
 impl<const D: usize> Island<D> {
+    /// One without pairs and nodes, which keeps what may serve it if they come back.
+    pub(super) fn restart(self) -> Self {
+        Self {
+            system: self.system,
+            touches: self.touches,
+            held: self.held,
+            ..Self::default()
+        }
+    }
+
     /// The drift of a substep after its kick: free flight to each first touch (time
     /// stage 1), then unified (time stage 2).
     pub(crate) fn drift(

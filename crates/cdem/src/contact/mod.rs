@@ -57,6 +57,7 @@ use live::{Live, Moment, Record};
 use overlaps::Overlaps;
 use search::{Blocks, Patches, Search};
 use surface::{Pair, Positions, Surface};
+use together::Copies;
 use trail::Trail;
 
 use crate::mesh::Mesh;
@@ -163,6 +164,7 @@ pub(crate) struct Contacts<const D: usize> {
     /// How many of these ended before this coarse step.
     ended_before: usize,
     books: Books,
+    copies: Copies<D>,
     /// What is known of the surface in a kick, for its storage.
     formed: Option<Formed<D>>,
 }
@@ -173,7 +175,10 @@ struct Lists {
     /// Pairs that the search has found, until they are [taken](Contacts::regroup).
     near: Vec<Pair>,
     near_or_closed: Vec<Pair>,
+    closed: Vec<Pair>,
     joins: Vec<(Pair, u64)>,
+    /// Islands of the pairs near.
+    islands: Vec<Option<usize>>,
 }
 
 /// What does not change but with the mesh, once contacts are closed for t = 0.
@@ -294,6 +299,7 @@ impl<const D: usize> Contacts<D> {
             ended: Vec::new(),
             ended_before: 0,
             books: Books::default(),
+            copies: Copies::default(),
             formed: None,
         }
     }
@@ -386,7 +392,7 @@ impl<const D: usize> Contacts<D> {
         let contacts = self.live().count();
         let setting = self.terms.setting(inertia);
         let kick = (before, time, timing);
-        let (islands, books) = (&mut self.islands, &mut self.books);
+        let (islands, books) = ((&mut *self.islands, &mut self.copies), &mut self.books);
         self.formed = setting.surface.form(contacts, self.formed.take());
         let motion = &mut motion.kicked(self.formed.as_ref());
         let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
@@ -410,12 +416,18 @@ impl<const D: usize> Contacts<D> {
             at: Velocity::Before,
             ..Books::default()
         };
-        let islands = &mut self.islands.clone();
+        let (islands, copies) = (&mut self.islands.clone(), &mut Copies::default());
         let kick = (before, 0.0, timing);
         let formed = setting.surface.form(self.live().count(), None);
         let motion = &mut motion.kicked(formed.as_ref());
         hold_all(
-            self.model, islands, &setting, motion, kick, receive, &mut books,
+            self.model,
+            (islands, copies),
+            &setting,
+            motion,
+            kick,
+            receive,
+            &mut books,
         );
         books
     }
@@ -556,7 +568,7 @@ impl<const D: usize> Contacts<D> {
 /// timing. Returns the contacts that have ended.
 fn hold_all<const D: usize>(
     model: ContactModel,
-    islands: &mut [Island<D>],
+    (islands, copies): (&mut [Island<D>], &mut Copies<D>),
     setting: &Setting<D>,
     motion: &mut Kicked<D>,
     (before, time, timing): (&[[f64; D]], f64, Timing),
@@ -572,7 +584,7 @@ fn hold_all<const D: usize>(
         return islands.iter_mut().filter_map(press).flatten().collect();
     }
     let kick = (before, time, timing);
-    together::hold(islands, setting, motion, kick, receive, books)
+    together::hold((islands, copies), setting, motion, kick, receive, books)
 }
 
 /// Mass-proportional damping of a block of the scene, 1/s.

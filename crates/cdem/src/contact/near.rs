@@ -39,6 +39,9 @@ const AHEAD: f64 = 16.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Near {
     open: Vec<Open>,
+    /// Those that were before a restart, and how many of them have been passed.
+    before: Vec<Open>,
+    passed: usize,
     /// The blocks of the island; the first stands for all that are fixed.
     bodies: Vec<Body>,
     /// Distance within which nothing is left out, m.
@@ -53,7 +56,7 @@ pub(crate) struct Near {
 
 /// An open pair.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Open {
+struct Open {
     pair: Pair,
     bodies: [u32; 2],
     /// Nodes of the main feature move against each other.
@@ -94,6 +97,8 @@ impl Near {
         }
         Self {
             open: Vec::new(),
+            before: Vec::new(),
+            passed: 0,
             bodies,
             within: within + ROUND_OFF * tolerance,
             longest: FORGET * tolerance,
@@ -102,28 +107,23 @@ impl Near {
         }
     }
 
-    /// Leaves no pair; returns those there were, and what is known of them.
-    pub(super) fn restart(&mut self) -> std::vec::IntoIter<Open> {
+    /// Leaves no pair, but for those there were to be [kept](Self::keep).
+    pub(super) fn restart(&mut self) {
         self.serves = -1.0;
-        std::mem::take(&mut self.open).into_iter()
+        std::mem::swap(&mut self.open, &mut self.before);
+        self.open.clear();
+        self.passed = 0;
     }
 
-    /// Adds a pair that is the next among those `known` before, in order, or passes over
-    /// some; whether it is.
-    pub(super) fn keep(&mut self, pair: Pair, known: &mut std::vec::IntoIter<Open>) -> bool {
-        while known
-            .as_slice()
-            .first()
-            .is_some_and(|open| open.pair < pair)
-        {
-            known.next();
-        }
-        let is_known = known
-            .as_slice()
-            .first()
-            .is_some_and(|open| open.pair == pair);
-        self.open.extend(if is_known { known.next() } else { None });
-        is_known
+    /// Adds a pair with what is known of it from before the restart, if it was there; whether it
+    /// was. Pairs come in order.
+    pub(super) fn keep(&mut self, pair: Pair) -> bool {
+        let ahead = &self.before[self.passed..];
+        self.passed += ahead.iter().take_while(|open| open.pair < pair).count();
+        let known = self.before.get(self.passed);
+        let known = known.filter(|open| open.pair == pair).copied();
+        self.open.extend(known);
+        known.is_some()
     }
 
     /// Adds a pair of two blocks whose features are `apart` now, m.

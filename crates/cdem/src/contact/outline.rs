@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::contact::orientation::{Orientation, Slack, moved};
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, Feature, Mark, Operator, PART, Pair, Positions, Projection, Surface,
-    beyond_reentrant,
+    FLUSH, FOOT_ROUND_OFF, Feature, Mark, Operator, PART, Pair, Pairs, Positions, Projection,
+    Surface, beyond_reentrant,
 };
 use crate::mesh::Mesh;
 use crate::sample::ContactKind;
@@ -341,15 +341,15 @@ impl Surface<2> for Outline {
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 
-    fn beside(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> Vec<Pair> {
+    fn beside(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> Pairs {
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
         if foot.min(1.0 - foot) * length > tolerance {
-            return Vec::new();
+            return Pairs::new();
         }
         // Each corner with both edges at the other.
         let end = self.ends[pair.target as usize][usize::from(foot > 0.5)];
-        let mut pairs = Vec::new();
+        let mut pairs = Pairs::new();
         for (main, corner) in [(pair.main, end), (end, pair.main)] {
             let edges = self.vertices[corner as usize].edges.into_iter().flatten();
             pairs.extend(edges.map(|target| Pair { main, target }));

@@ -46,16 +46,37 @@ pub(crate) struct Place<const D: usize> {
     pub(crate) slip_rate: f64,
 }
 
+/// Where open pairs will touch, by their blocks: kept for its storage.
+#[derive(Debug, Default)]
+pub(crate) struct Foreseen<const D: usize> {
+    places: Vec<Place<D>>,
+    /// What there is of each pair near, and the closed pairs, sorted.
+    looks: Vec<Option<Place<D>>>,
+    closed: Vec<Pair>,
+}
+
+impl<const D: usize> Foreseen<D> {
+    /// The places of any two blocks that will touch.
+    pub(crate) fn of_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[Place<D>])> {
+        let same = |one: &Place<D>, other: &Place<D>| ordered(one.blocks) == ordered(other.blocks);
+        let places = self.places.chunk_by(same);
+        places.map(|places| (ordered(places[0].blocks), places))
+    }
+}
+
 impl<const D: usize> Contacts<D> {
-    /// Where open pairs will touch within `duration` seconds at constant velocities.
-    pub(crate) fn ahead(
+    /// Finds where open pairs will touch within `duration` seconds at constant velocities.
+    pub(crate) fn foresee(
         &self,
         at: Positions<D>,
         velocity: &[[f64; D]],
         rest: Positions<D>,
         duration: f64,
-    ) -> Vec<Place<D>> {
-        let mut closed: Vec<Pair> = self.live().map(|live| live.pair).collect();
+        foreseen: &mut Foreseen<D>,
+    ) {
+        let closed = &mut foreseen.closed;
+        closed.clear();
+        closed.extend(self.live().map(|live| live.pair));
         closed.sort_unstable();
         let surface = &*self.terms.surface;
         let look = |&pair: &Pair| {
@@ -76,18 +97,21 @@ impl<const D: usize> Contacts<D> {
             })
         };
         let near = self.near.par_iter().with_min_len(FORESEEN);
-        near.filter_map(look).collect()
+        near.map(look).collect_into_vec(&mut foreseen.looks);
+        foreseen.places.clear();
+        foreseen.places.extend(foreseen.looks.drain(..).flatten());
+        foreseen.places.sort_by_key(|place| ordered(place.blocks));
     }
 
     /// Where closed pairs touch.
-    pub(crate) fn present(
-        &self,
-        at: Positions<D>,
-        velocity: &[[f64; D]],
-        rest: Positions<D>,
-    ) -> Vec<Place<D>> {
+    pub(crate) fn present<'a>(
+        &'a self,
+        at: Positions<'a, D>,
+        velocity: &'a [[f64; D]],
+        rest: Positions<'a, D>,
+    ) -> impl Iterator<Item = Place<D>> + 'a {
         let surface = &*self.terms.surface;
-        let place = |live: &Live<D>| {
+        let place = move |live: &Live<D>| {
             let operator = live.operator(surface, at);
             Place {
                 since: Some(live.record.time_on),
@@ -96,7 +120,7 @@ impl<const D: usize> Contacts<D> {
                 ..self.place(live.pair, &live.foot, (at, rest), operator.frame[0])
             }
         };
-        self.live().map(place).collect()
+        self.live().map(place)
     }
 
     fn place(

@@ -2,7 +2,7 @@
 //! faces, or edges, and it is one contact.
 
 use crate::contact::island::SHALLOW;
-use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
+use crate::contact::surface::{FLUSH, Pair, Pairs, Positions, Surface};
 use crate::vector::{add_scaled, dot, norm, sub};
 
 /// The pair that a touch of `pair` belongs to, if any, `at` the positions of the touch:
@@ -19,7 +19,7 @@ pub(super) fn rightful<const D: usize>(
 ) -> Option<Pair> {
     let slack = SHALLOW * tolerance;
     let mut rivals = rivals(surface, pair, at, tolerance);
-    rivals.retain(|&rival| may(rival));
+    rivals.retain(|rival| may(*rival));
     // What a block that lands beside a joint is in the side of the next one by, within the
     // tolerance, it did not get into now.
     let now = |pair: Pair| surface.project(pair, at).gap;
@@ -57,7 +57,7 @@ fn rivals<const D: usize>(
     pair: Pair,
     at: Positions<D>,
     tolerance: f64,
-) -> Vec<Pair> {
+) -> Pairs {
     let touches = |rival: &Pair| {
         let projection = surface.project(*rival, at);
         projection.gap.abs() <= tolerance

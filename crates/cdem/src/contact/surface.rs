@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
 use crate::contact::broad_phase::Aabb;
 use crate::contact::formed::Formed;
@@ -50,6 +51,7 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
 #[derive(Clone, Copy)]
 pub(crate) struct Positions<'a, const D: usize> {
     rest: &'a [[f64; D]],
+    /// None of nodes at rest.
     displacement: &'a [[f64; D]],
     /// Velocities, m/s, and for how long, s.
     drift: Option<(&'a [[f64; D]], f64)>,
@@ -77,10 +79,22 @@ pub(crate) const STEEP: f64 = 4.0;
 
 impl<'a, const D: usize> Positions<'a, D> {
     /// Positions from rest positions and displacements.
+    ///
+    /// # Panics
+    /// If there are not as many.
     pub(crate) fn new(rest: &'a [[f64; D]], displacement: &'a [[f64; D]]) -> Self {
+        assert_eq!(rest.len(), displacement.len());
+        Self {
+            displacement,
+            ..Self::at_rest(rest)
+        }
+    }
+
+    /// Rest positions.
+    pub(crate) fn at_rest(rest: &'a [[f64; D]]) -> Self {
         Self {
             rest,
-            displacement,
+            displacement: &[],
             drift: None,
             formed: None,
         }
@@ -120,7 +134,10 @@ impl<'a, const D: usize> Positions<'a, D> {
     #[inline]
     pub(crate) fn at(&self, node: u32) -> [f64; D] {
         let node = node as usize;
-        let mut position = add(&self.rest[node], &self.displacement[node]);
+        let mut position = self.rest[node];
+        if let Some(displacement) = self.displacement.get(node) {
+            position = add(&position, displacement);
+        }
         if let Some((velocity, time)) = self.drift {
             add_scaled(&mut position, time, &velocity[node]);
         }
@@ -136,6 +153,9 @@ pub(crate) struct Pair {
     /// Number of the target feature.
     pub(crate) target: u32,
 }
+
+/// Pairs around one point: as many as there mostly are take no memory of their own.
+pub(super) type Pairs = SmallVec<[Pair; 16]>;
 
 /// Where the main point lies with respect to its target.
 #[derive(Clone, Copy, Debug)]
@@ -358,7 +378,7 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     ) -> bool;
     /// The pairs of all features around the point of a pair, within `tolerance`, which may
     /// touch there as well; of a point in the middle of a feature none but the pair itself.
-    fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Vec<Pair>;
+    fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Pairs;
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
     /// The pair that goes on bearing where the point of one has left its features by more

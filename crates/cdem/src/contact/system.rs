@@ -7,7 +7,7 @@
 
 use pulp::{Scalar, Simd};
 
-use crate::contact::colours::{Colours, Values, Visit, larger};
+use crate::contact::colours::{Colours, NodesOf, Values, Visit, larger};
 use crate::contact::columns::Lever;
 use crate::contact::face::Face;
 use crate::contact::heading::Heading;
@@ -48,6 +48,9 @@ pub(crate) struct System<const D: usize, P> {
     /// The contacts, by their places in that order.
     pub(super) points: Vec<Point<D>>,
     terms: Terms<D, P>,
+    /// Nodes that contacts move, and packs that each moves: lists of when they were numbered.
+    moved: Vec<u32>,
+    packs_of: NodesOf,
     /// Scratch of the solver.
     pub(super) directions: Directions<D>,
     pub(super) face: Face<D, P>,
@@ -97,7 +100,8 @@ impl<const D: usize, P: Pack> System<D, P> {
     fn number(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
         self.known.clear();
         self.changes = mobility.inertia.changes();
-        let mut moved = Vec::new();
+        let moved = &mut self.moved;
+        moved.clear();
         for constraint in constraints {
             for (_, node, held) in nodes_of(&constraint.operator, mobility) {
                 self.known.push(Some((node, held)));
@@ -110,26 +114,32 @@ impl<const D: usize, P: Pack> System<D, P> {
         moved.sort_unstable();
         moved.dedup();
         self.seating
-            .seat(&moved, mobility.inertia, &mut self.terms.columns);
-        let (mut all, mut ends) = (Vec::new(), vec![0]);
-        for constraint in constraints {
-            self.seating
-                .add_packs(&constraint.operator, mobility, &mut all);
-            ends.push(all.len());
+            .seat(moved, mobility.inertia, &mut self.terms.columns);
+        let seating = &self.seating;
+        self.packs_of.clear();
+        for Constraint { operator, .. } in constraints {
+            let add = |packs: &mut Vec<u32>| seating.add_packs(operator, mobility, packs);
+            self.packs_of.push(add);
         }
-        let lists: Vec<&[u32]> = ends.windows(2).map(|ends| &all[ends[0]..ends[1]]).collect();
-        self.colours = Colours::new(self.seating.packs(), &lists);
-        self.arrange(constraints, &lists, mobility);
+        self.colours.arrange(seating.packs(), &self.packs_of);
+        let packs_of = std::mem::take(&mut self.packs_of);
+        self.arrange(constraints, &packs_of, mobility);
+        self.packs_of = packs_of;
     }
 
-    /// Makes room for the contacts, in their order, each of which moves the packs of a list.
-    fn arrange(&mut self, constraints: &[Constraint<D>], lists: &[&[u32]], mobility: Mobility<D>) {
+    /// Makes room for the contacts, in their order.
+    fn arrange(
+        &mut self,
+        constraints: &[Constraint<D>],
+        packs_of: &NodesOf,
+        mobility: Mobility<D>,
+    ) {
         self.points.clear();
         self.held.clear();
         self.terms.clear();
         for place in 0..constraints.len() {
             let number = self.colours.order()[place];
-            let list = lists[number as usize];
+            let list = packs_of.of(number as usize);
             let start = [self.terms.operators.len(), self.terms.gains.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
                 if held {

@@ -22,10 +22,14 @@ const NODES_A_CONTACT: usize = 50;
 /// 30 µs of work.
 const CALLED_FOR: usize = 64;
 
+/// Velocities, m/s: of all nodes, for each part of the islands that are held beside others; kept
+/// for their storage.
+pub(super) type Copies<const D: usize> = Vec<Vec<[f64; D]>>;
+
 /// Holds all islands that are due in a kick at a time by its timing, velocities before which are
 /// `before`. Returns the contacts that have ended.
 pub(super) fn hold<const D: usize>(
-    islands: &mut [Island<D>],
+    (islands, copies): (&mut [Island<D>], &mut Copies<D>),
     setting: &Setting<D>,
     motion: &mut Kicked<D>,
     (before, time, timing): (&[[f64; D]], f64, Timing),
@@ -44,12 +48,15 @@ pub(super) fn hold<const D: usize>(
     };
     if parts > 1 {
         let now = &*motion;
-        let due = islands.iter_mut().filter(|island| is_due(island));
-        let mut due: Vec<&mut Island<D>> = due.collect();
-        let each = due.len().div_ceil(parts);
-        due.par_chunks_mut(each).for_each(|part| {
-            let mut velocity = now.velocity.to_vec();
-            let mut motion = now.with(&mut velocity);
+        let contacts = |island: &Island<D>| usize::from(is_due(island)) * island.live.len();
+        copies.resize_with(parts, Vec::new);
+        share_out((islands, copies), &contacts, &|part, velocity| {
+            if !part.iter().any(is_due) {
+                return;
+            }
+            velocity.clear();
+            velocity.extend_from_slice(now.velocity);
+            let mut motion = now.with(velocity);
             part.iter_mut().for_each(|island| hold(island, &mut motion));
         });
     } else {
@@ -178,6 +185,34 @@ fn meet<const D: usize, I: Interior<D>>(
     };
     books.add(met.iter().map(|met| &met.books));
     met
+}
+
+/// Works on parts of the islands, each with what is its own, on all threads: parts of as many
+/// contacts, as far as islands let them be.
+fn share_out<const D: usize, T: Send>(
+    (islands, own): (&mut [Island<D>], &mut [T]),
+    contacts: &(impl Fn(&Island<D>) -> usize + Sync),
+    work: &(impl Fn(&mut [Island<D>], &mut T) + Sync),
+) {
+    if let [own] = own {
+        work(islands, own);
+        return;
+    }
+    let half = own.len() / 2;
+    let all: usize = islands.iter().map(contacts).sum();
+    let mut before = 0;
+    let has_its_middle_beyond = |island: &Island<D>| {
+        let own_contacts = contacts(island);
+        before += own_contacts;
+        (2 * before - own_contacts) * own.len() > 2 * all * half
+    };
+    let middle = islands.iter().position(has_its_middle_beyond);
+    let (first, others) = islands.split_at_mut(middle.unwrap_or(islands.len()));
+    let (of_first, of_others) = own.split_at_mut(half);
+    rayon::join(
+        || share_out((first, of_first), contacts, work),
+        || share_out((others, of_others), contacts, work),
+    );
 }
 
 /// Into how many parts islands with so many contacts are worth to be put, where each has all

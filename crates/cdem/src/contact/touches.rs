@@ -1,6 +1,7 @@
 //! Which open pairs of an island touch first, and when.
 
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use crate::contact::closed::Closed;
 use crate::contact::island::{Island, SHALLOW, Setting};
@@ -376,7 +377,7 @@ fn owner<'a, const D: usize>(
         return best;
     }
     // It belongs to what is closed, or goes past that, unless it is left to sink in.
-    let held: Vec<&Live<D>> = beside.filter(|live| is_here(live) || says(live)).collect();
+    let held: SmallVec<[&Live<D>; 8]> = beside.filter(|live| is_here(live) || says(live)).collect();
     let is_left = |pair| held.iter().all(|live| live.leaves(setting, pair, moment));
     if held.is_empty() {
         return None;

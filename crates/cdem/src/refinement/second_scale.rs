@@ -165,8 +165,9 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// Says of each block whether it does not move, or only as is prescribed.
-    pub(crate) fn set_still(&mut self, still: Vec<bool>) {
-        self.still = still;
+    pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
+        self.still.clear();
+        self.still.extend(still);
     }
 
     /// Blocks that owe some.

@@ -336,7 +336,7 @@ impl<const D: usize> Model<D> {
             ledger.remesh_loss -= energy;
         }
         // What held nodes have needed beside these impulses and contact.
-        for &node in substep.held() {
+        for node in substep.held() {
             let n = node as usize;
             let [old, new] = [&*kick.before, after].map(|v| self.inertia.momentum(n, v));
             let holds = self.inertia.held(n);

@@ -38,6 +38,7 @@ pub(crate) use synchronise::Synchronised;
 use crate::around::Around;
 use crate::contact::Contacts;
 use crate::contact::island::Receivers;
+use crate::contact::remesh::Foreseen;
 use crate::mesh::Element;
 use crate::model::build::Built;
 use crate::model::motion::{Motion, drift_node};
@@ -63,10 +64,14 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) corrections: Corrections,
     pub(crate) plan: Plan,
     impulses: Impulses<D>,
-    /// Impulses of contacts in a kick on their nodes, N·s.
+    /// Impulses of contacts in a kick on their nodes, N·s, and momenta of held nodes before a
+    /// drift: for their storage.
     received: Vec<(u32, [f64; D])>,
+    held_momenta: Vec<[f64; D]>,
     /// What to reckon with in the step to come, for its storage.
     pub(crate) outlook: Outlook,
+    /// Where blocks will touch, for its storage.
+    foreseen: Foreseen<D>,
     /// Where blocks may touch: elements around nodes.
     around: Around,
     /// Which boundary conditions act.
@@ -117,7 +122,9 @@ impl<const D: usize> Run<D> {
             around,
             impulses: Impulses::new(nodes),
             received: Vec::new(),
+            held_momenta: Vec::new(),
             outlook: Outlook::default(),
+            foreseen: Foreseen::default(),
             block_impulse: vec![[0.0; 3]; model.blocks.len()],
             node_impulse: vec![[0.0; D]; nodes],
             touched: Vec::new(),
@@ -195,16 +202,12 @@ impl<const D: usize> Run<D> {
     /// Boundary conditions that begin or end now change what is held.
     fn switch_boundaries(&mut self) {
         let time = self.time();
-        let acting: Vec<bool> = self
-            .model
-            .prescribed
-            .iter()
-            .map(|motion| motion.acts(time))
-            .collect();
-        if acting != self.acting {
+        let prescribed = self.model.prescribed.iter();
+        let acts = prescribed.map(|motion| motion.acts(time));
+        if !acts.clone().eq(self.acting.iter().copied()) {
+            self.acting = acts.collect();
             self.model.hold(time);
             self.plan.held = self.model.held_nodes();
-            self.acting = acting;
         }
     }
 
@@ -325,7 +328,7 @@ impl<const D: usize> Run<D> {
 
     /// Pairs that are closed at t = 0 and approach collide before anything.
     fn collide_initial(&mut self, first: &Substep) {
-        let momenta = self.held_momenta(first);
+        self.note_held(first);
         let Some(contacts) = &mut self.contacts else {
             return;
         };
@@ -335,7 +338,7 @@ impl<const D: usize> Run<D> {
         contacts.collide_initial(&mut motion, &self.model.inertia, self.model.step, receive);
         // Contacts have told their own time.
         self.watch.skip();
-        self.book_reactions(first, &momenta, &received);
+        self.book_reactions(first, &received);
         self.receive(&received);
     }
 
@@ -364,7 +367,7 @@ impl<const D: usize> Run<D> {
             }
         }
         self.impulses.clear();
-        for &node in substep.held() {
+        for node in substep.held() {
             self.impulses.contact[node as usize] = [0.0; D];
         }
         self.drift(substep);
@@ -421,10 +424,9 @@ impl<const D: usize> Run<D> {
 
     /// Drift: the nodes of contacts touch by touch, the others freely.
     fn drift(&mut self, substep: &Substep) {
-        let momenta = match &self.contacts {
-            Some(_) => self.held_momenta(substep),
-            None => Vec::new(),
-        };
+        if self.contacts.is_some() {
+            self.note_held(substep);
+        }
         let mut received = Vec::new();
         let (model, state) = (&mut self.model, &mut self.state);
         let contacts = self.contacts.as_ref();
@@ -475,33 +477,28 @@ impl<const D: usize> Run<D> {
             return;
         }
         given.extend(&received);
-        self.book_reactions(substep, &momenta, &given);
+        self.book_reactions(substep, &given);
         self.receive(&received);
     }
 
-    /// Momenta of held nodes, N·s.
-    fn held_momenta(&self, substep: &Substep) -> Vec<[f64; D]> {
-        let momentum = |&n: &u32| {
-            self.model
-                .inertia
-                .momentum(n as usize, &self.state.velocity)
-        };
-        substep.held().iter().map(momentum).collect()
+    /// Notes the momenta of held nodes before a drift.
+    fn note_held(&mut self, substep: &Substep) {
+        let (inertia, velocity) = (&self.model.inertia, &self.state.velocity);
+        let momenta = substep
+            .held()
+            .map(|n| inertia.momentum(n as usize, velocity));
+        self.held_momenta.clear();
+        self.held_momenta.extend(momenta);
     }
 
-    /// Books what held nodes have borne in a drift: the change of momentum
-    /// that the impulses `given` to them do not explain.
-    fn book_reactions(
-        &mut self,
-        substep: &Substep,
-        momenta: &[[f64; D]],
-        given: &[(u32, [f64; D])],
-    ) {
+    /// Books what held nodes have borne in a drift: the change of momentum since it was
+    /// [noted](Self::note_held) that the impulses `given` to them do not explain.
+    fn book_reactions(&mut self, substep: &Substep, given: &[(u32, [f64; D])]) {
         let inertia = &self.model.inertia;
         for (node, impulse) in given {
             add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
         }
-        for (&node, old) in substep.held().iter().zip(momenta) {
+        for (node, old) in substep.held().zip(&self.held_momenta) {
             let change = sub(&inertia.momentum(node as usize, &self.state.velocity), old);
             let known = self.impulses.contact[node as usize];
             let held = inertia.held(node as usize);

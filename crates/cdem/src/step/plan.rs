@@ -38,7 +38,6 @@ pub(crate) struct Substep<'a> {
     /// Start of the coarse step, and of this substep, s.
     pub(crate) step_start: f64,
     pub(crate) time: f64,
-    held: Vec<u32>,
 }
 
 impl Substep<'_> {
@@ -84,8 +83,9 @@ impl Substep<'_> {
     }
 
     /// Held nodes of moving blocks that are due.
-    pub(crate) fn held(&self) -> &[u32] {
-        &self.held
+    pub(crate) fn held(&self) -> impl Iterator<Item = u32> + '_ {
+        let held = self.plan.held.iter().copied();
+        held.filter(|&node| self.is_due(node))
     }
 
     /// Whether a node is due.
@@ -155,21 +155,13 @@ impl Plan {
             0 => 0,
             _ => self.finest - number.trailing_zeros().min(u32::from(self.finest)) as u8,
         };
-        let mut substep = Substep {
+        Substep {
             plan: self,
             coarsest,
             durations: std::array::from_fn(|level| duration(step, level as u8)),
             step_start: start,
             time: start + f64::from(number) * step / f64::from(1_u32 << self.finest),
-            held: Vec::new(),
-        };
-        substep.held = self
-            .held
-            .iter()
-            .copied()
-            .filter(|&node| substep.is_due(node))
-            .collect();
-        substep
+        }
     }
 
     /// The whole model at the start of a coarse step.

@@ -1,11 +1,11 @@
 //! The second scale in time: blocks are refined before they collide, and as they were
 //! again after it (design, section 6; [Li2015], section 5). Here: where, when, how finely.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::Run;
 use crate::contact::Contacts;
-use crate::contact::remesh::Place;
+use crate::contact::remesh::{Foreseen, Place};
 use crate::contact::surface::Positions;
 use crate::mesh::Mesh;
 use crate::profile::Stage;
@@ -159,23 +159,28 @@ impl<const D: usize> Run<D> {
     }
 
     /// Asks for zones where blocks are about to collide, and keeps them where they do.
-    fn ask_for_zones(&self, second: &mut SecondScale<D>) {
-        let Some(contacts) = &self.contacts else {
-            return;
-        };
-        let at = self.model.positions(&self.state);
-        let zero = vec![[0.0; D]; self.model.mesh.nodes.len()];
-        let rest = Positions::new(&self.model.mesh.nodes, &zero);
+    fn ask_for_zones(&mut self, second: &mut SecondScale<D>) {
+        let mut foreseen = std::mem::take(&mut self.foreseen);
+        if let Some(contacts) = &self.contacts {
+            self.ask_where_touching(second, contacts, &mut foreseen);
+        }
+        self.foreseen = foreseen;
+    }
+
+    fn ask_where_touching(
+        &self,
+        second: &mut SecondScale<D>,
+        contacts: &Contacts<D>,
+        foreseen: &mut Foreseen<D>,
+    ) {
+        let (at, velocity) = (self.model.positions(&self.state), &self.state.velocity);
+        let rest = Positions::at_rest(&self.model.mesh.nodes);
         let horizon = AHEAD * self.model.step;
-        let mut of_pair: BTreeMap<[u32; 2], Vec<Place<D>>> = BTreeMap::new();
-        for place in contacts.ahead(at, &self.state.velocity, rest, horizon) {
-            let [a, b] = place.blocks;
-            of_pair.entry([a.min(b), a.max(b)]).or_default().push(place);
+        contacts.foresee(at, velocity, rest, horizon, foreseen);
+        for (blocks, places) in foreseen.of_blocks() {
+            self.ask_for_encounter(second, blocks, places, contacts.tolerance());
         }
-        for (blocks, places) in &of_pair {
-            self.ask_for_encounter(second, *blocks, places, contacts.tolerance());
-        }
-        for place in contacts.present(at, &self.state.velocity, rest) {
+        for place in contacts.present(at, velocity, rest) {
             let transit = self.transit(second, place.blocks);
             let since = place.since.unwrap_or_default();
             if self.time() - since <= IMPACT * transit {
@@ -331,12 +336,12 @@ impl<const D: usize> Run<D> {
     }
 
     /// Blocks that do not move, or move as is prescribed in all their nodes.
-    fn still_blocks(&self) -> Vec<bool> {
-        let is_still = |block: usize| {
+    fn still_blocks(&self) -> impl Iterator<Item = bool> + '_ {
+        let is_still = move |block: usize| {
             let inertia = &self.model.inertia;
             self.model.blocks[block].fixed
                 || self.model.nodes(block).all(|node| inertia.is_held(node))
         };
-        (0..self.model.blocks.len()).map(is_still).collect()
+        (0..self.model.blocks.len()).map(is_still)
     }
 }

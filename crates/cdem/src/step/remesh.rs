@@ -145,14 +145,13 @@ impl<const D: usize> Run<D> {
             return;
         };
         let mesh = &self.model.mesh;
-        let zeros = [old_mesh, mesh].map(|mesh| vec![[0.0; D]; mesh.nodes.len()]);
         let old = Sight {
             at: Positions::new(&old_mesh.nodes, old_displacement),
-            rest: Positions::new(&old_mesh.nodes, &zeros[0]),
+            rest: Positions::at_rest(&old_mesh.nodes),
         };
         let new = Sight {
             at: Positions::new(&mesh.nodes, &self.state.displacement),
-            rest: Positions::new(&mesh.nodes, &zeros[1]),
+            rest: Positions::at_rest(&mesh.nodes),
         };
         let mut changed = vec![false; self.model.blocks.len()];
         blocks.iter().for_each(|&block| changed[block] = true);

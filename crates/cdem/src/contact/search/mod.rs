@@ -296,8 +296,7 @@ impl<const D: usize> Search<D> {
         if fast.is_empty() {
             return false;
         }
-        let still = vec![[0.0; D]; self.last.len()];
-        let before = Positions::new(&self.last, &still);
+        let before = Positions::at_rest(&self.last);
         let missed = |number: &u32| {
             let Candidate {
                 pair, blocks: of, ..
@@ -392,7 +391,7 @@ impl<const D: usize> Search<D> {
 
     /// Lists the candidates by main feature and by block.
     fn list_candidates(&mut self) {
-        self.soon = Soon::default();
+        self.soon.forget();
         let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
         let main = |candidate: &Candidate| candidate.pair.main as usize;
         self.of_main = starts(self.candidates.iter().map(main), mains as usize);
@@ -441,7 +440,8 @@ impl<const D: usize> Search<D> {
         ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
         if !self.soon.serves(ahead) {
             let shares = self.blocks.iter().map(|reach| reach.share);
-            self.soon = Soon::of(&self.candidates, ahead, shares.fold(0.0, f64::max));
+            let share = shares.fold(0.0, f64::max);
+            self.soon.sort_out(&self.candidates, ahead, share);
         }
     }
 

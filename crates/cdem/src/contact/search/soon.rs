@@ -17,32 +17,43 @@ const MARGIN: f64 = 1.25;
 pub(super) struct Soon {
     /// Their numbers, rising.
     pub(super) numbers: Vec<u32>,
+    /// The same by threads, for its storage.
+    parts: Vec<Vec<u32>>,
     /// What blocks had ahead then, and by how much more it may be, m; none before the first.
     then: Vec<Ahead>,
     serves: f64,
 }
 
 impl Soon {
-    /// Those of all `candidates`, whose blocks have this `ahead`, the largest share of one
-    /// being `share`, m.
-    pub(super) fn of(candidates: &[Candidate], ahead: &[Ahead], share: f64) -> Self {
+    /// There are other candidates.
+    pub(super) fn forget(&mut self) {
+        self.then.clear();
+    }
+
+    /// Sorts out those of all `candidates`, whose blocks have this `ahead`, the largest share of
+    /// one being `share`, m.
+    pub(super) fn sort_out(&mut self, candidates: &[Candidate], ahead: &[Ahead], share: f64) {
         let serves = SERVES * share;
-        let of_some = |(part, candidates): (usize, &[Candidate])| {
+        let sort_out = |(part, (numbers, candidates)): (usize, (&mut Vec<u32>, &[Candidate]))| {
             let may_be = |candidate: &Candidate| {
                 let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
                 let [far, other] = [a, b].map(|ahead| ahead.further(MARGIN * serves));
                 a.way + b.way <= candidate.held || candidate.may_be_near(far, other)
             };
             let numbered = ((part * AT_A_GLANCE) as u32..).zip(candidates);
-            let numbers = numbered.filter(|(_, candidate)| may_be(candidate));
-            numbers.map(|(number, _)| number).collect::<Vec<_>>()
+            let some = numbered.filter(|(_, candidate)| may_be(candidate));
+            numbers.clear();
+            numbers.extend(some.map(|(number, _)| number));
         };
-        let some = candidates.par_chunks(AT_A_GLANCE).enumerate();
-        Self {
-            numbers: some.flat_map_iter(of_some).collect(),
-            then: ahead.to_vec(),
-            serves,
-        }
+        let some = candidates.par_chunks(AT_A_GLANCE);
+        self.parts.resize_with(some.len(), Vec::new);
+        let parts = self.parts.par_iter_mut().zip(some);
+        parts.enumerate().for_each(sort_out);
+        self.numbers.clear();
+        self.numbers.extend(self.parts.iter().flatten());
+        self.then.clear();
+        self.then.extend(ahead);
+        self.serves = serves;
     }
 
     /// Whether all that may be near are among them, where blocks have this `ahead`.

@@ -33,7 +33,7 @@ use crate::contact::broad_phase::Aabb;
 use crate::contact::formed::Formed;
 use crate::contact::orientation::Slack;
 use crate::contact::surface::{
-    FLUSH, Mark, Nearness, Operator, Pair, Positions, Projection, Surface,
+    FLUSH, Mark, Nearness, Operator, Pair, Pairs, Positions, Projection, Surface,
 };
 use crate::mesh::{Mesh, distance_to};
 use crate::sample::ContactKind;
@@ -401,7 +401,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn beside(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> Vec<Pair> {
+    fn beside(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> Pairs {
         Place::pairs(self, pair, at, tolerance)
     }
 

@@ -6,8 +6,10 @@
 //! or the face lies in the plane of contact too, and on what. Only directions
 //! count, so that the result does not depend on how far is a little.
 
+use smallvec::{SmallVec, smallvec};
+
 use super::{Meeting, Shell};
-use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
+use crate::contact::surface::{FLUSH, Pair, Pairs, Positions, Surface};
 use crate::sample::ContactKind;
 use crate::vector::{add, cross, dot, norm, scale, sub};
 
@@ -16,19 +18,25 @@ use crate::vector::{add, cross, dot, norm, scale, sub};
 pub(super) struct Place {
     vertex: Option<u32>,
     /// Sharp ones.
-    edges: Vec<u32>,
-    pub(super) triangles: Vec<u32>,
+    edges: Few,
+    pub(super) triangles: Few,
 }
+
+/// Numbers of features around a point: as many as there mostly are take no memory of their own.
+pub(super) type Few = SmallVec<[u32; 8]>;
 
 /// What of a block lies in the plane of a contact, seen from its point.
 #[derive(Default)]
 struct Support {
     /// Unit directions of sharp edges.
-    rays: Vec<[f64; 3]>,
+    rays: SmallVec<[[f64; 3]; 4]>,
     /// Corners of faces: pairs of unit directions, counter-clockwise about the
     /// normal of contact.
-    sectors: Vec<[[f64; 3]; 2]>,
+    sectors: SmallVec<[Sector; 4]>,
 }
+
+/// Two unit directions, at a right angle at most.
+type Sector = [[f64; 3]; 2];
 
 impl Place {
     fn at_vertex(shell: &Shell, vertex: u32, at: Positions<3>) -> Self {
@@ -38,7 +46,7 @@ impl Place {
             edges: edges
                 .filter(|&edge| shell.skin.is_sharp(edge, at))
                 .collect(),
-            triangles: shell.skin.triangles_at(vertex).to_vec(),
+            triangles: shell.skin.triangles_at(vertex).into(),
         }
     }
 
@@ -52,7 +60,7 @@ impl Place {
         let sides = shell.skin.edges[edge as usize].sides;
         Self {
             vertex: None,
-            edges: vec![edge],
+            edges: smallvec![edge],
             triangles: sides.into_iter().flatten().collect(),
         }
     }
@@ -75,7 +83,7 @@ impl Place {
             return Self::at_vertex(shell, corner, at);
         }
         let mut place = Self {
-            triangles: vec![triangle],
+            triangles: smallvec![triangle],
             ..Self::default()
         };
         for k in (0..3).filter(|&k| facing.inside(k) <= tolerance) {
@@ -108,9 +116,9 @@ impl Place {
 
     /// The pairs that a touch of `pair` may belong to: those of all features
     /// around its point. None but itself in the middle of features.
-    pub(super) fn pairs(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> Vec<Pair> {
+    pub(super) fn pairs(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> Pairs {
         let [main, target] = Self::both(shell, pair, at, tolerance);
-        let mut pairs = Vec::new();
+        let mut pairs = Pairs::new();
         for (one, other) in [(&main, &target), (&target, &main)] {
             if let Some(vertex) = one.vertex {
                 let triangles = other.triangles.iter();
@@ -182,11 +190,11 @@ impl Place {
         let mut support = Support::default();
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         for &edge in &self.edges {
-            let ways = match self.vertex {
-                Some(vertex) => vec![unit(shell.skin.away(vertex, edge, at))],
+            let ways: SmallVec<[_; 2]> = match self.vertex {
+                Some(vertex) => smallvec![unit(shell.skin.away(vertex, edge, at))],
                 None => {
                     let [a, b] = shell.skin.edge(edge, at);
-                    vec![unit(sub(&b, &a)), unit(sub(&a, &b))]
+                    smallvec![unit(sub(&b, &a)), unit(sub(&a, &b))]
                 }
             };
             let in_plane = ways
@@ -221,7 +229,7 @@ impl Place {
         (pair, triangle): (Pair, u32),
         normal: &[f64; 3],
         at: Positions<3>,
-    ) -> Vec<[[f64; 3]; 2]> {
+    ) -> SmallVec<[Sector; 4]> {
         let own = &shell.skin.triangles[triangle as usize];
         let points = shell.skin.triangle(triangle, at);
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
@@ -229,7 +237,7 @@ impl Place {
             let corner = own.corners.iter().position(|&corner| corner == vertex);
             let k = corner.unwrap_or(0);
             let to = |j: usize| unit(sub(&points[(k + j) % 3], &points[k]));
-            return vec![[to(1), to(2)]];
+            return smallvec![[to(1), to(2)]];
         }
         let point = shell.point(pair, at);
         let facing = super::Facing::new(&point, &points);
@@ -237,7 +245,7 @@ impl Place {
         let along = unit(sub(&points[(k + 1) % 3], &points[k]));
         let inward = cross(normal, &along);
         let [back, out] = [scale(-1.0, &along), scale(-1.0, &inward)];
-        let mut sectors = vec![[along, inward], [inward, back]];
+        let mut sectors = smallvec![[along, inward], [inward, back]];
         let at_edge = self.edges.contains(&own.edges[k]) || self.triangles.len() > 1;
         if !at_edge {
             sectors.extend([[back, out], [out, along]]);
@@ -248,7 +256,7 @@ impl Place {
 
 impl Support {
     /// Whether a direction lies in a sector, by more than `margin`.
-    fn contains(sector: &[[f64; 3]; 2], ray: &[f64; 3], normal: &[f64; 3], margin: f64) -> bool {
+    fn contains(sector: &Sector, ray: &[f64; 3], normal: &[f64; 3], margin: f64) -> bool {
         dot(&cross(&sector[0], ray), normal) > margin
             && dot(&cross(ray, &sector[1]), normal) > margin
     }

@@ -8,8 +8,9 @@
 //! at the rim of the other. So the shares of all contacts of a joint add up to its area,
 //! unless two facets in the middle of one have neither.
 
-use std::collections::BTreeSet;
+use smallvec::SmallVec;
 
+use super::place::Few;
 use super::{Meeting, Place, Shell};
 use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
 use crate::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
@@ -17,11 +18,14 @@ use crate::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
 /// A facet in the plane of a contact.
 struct Patch {
     /// Its vertices, by number and place.
-    vertices: Vec<u32>,
-    corners: Vec<[f64; 2]>,
+    vertices: SmallVec<[u32; 4]>,
+    corners: SmallVec<[[f64; 2]; 4]>,
     /// Whether each of its edges is sharp.
-    sharp: Vec<bool>,
+    sharp: SmallVec<[bool; 4]>,
 }
+
+/// What facets have in common: of two quadrilaterals it has eight corners at most.
+type Polygon = SmallVec<[[f64; 2]; 8]>;
 
 /// Coordinates in the plane of a contact.
 struct Plane {
@@ -47,8 +51,8 @@ impl Plane {
 impl Patch {
     /// A facet, counter-clockwise about the normal of contact.
     fn new(shell: &Shell, facet: u32, plane: &Plane, at: Positions<3>) -> Self {
-        let mut vertices = shell.skin.facet(facet).to_vec();
-        let mut corners: Vec<[f64; 2]> = vertices
+        let mut vertices = SmallVec::from_slice(shell.skin.facet(facet));
+        let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
             .iter()
             .map(|&vertex| plane.at(&shell.skin.point(vertex, at)))
             .collect();
@@ -58,7 +62,7 @@ impl Patch {
         }
         let next = vertices.iter().cycle().skip(1);
         let edges = vertices.iter().zip(next);
-        let sharp = edges.map(|(&one, &other)| {
+        let sharp = edges.map(|(&one, &other): (&u32, &u32)| {
             let edge = shell.skin.edge_between(one, other);
             edge.is_some_and(|edge| shell.skin.is_sharp(edge, at))
         });
@@ -232,13 +236,13 @@ impl Shell {
     }
 
     /// Facets of triangles that lie in the plane of a contact, each once.
-    fn flush_facets(&self, triangles: &[u32], normal: &[f64; 3], at: Positions<3>) -> Vec<u32> {
+    fn flush_facets(&self, triangles: &[u32], normal: &[f64; 3], at: Positions<3>) -> Few {
         let flush = |triangle: &&u32| {
             let own = self.skin.normal(**triangle, at);
             norm(&cross(&own, normal)) <= FLUSH
         };
         let of = |triangle: &u32| self.skin.triangles[*triangle as usize].facet;
-        let mut facets: Vec<u32> = triangles.iter().filter(flush).map(of).collect();
+        let mut facets: Few = triangles.iter().filter(flush).map(of).collect();
         facets.sort_unstable();
         facets.dedup();
         facets
@@ -252,8 +256,7 @@ impl Shell {
         (normal, plane): (&[f64; 3], &Plane),
         at: Positions<3>,
     ) -> Vec<Patch> {
-        let mut waiting = from.to_vec();
-        let mut known: BTreeSet<u32> = from.iter().copied().collect();
+        let mut waiting = Few::from_slice(from);
         let mut found = Vec::new();
         let mut next = 0;
         while let Some(&facet) = waiting.get(next) {
@@ -264,7 +267,11 @@ impl Shell {
             }
             for &vertex in &other.vertices {
                 let neighbours = self.flush_facets(self.skin.triangles_at(vertex), normal, at);
-                waiting.extend(neighbours.into_iter().filter(|&facet| known.insert(facet)));
+                for facet in neighbours {
+                    if !waiting.contains(&facet) {
+                        waiting.push(facet);
+                    }
+                }
             }
             found.push(other);
         }
@@ -374,12 +381,12 @@ fn mean<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
 
 /// The part of a convex polygon inside another, both counter-clockwise
 /// \[Sutherland1974\].
-fn clip(polygon: &[[f64; 2]], window: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut rest = polygon.to_vec();
+fn clip(polygon: &[[f64; 2]], window: &[[f64; 2]]) -> Polygon {
+    let mut rest = Polygon::from_slice(polygon);
     for (a, b) in window.iter().zip(window.iter().cycle().skip(1)) {
         let along = sub(b, a);
         let inside = |p: &[f64; 2]| cross2(&along, &sub(p, a));
-        let mut kept = Vec::with_capacity(rest.len() + 1);
+        let mut kept = Polygon::new();
         for (p, q) in rest.iter().zip(rest.iter().cycle().skip(1)) {
             let [from, to] = [inside(p), inside(q)];
             if from >= 0.0 {
