@@ -12,8 +12,9 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use crate::contact::pack::{Pack, Packs};
 use pulp::{Arch, Simd, WithSimd};
+
+use crate::contact::pack::{Pack, Packs};
 
 /// Points of a task, at least, where there are more: some 15 µs of sweeping.
 const TASK: usize = 64;

@@ -50,8 +50,8 @@ pub(crate) struct Place<const D: usize> {
 #[derive(Debug, Default)]
 pub(crate) struct Foreseen<const D: usize> {
     places: Vec<Place<D>>,
-    /// What there is of each pair near, and the closed pairs, sorted.
-    looks: Vec<Option<Place<D>>>,
+    /// When each pair near will touch, s from now, and the closed pairs, sorted.
+    waits: Vec<Option<f64>>,
     closed: Vec<Pair>,
 }
 
@@ -79,27 +79,30 @@ impl<const D: usize> Contacts<D> {
         closed.extend(self.live().map(|live| live.pair));
         closed.sort_unstable();
         let surface = &*self.terms.surface;
-        let look = |&pair: &Pair| {
+        let wait = |&pair: &Pair| {
             let is_closed = closed.binary_search(&pair).is_ok();
             if is_closed || !surface.may_touch(pair, at, at.after(velocity, duration)) {
                 return None;
             }
-            let tolerance = self.terms.tolerance;
-            let time = surface.time_of_impact(pair, at, velocity, duration, tolerance)?;
-            let then = at.after(velocity, time);
+            surface.time_of_impact(pair, at, velocity, duration, self.terms.tolerance)
+        };
+        let near = self.near.par_iter().with_min_len(FORESEEN);
+        near.map(wait).collect_into_vec(&mut foreseen.waits);
+        let place = |(&pair, &wait): (&Pair, &Option<f64>)| {
+            let wait = wait?;
+            let then = at.after(velocity, wait);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
             let operator = surface.operator(pair, &foot, then);
             let speed = -operator.relative_velocity(0, velocity);
             Some(Place {
                 speed,
-                wait: time,
+                wait,
                 ..self.place(pair, &foot, (then, rest), operator.frame[0])
             })
         };
-        let near = self.near.par_iter().with_min_len(FORESEEN);
-        near.map(look).collect_into_vec(&mut foreseen.looks);
+        let touching = self.near.iter().zip(&foreseen.waits);
         foreseen.places.clear();
-        foreseen.places.extend(foreseen.looks.drain(..).flatten());
+        foreseen.places.extend(touching.filter_map(place));
         foreseen.places.sort_by_key(|place| ordered(place.blocks));
     }
 
