@@ -63,7 +63,7 @@ fn contacts(simulation: &Simulation) -> Vec<(String, String, f64)> {
     contacts.map(of).collect()
 }
 
-/// Asserts that no more than `few` of the steady steps ask for anything, with 1 for all of them;
+/// Asserts that no more than the share `few` of the steady steps ask for anything;
 /// on more than one thread a tenth may, as each makes room when it first helps with something.
 fn assert_rare(name: &str, threads: usize, asked: &[Asked], few: f64) {
     let steady = asked.iter().filter(|asked| asked.is_steady);

@@ -131,7 +131,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Lists all pairs that are near or closed, sorted.
     fn list_near_or_closed(&mut self) {
-        let mut closed = std::mem::take(&mut self.lists.closed);
+        let mut closed = std::mem::take(&mut self.lists.closed_beyond);
         let pairs = self.live().map(|live| live.pair);
         closed.clear();
         closed.extend(pairs.filter(|pair| !self.search.is_near(*pair)));
@@ -147,7 +147,7 @@ impl<const D: usize> Contacts<D> {
             listed.push(near);
         }
         listed.extend(others);
-        self.lists.closed = closed;
+        self.lists.closed_beyond = closed;
     }
 
     /// Nodes that count as one in the levels.

@@ -164,6 +164,7 @@ pub(crate) struct Contacts<const D: usize> {
     /// How many of these ended before this coarse step.
     ended_before: usize,
     books: Books,
+    /// Velocities for threads to work with in a kick, for their storage.
     copies: Copies<D>,
     /// What is known of the surface in a kick, for its storage.
     formed: Option<Formed<D>>,
@@ -175,7 +176,7 @@ struct Lists {
     /// Pairs that the search has found, until they are [taken](Contacts::regroup).
     near: Vec<Pair>,
     near_or_closed: Vec<Pair>,
-    closed: Vec<Pair>,
+    closed_beyond: Vec<Pair>,
     joins: Vec<(Pair, u64)>,
     /// Islands of the pairs near.
     islands: Vec<Option<usize>>,
@@ -392,7 +393,7 @@ impl<const D: usize> Contacts<D> {
         let contacts = self.live().count();
         let setting = self.terms.setting(inertia);
         let kick = (before, time, timing);
-        let (islands, books) = ((&mut *self.islands, &mut self.copies), &mut self.books);
+        let (islands, books) = ((&mut *self.islands, &self.copies), &mut self.books);
         self.formed = setting.surface.form(contacts, self.formed.take());
         let motion = &mut motion.kicked(self.formed.as_ref());
         let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
@@ -416,13 +417,13 @@ impl<const D: usize> Contacts<D> {
             at: Velocity::Before,
             ..Books::default()
         };
-        let (islands, copies) = (&mut self.islands.clone(), &mut Copies::default());
+        let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
         let formed = setting.surface.form(self.live().count(), None);
         let motion = &mut motion.kicked(formed.as_ref());
         hold_all(
             self.model,
-            (islands, copies),
+            (islands, &self.copies),
             &setting,
             motion,
             kick,
@@ -568,7 +569,7 @@ impl<const D: usize> Contacts<D> {
 /// timing. Returns the contacts that have ended.
 fn hold_all<const D: usize>(
     model: ContactModel,
-    (islands, copies): (&mut [Island<D>], &mut Copies<D>),
+    (islands, copies): (&mut [Island<D>], &Copies<D>),
     setting: &Setting<D>,
     motion: &mut Kicked<D>,
     (before, time, timing): (&[[f64; D]], f64, Timing),

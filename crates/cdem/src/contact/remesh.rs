@@ -50,8 +50,9 @@ pub(crate) struct Place<const D: usize> {
 #[derive(Debug, Default)]
 pub(crate) struct Foreseen<const D: usize> {
     places: Vec<Place<D>>,
-    /// When each pair near will touch, s from now, and the closed pairs, sorted.
+    /// When each pair near will touch, s from now; those that will; the closed pairs, sorted.
     waits: Vec<Option<f64>>,
+    touching: Vec<(Pair, f64)>,
     closed: Vec<Pair>,
 }
 
@@ -88,21 +89,23 @@ impl<const D: usize> Contacts<D> {
         };
         let near = self.near.par_iter().with_min_len(FORESEEN);
         near.map(wait).collect_into_vec(&mut foreseen.waits);
-        let place = |(&pair, &wait): (&Pair, &Option<f64>)| {
-            let wait = wait?;
+        let place = |&(pair, wait): &(Pair, f64)| {
             let then = at.after(velocity, wait);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
             let operator = surface.operator(pair, &foot, then);
             let speed = -operator.relative_velocity(0, velocity);
-            Some(Place {
+            Place {
                 speed,
                 wait,
                 ..self.place(pair, &foot, (then, rest), operator.frame[0])
-            })
+            }
         };
-        let touching = self.near.iter().zip(&foreseen.waits);
-        foreseen.places.clear();
-        foreseen.places.extend(touching.filter_map(place));
+        let near = self.near.iter().zip(&foreseen.waits);
+        foreseen.touching.clear();
+        let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
+        foreseen.touching.extend(touching);
+        let touching = foreseen.touching.par_iter().with_min_len(FORESEEN);
+        touching.map(place).collect_into_vec(&mut foreseen.places);
         foreseen.places.sort_by_key(|place| ordered(place.blocks));
     }
 

@@ -51,7 +51,7 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
 #[derive(Clone, Copy)]
 pub(crate) struct Positions<'a, const D: usize> {
     rest: &'a [[f64; D]],
-    /// None of nodes at rest.
+    /// Empty where all nodes are at rest.
     displacement: &'a [[f64; D]],
     /// Velocities, m/s, and for how long, s.
     drift: Option<(&'a [[f64; D]], f64)>,
@@ -81,7 +81,7 @@ impl<'a, const D: usize> Positions<'a, D> {
     /// Positions from rest positions and displacements.
     ///
     /// # Panics
-    /// If there are not as many.
+    /// If there are not as many of both.
     pub(crate) fn new(rest: &'a [[f64; D]], displacement: &'a [[f64; D]]) -> Self {
         assert_eq!(rest.len(), displacement.len());
         Self {

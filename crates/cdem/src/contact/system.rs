@@ -48,7 +48,8 @@ pub(crate) struct System<const D: usize, P> {
     /// The contacts, by their places in that order.
     pub(super) points: Vec<Point<D>>,
     terms: Terms<D, P>,
-    /// Nodes that contacts move, and packs that each moves: lists of when they were numbered.
+    /// Nodes that contacts move, sorted, and packs of each contact: what numbering takes, for its
+    /// storage.
     moved: Vec<u32>,
     packs_of: NodesOf,
     /// Scratch of the solver.

@@ -1,6 +1,8 @@
 //! Kicks and drifts of all islands that are due, many at once: each sees the others as they were
 //! before, so that it does not matter who comes first, nor on how many threads.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use crate::contact::island::{Bodies, Books, Island, Receive, Receivers, Setting};
@@ -22,14 +24,27 @@ const NODES_A_CONTACT: usize = 50;
 /// 30 µs of work.
 const CALLED_FOR: usize = 64;
 
-/// Velocities, m/s: of all nodes, for each part of the islands that are held beside others; kept
-/// for their storage.
-pub(super) type Copies<const D: usize> = Vec<Vec<[f64; D]>>;
+/// Velocities of all nodes for parts of the islands to work with, m/s: as many as there are at
+/// work at once, kept for their storage.
+#[derive(Debug, Default)]
+pub(super) struct Copies<const D: usize>(Mutex<Vec<Vec<[f64; D]>>>);
+
+impl<const D: usize> Copies<D> {
+    /// Works with a copy of velocities.
+    fn lend(&self, velocity: &[[f64; D]], work: impl FnOnce(&mut [[f64; D]])) {
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut copy = kept().pop().unwrap_or_default();
+        copy.clear();
+        copy.extend_from_slice(velocity);
+        work(&mut copy);
+        kept().push(copy);
+    }
+}
 
 /// Holds all islands that are due in a kick at a time by its timing, velocities before which are
 /// `before`. Returns the contacts that have ended.
 pub(super) fn hold<const D: usize>(
-    (islands, copies): (&mut [Island<D>], &mut Copies<D>),
+    (islands, copies): (&mut [Island<D>], &Copies<D>),
     setting: &Setting<D>,
     motion: &mut Kicked<D>,
     (before, time, timing): (&[[f64; D]], f64, Timing),
@@ -48,16 +63,15 @@ pub(super) fn hold<const D: usize>(
     };
     if parts > 1 {
         let now = &*motion;
-        let contacts = |island: &Island<D>| usize::from(is_due(island)) * island.live.len();
-        copies.resize_with(parts, Vec::new);
-        share_out((islands, copies), &contacts, &|part, velocity| {
-            if !part.iter().any(is_due) {
-                return;
+        // Those without contacts look at their open pairs.
+        let weight = |island: &Island<D>| usize::from(is_due(island)) * (1 + island.live.len());
+        share_out(islands, parts, &weight, &|part| {
+            if part.iter().any(is_due) {
+                copies.lend(now.velocity, |velocity| {
+                    let mut motion = now.with(velocity);
+                    part.iter_mut().for_each(|island| hold(island, &mut motion));
+                });
             }
-            velocity.clear();
-            velocity.extend_from_slice(now.velocity);
-            let mut motion = now.with(velocity);
-            part.iter_mut().for_each(|island| hold(island, &mut motion));
         });
     } else {
         islands.iter_mut().for_each(|island| hold(island, motion));
@@ -187,31 +201,31 @@ fn meet<const D: usize, I: Interior<D>>(
     met
 }
 
-/// Works on parts of the islands, each with what is its own, on all threads: parts of as many
-/// contacts, as far as islands let them be.
-fn share_out<const D: usize, T: Send>(
-    (islands, own): (&mut [Island<D>], &mut [T]),
-    contacts: &(impl Fn(&Island<D>) -> usize + Sync),
-    work: &(impl Fn(&mut [Island<D>], &mut T) + Sync),
+/// Works on so many parts of the islands on all threads: of equal weight, as far as islands let
+/// them be.
+fn share_out<const D: usize>(
+    islands: &mut [Island<D>],
+    parts: usize,
+    weight: &(impl Fn(&Island<D>) -> usize + Sync),
+    work: &(impl Fn(&mut [Island<D>]) + Sync),
 ) {
-    if let [own] = own {
-        work(islands, own);
+    if parts == 1 {
+        work(islands);
         return;
     }
-    let half = own.len() / 2;
-    let all: usize = islands.iter().map(contacts).sum();
-    let mut before = 0;
+    let left = parts / 2;
+    let all: usize = islands.iter().map(weight).sum();
+    let mut so_far = 0;
     let has_its_middle_beyond = |island: &Island<D>| {
-        let own_contacts = contacts(island);
-        before += own_contacts;
-        (2 * before - own_contacts) * own.len() > 2 * all * half
+        let own = weight(island);
+        so_far += own;
+        (2 * so_far - own) * parts > 2 * all * left
     };
     let middle = islands.iter().position(has_its_middle_beyond);
     let (first, others) = islands.split_at_mut(middle.unwrap_or(islands.len()));
-    let (of_first, of_others) = own.split_at_mut(half);
     rayon::join(
-        || share_out((first, of_first), contacts, work),
-        || share_out((others, of_others), contacts, work),
+        || share_out(first, left, weight, work),
+        || share_out(others, parts - left, weight, work),
     );
 }
 

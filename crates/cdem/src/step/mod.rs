@@ -64,9 +64,9 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) corrections: Corrections,
     pub(crate) plan: Plan,
     impulses: Impulses<D>,
-    /// Impulses of contacts in a kick on their nodes, N·s, and momenta of held nodes before a
-    /// drift: for their storage.
+    /// Impulses of contacts in a kick on their nodes, N·s.
     received: Vec<(u32, [f64; D])>,
+    /// Momenta of held nodes before the drift in hand, N·s.
     held_momenta: Vec<[f64; D]>,
     /// What to reckon with in the step to come, for its storage.
     pub(crate) outlook: Outlook,
@@ -494,6 +494,7 @@ impl<const D: usize> Run<D> {
     /// Books what held nodes have borne in a drift: the change of momentum since it was
     /// [noted](Self::note_held) that the impulses `given` to them do not explain.
     fn book_reactions(&mut self, substep: &Substep, given: &[(u32, [f64; D])]) {
+        debug_assert_eq!(substep.held().count(), self.held_momenta.len());
         let inertia = &self.model.inertia;
         for (node, impulse) in given {
             add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);

@@ -167,6 +167,7 @@ impl<const D: usize> Run<D> {
         self.foreseen = foreseen;
     }
 
+    /// The same where blocks touch, and will.
     fn ask_where_touching(
         &self,
         second: &mut SecondScale<D>,

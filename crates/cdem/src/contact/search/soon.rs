@@ -17,7 +17,7 @@ const MARGIN: f64 = 1.25;
 pub(super) struct Soon {
     /// Their numbers, rising.
     pub(super) numbers: Vec<u32>,
-    /// The same by threads, for its storage.
+    /// The same by runs of [`AT_A_GLANCE`] candidates, for their storage.
     parts: Vec<Vec<u32>>,
     /// What blocks had ahead then, and by how much more it may be, m; none before the first.
     then: Vec<Ahead>,

@@ -257,6 +257,7 @@ impl Shell {
         at: Positions<3>,
     ) -> Vec<Patch> {
         let mut waiting = Few::from_slice(from);
+        let mut known = waiting.clone(); // sorted, as those given are
         let mut found = Vec::new();
         let mut next = 0;
         while let Some(&facet) = waiting.get(next) {
@@ -268,7 +269,8 @@ impl Shell {
             for &vertex in &other.vertices {
                 let neighbours = self.flush_facets(self.skin.triangles_at(vertex), normal, at);
                 for facet in neighbours {
-                    if !waiting.contains(&facet) {
+                    if let Err(place) = known.binary_search(&facet) {
+                        known.insert(place, facet);
                         waiting.push(facet);
                     }
                 }
