@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use cdem::sample::{BlockRow, HistoryRow};
+use cdem::output::{BlockRow, HistoryRow};
 use cdem::{Stage, significant};
 use cdem_io::results::{Status, Summary};
 use console::Style;

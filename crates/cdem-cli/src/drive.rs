@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use cdem::sample::{BlockRow, HistoryRow};
+use cdem::output::{BlockRow, HistoryRow};
 use cdem::{Simulation, StepError};
 use cdem_io::results::{End, Recording, ResultsError, Status};
 

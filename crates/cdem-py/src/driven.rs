@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use std::{mem, process};
 
 use cdem::Simulation;
-use cdem::sample::FieldValues;
+use cdem::output::FieldValues;
 use cdem::scene::{Field, as_input, from_value};
 use cdem_io::results::{End, Folder, Found, Recorder, Recording, ResultsError, SoFar, Unfinished};
 use cdem_io::scene::SceneError;

@@ -1,6 +1,6 @@
 //! Rows of a run as dictionaries and flat arrays.
 
-use cdem::sample::{BlockRow, ContactFrame, ContactRow, FieldValues, HistoryRow};
+use cdem::output::{BlockRow, ContactFrame, ContactRow, FieldValues, HistoryRow};
 use cdem::scene::Field;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;

@@ -13,7 +13,7 @@
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
 use cdem::mesh::ElementKind;
-use cdem::sample::FieldValues;
+use cdem::output::FieldValues;
 use cdem::scene::Kinematics;
 use cdem::{Simulation, Stage};
 use cdem_verify::example;

@@ -2,7 +2,7 @@
 //! section 7).
 
 use cdem::Simulation;
-use cdem::sample::{BlockRow, HistoryRow};
+use cdem::output::{BlockRow, HistoryRow};
 
 /// Watches the sums of a run; all figures are the worst so far.
 #[derive(Clone, Debug)]

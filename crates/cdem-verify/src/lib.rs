@@ -22,7 +22,7 @@ pub mod timing;
 use std::path::{Path, PathBuf};
 
 use cdem::mesh::{RawMesh, assemble};
-use cdem::sample::{FieldValues, Frame};
+use cdem::output::{FieldValues, Frame};
 use cdem::scene::{Geometry, Scene};
 use cdem::{AnyMesh, Simulation};
 

@@ -1,42 +1,28 @@
 //! Collisions between deformable blocks: explicit finite elements inside the
 //! blocks, spring-free contact between them.
 //!
-//! Data flows one way: [`scene`] → [`mesh`] → model → step loop → [`sample`]s.
+//! Data flows one way: [`scene`] → [`mesh`] → model → step loop → rows and frames ([`output`]).
 //! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
-mod around;
-mod between;
-mod capture;
-mod checkpoint;
 mod contact;
-mod cost;
 mod element;
-mod health;
-mod mass;
-mod material;
+mod math;
 pub mod mesh;
 mod model;
-mod number;
-mod profile;
-mod raw;
+pub mod output;
 mod refinement;
-mod report;
-mod rest;
-pub mod sample;
 pub mod scene;
 mod simulation;
-mod space;
 mod step;
-mod vector;
 
-pub use between::BlockRange;
-pub use capture::Capture;
-pub use checkpoint::ResumeError;
-pub use cost::UpdateCost;
-pub use health::StepError;
-pub use mass::{MassError, MassFault, MassKind};
-pub use model::ModelError;
-pub use number::{quantity, significant};
-pub use profile::Stage;
-pub use simulation::{AnyMesh, BlockOverview, CollisionOverview, Overview, Simulation};
-pub use step::Corrections;
+pub use crate::element::mass::{MassError, MassFault, MassKind};
+pub use crate::math::format::{quantity, significant};
+pub use crate::math::profile::Stage;
+pub use crate::model::ModelError;
+pub use crate::simulation::checkpoint::ResumeError;
+pub use crate::simulation::edit::BlockRange;
+pub use crate::simulation::snapshot::Capture;
+pub use crate::simulation::update_cost::UpdateCost;
+pub use crate::simulation::validity::StepError;
+pub use crate::simulation::{AnyMesh, BlockOverview, CollisionOverview, Overview, Simulation};
+pub use crate::step::Corrections;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cdem::Simulation;
-use cdem::sample::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
+use cdem::output::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
 use cdem::scene::{Geometry, Scene};
 
 use super::background::Background;

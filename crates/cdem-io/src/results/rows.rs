@@ -1,6 +1,6 @@
 //! The columns of the tables.
 
-use cdem::sample::{BlockRow, ContactRow, HistoryRow, ProbeRow};
+use cdem::output::{BlockRow, ContactRow, HistoryRow, ProbeRow};
 
 use super::table::Row;
 

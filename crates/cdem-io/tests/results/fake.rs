@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use cdem::mesh::ElementKind;
-use cdem::sample::{
+use cdem::output::{
     BlockRow, ContactFrame, ContactKind, ContactRow, FieldValues, Frame, FrameField, HistoryRow,
     ProbeRow,
 };

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use cdem::sample::{FieldValues, Frame, FrameField};
+use cdem::output::{FieldValues, Frame, FrameField};
 use cdem::scene::Cadence;
 use cdem_io::results::{Status, Summary};
 use serde_json::Value;

@@ -2,7 +2,7 @@
 
 mod solid;
 
-use cdem::sample::{FieldValues, Frame};
+use cdem::output::{FieldValues, Frame};
 
 /// How deep blocks lie in each other, m; 0 where none do. In the plane: the
 /// deepest that a node of one lies inside another. In space: the farthest that

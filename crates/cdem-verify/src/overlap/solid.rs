@@ -1,6 +1,6 @@
 //! Cells in space, told apart by separating axes (Gottschalk, Lin, Manocha 1996).
 
-use cdem::sample::Frame;
+use cdem::output::Frame;
 
 type Vector = [f64; 3];
 

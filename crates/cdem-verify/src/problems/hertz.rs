@@ -76,7 +76,7 @@ pub fn meet(name: &str, halvings: usize) -> Impact {
     let ends = rows.iter().map(|row| row.time_off.unwrap_or(f64::INFINITY));
     let last = ends.fold(0.0, f64::max);
     let after = simulation.block_rows();
-    let relative = |rows: &[cdem::sample::BlockRow]| rows[0].velocity[2] - rows[1].velocity[2];
+    let relative = |rows: &[cdem::output::BlockRow]| rows[0].velocity[2] - rows[1].velocity[2];
     Impact {
         duration: (last - first) / time,
         peak: forces.iter().map(|row| row[1]).fold(0.0, f64::max),

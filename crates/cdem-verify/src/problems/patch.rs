@@ -1,7 +1,7 @@
 //! Pressed blocks: the patch test of contact, through meshes that match and that do not.
 
 use cdem::mesh::ElementKind::{self, Hex8, Quad4, Tet4, Tri3};
-use cdem::sample::Frame;
+use cdem::output::Frame;
 
 use crate::problem::Findings;
 use crate::{load, run, stress_of};

@@ -1,7 +1,7 @@
 //! A block under stress that turns.
 
 use cdem::mesh::ElementKind;
-use cdem::sample::Frame;
+use cdem::output::Frame;
 use cdem::scene::{Kinematics, Material};
 
 use crate::plot::{Plot, Style};

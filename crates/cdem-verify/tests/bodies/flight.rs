@@ -1,7 +1,7 @@
 //! Free flight: what must stay, stays; what turns, turns as Euler says.
 
 use cdem::mesh::ElementKind;
-use cdem::sample::Frame;
+use cdem::output::Frame;
 use cdem::scene::{Kinematics, Mass};
 use cdem_verify::{Case, load, tetrahedra};
 use nalgebra::{Matrix3, Vector3};

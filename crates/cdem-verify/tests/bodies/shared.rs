@@ -1,7 +1,7 @@
 //! What several of these tests need.
 
 use cdem::Simulation;
-use cdem::sample::{FieldValues, Frame};
+use cdem::output::{FieldValues, Frame};
 use cdem::scene::{Field, Geometry};
 use cdem_verify::Case;
 

@@ -1,7 +1,7 @@
 //! The three types of contact in the plane, each between two blocks.
 
 use cdem::mesh::ElementKind;
-use cdem::sample::{ContactKind, ContactRow};
+use cdem::output::{ContactKind, ContactRow};
 use cdem_verify::{Balance, Case, deepest_overlap, load, run};
 use nalgebra::{DMatrix, DVector, Vector2};
 

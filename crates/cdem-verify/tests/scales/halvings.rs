@@ -1,6 +1,6 @@
 //! How finely a block is refined at a place.
 
-use cdem::sample::FieldValues;
+use cdem::output::FieldValues;
 
 /// Most halvings of the elements nearest to a point.
 pub(crate) fn halvings_at(simulation: &mut cdem::Simulation, point: [f64; 3]) -> i32 {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use cdem::sample::{FieldValues, Frame};
+use cdem::output::{FieldValues, Frame};
 use cdem::scene::{Boundary, BoundaryTarget, ContactModel, Motion, Schedule};
 use cdem_verify::{Balance, Case, load, run};
 use nalgebra::Vector3;

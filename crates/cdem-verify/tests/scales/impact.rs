@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::sample::{BlockRow, ContactRow};
+use cdem::output::{BlockRow, ContactRow};
 use cdem::scene::{ContactModel, Geometry, Mass};
 use cdem_verify::{Case, load};
 use nalgebra::Vector3;

@@ -32,7 +32,7 @@ fn joints_hold_while_the_mesh_beside_them_changes() {
         pulled = pulled.max(upper.map_or(0.0, |row| -row.force[1]));
     });
     // Others between the same faces come and go as these bend.
-    let is_of_joint = |contact: &&cdem::sample::ContactRow| contact.time_on == 0.0;
+    let is_of_joint = |contact: &&cdem::output::ContactRow| contact.time_on == 0.0;
     let live = simulation.live_contacts();
     let left = live.iter().filter(is_of_joint).count();
     let ended = simulation.ended_contacts();

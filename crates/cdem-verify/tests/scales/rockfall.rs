@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 use cdem::Simulation;
-use cdem::sample::{BlockRow, ContactRow};
+use cdem::output::{BlockRow, ContactRow};
 use cdem::scene::ContactModel;
 use cdem_verify::{Balance, load};
 use nalgebra::Vector3;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::sample::ContactFrame;
+use cdem::output::ContactFrame;
 use cdem_verify::{Balance, Body, Case, Random, deepest_overlap, load, mesh_of, rocks, run};
 
 /// Runs to the end; checks all that must hold in any run in which blocks meet.

@@ -1,7 +1,7 @@
 //! Joints in space: strength until they part, none after.
 
 use cdem::mesh::ElementKind;
-use cdem::sample::ContactRow;
+use cdem::output::ContactRow;
 use cdem::scene::{LoadKind, Schedule};
 use cdem_verify::{Case, load, run};
 use nalgebra::Vector3;

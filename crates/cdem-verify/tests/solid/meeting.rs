@@ -2,7 +2,7 @@
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::sample::ContactKind;
+use cdem::output::ContactKind;
 use cdem::scene::Geometry;
 use cdem_verify::{Body, Case, load, mesh_of};
 use nalgebra::{Rotation3, Unit, Vector3};

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cdem::sample::{FieldValues, Frame};
+use cdem::output::{FieldValues, Frame};
 use cdem_verify::{Balance, load, run};
 
 /// Velocity of the fastest node below which a pile is at rest, m/s; the rms velocity is

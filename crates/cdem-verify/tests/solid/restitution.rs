@@ -11,7 +11,7 @@
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::sample::ContactKind;
+use cdem::output::ContactKind;
 use cdem_verify::{Body, mesh_of, run};
 use nalgebra::Vector3;
 

@@ -2,7 +2,7 @@
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::sample::FieldValues;
+use cdem::output::FieldValues;
 use cdem::scene::{Damping, Load, LoadKind, Schedule};
 use cdem_verify::{columns, load};
 

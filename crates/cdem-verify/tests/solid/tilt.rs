@@ -3,7 +3,7 @@
 //! there.
 
 use cdem::mesh::ElementKind;
-use cdem::sample::ContactKind;
+use cdem::output::ContactKind;
 use cdem_verify::{Body, deepest_overlap, run};
 use nalgebra::{Rotation3, Vector3};
 

@@ -1,7 +1,7 @@
 //! The six types of contact, each between two elements.
 
 use cdem::Simulation;
-use cdem::sample::{ContactKind, ContactRow};
+use cdem::output::{ContactKind, ContactRow};
 use cdem_verify::{Balance, Case, deepest_overlap, load, run};
 use nalgebra::{DMatrix, DVector, Rotation3, Unit, Vector3};
 

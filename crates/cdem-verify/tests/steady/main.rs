@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
-use cdem::sample::ContactRow;
+use cdem::output::ContactRow;
 use cdem::scene::{Load, LoadKind, Schedule};
 use cdem_verify::timing::step;
 use cdem_verify::{columns, example, load};

@@ -4,12 +4,12 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use crate::checkpoint::{ResumeError, require};
 use crate::contact::Contacts;
+use crate::contact::constraint::contact_point::Record;
+use crate::contact::detection::candidates::Search;
 use crate::contact::island::{Books, Island};
-use crate::contact::live::Record;
-use crate::contact::search::Search;
 use crate::contact::surface::Pair;
+use crate::simulation::checkpoint::{ResumeError, require};
 
 /// What contact keeps from step to step: the fields of [`Contacts`]. Surfaces, laws and
 /// overlaps at t = 0 are made anew.

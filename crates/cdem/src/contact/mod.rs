@@ -1,69 +1,35 @@
 //! Contact between blocks (design, sections 4 and 5): search, islands, and the
 //! models `unified-node` and `penalty`.
 
-mod broad_phase;
+pub(crate) mod ccd;
 pub(crate) mod checkpoint;
-mod closed;
-mod colours;
-mod columns;
-#[cfg(test)]
-mod exact;
-mod face;
-pub(crate) mod formed;
-mod grouping;
-mod heading;
-mod hold;
-mod impact;
+pub(crate) mod constraint;
+pub(crate) mod detection;
 pub(crate) mod island;
-pub(crate) mod law;
-pub(crate) mod live;
-#[cfg(test)]
-mod marks_tests;
-mod near;
-#[cfg(test)]
-mod near_tests;
-#[cfg(test)]
-mod oracle;
-mod orientation;
-mod outline;
-#[cfg(test)]
-mod outline_exact_tests;
-#[cfg(test)]
-mod outline_tests;
-mod overlaps;
-mod pack;
-mod penalty;
-mod point;
-pub(crate) mod remesh;
-mod rightful;
-mod roots;
-mod search;
-mod seating;
-mod shell;
-mod solve;
-#[cfg(test)]
-mod solve_tests;
-mod solver;
+pub(crate) mod narrow_phase;
+pub(crate) mod penalty;
+pub(crate) mod remap;
+pub(crate) mod solver;
 pub(crate) mod surface;
-mod system;
-mod together;
-mod touches;
-pub(crate) mod trail;
+#[cfg(test)]
+mod verification;
 
-use formed::Formed;
-use island::{Books, Island, Receive, Receivers, Setting};
-use law::Laws;
-use live::{Live, Moment, Record};
-use overlaps::Overlaps;
-use search::{Blocks, Patches, Search};
-use surface::{Pair, Positions, Surface};
-use together::Copies;
-use trail::Trail;
-
+use crate::contact::constraint::contact_point::{Live, Moment, Record};
+use crate::contact::constraint::law::Laws;
+use crate::contact::detection::candidates::{Blocks, Search};
+use crate::contact::detection::clusters::Patches;
+use crate::contact::detection::initial_overlap::Overlaps;
+use crate::contact::island::parallel::{self, Copies};
+use crate::contact::island::rollback::Trail;
+use crate::contact::island::{Books, Island, Receive, Receivers, Setting};
+use crate::contact::surface::boundary_2d;
+use crate::contact::surface::boundary_3d;
+use crate::contact::surface::geometry_cache::Formed;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::math::profile::Stage;
 use crate::mesh::Mesh;
-use crate::model::inertia::Inertia;
-use crate::model::motion::{Kicked, Motion};
-use crate::profile::Stage;
+use crate::model::inverse_mass::Inertia;
+use crate::model::kinematics::{Kicked, Motion};
 use crate::scene::{ContactModel, Scene};
 use crate::step::kick::Velocity;
 
@@ -240,7 +206,7 @@ pub(crate) fn plane_surface(
     thickness: f64,
     _tolerance: f64,
 ) -> Box<dyn Surface<2>> {
-    Box::new(outline::Outline::new(mesh, thickness))
+    Box::new(boundary_2d::Outline::new(mesh, thickness))
 }
 
 /// Surfaces in 3-D: vertices against triangles, edges against edges.
@@ -249,7 +215,7 @@ pub(crate) fn solid_surface(
     _thickness: f64,
     tolerance: f64,
 ) -> Box<dyn Surface<3>> {
-    Box::new(shell::Shell::new(mesh, tolerance))
+    Box::new(boundary_3d::Shell::new(mesh, tolerance))
 }
 
 impl<const D: usize> Contacts<D> {
@@ -447,7 +413,7 @@ impl<const D: usize> Contacts<D> {
         let setting = &self.terms.setting(inertia);
         let bodies = (interior, &*self.in_island);
         let (islands, books) = (&mut self.islands, &mut self.books);
-        together::drift(islands, setting, motion, (bodies, timing), receivers, books);
+        parallel::drift(islands, setting, motion, (bodies, timing), receivers, books);
         self.books.watch.lap(Stage::Geometry);
     }
 
@@ -585,7 +551,7 @@ fn hold_all<const D: usize>(
         return islands.iter_mut().filter_map(press).flatten().collect();
     }
     let kick = (before, time, timing);
-    together::hold((islands, copies), setting, motion, kick, receive, books)
+    parallel::hold((islands, copies), setting, motion, kick, receive, books)
 }
 
 /// Mass-proportional damping of a block of the scene, 1/s.

@@ -1,12 +1,12 @@
 //! The conventional model, kept as a yardstick: normal and shear springs at
 //! points that overlap at the start of a step (the paper's section 2).
 
+use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
 use crate::contact::island::{Books, Island, Receive, Setting};
-use crate::contact::live::{Followed, Live, Moment, Record};
-use crate::contact::solve::shear_norm;
+use crate::contact::solver::gauss_seidel::shear_norm;
 use crate::contact::surface::{Pair, Positions, Surface};
-use crate::model::inertia::Mobility;
-use crate::model::motion::Kicked;
+use crate::model::inverse_mass::Mobility;
+use crate::model::kinematics::Kicked;
 
 impl<const D: usize> Live<D> {
     /// Energy of the normal and shear springs, J.

@@ -1,9 +1,9 @@
 //! Elements as the kernels read them: number by number, so many side by side.
 
-use super::ahead::ask_for;
-use super::geometry::{self, Element, Lame, Nodal, Points};
-use super::lanes::{Lanes, Row, Single, WIDTH};
-use super::set::{Record, RecordMut};
+use crate::element::element_set::{Record, RecordMut};
+use crate::element::geometry::{self, Element, Lame, Nodal, Points};
+use crate::element::prefetch::ask_for;
+use crate::element::simd::{Lanes, Row, Single, WIDTH};
 
 /// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
 #[derive(Debug, Default)]

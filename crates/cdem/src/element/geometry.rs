@@ -1,9 +1,9 @@
 //! What elements are at rest: gradients, volumes, masses, stiffness.
 
-use super::lanes::Real;
-use super::shape::{self, Point};
-use super::tensor::{self, Tensor};
-use crate::material::Elastic;
+use crate::element::material::Elastic;
+use crate::element::shape::{self, Point};
+use crate::element::simd::Real;
+use crate::element::tensor::{self, Tensor};
 use crate::mesh::ElementKind;
 use crate::scene::Plane;
 

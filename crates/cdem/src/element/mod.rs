@@ -9,36 +9,38 @@
 //! So a far-off body loses no digits, and each element's impulses add up to
 //! zero to round-off.
 
-mod ahead;
-mod batch;
-mod frequency;
-mod geometry;
-mod incremental;
-mod kick;
-mod lanes;
-mod nearby;
-mod part;
-mod places;
-mod set;
+pub(crate) mod batch;
+pub(crate) mod chunk;
+pub(crate) mod critical_step;
+pub(crate) mod element_set;
+pub(crate) mod evaluate;
+pub(crate) mod gather_scatter;
+pub(crate) mod geometry;
+pub(crate) mod hypoelastic;
+pub(crate) mod internal_force;
+pub(crate) mod mass;
+pub(crate) mod material;
+pub(crate) mod numbering;
+pub(crate) mod op_count;
+pub(crate) mod prefetch;
 pub(crate) mod shape;
-mod survey;
+pub(crate) mod simd;
 pub(crate) mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
-mod total;
-mod trace;
+pub(crate) mod total_lagrangian;
 
-use crate::material::Elastic;
+use crate::element::element_set::{Set, Source};
+use crate::element::geometry::Moduli;
+use crate::element::hypoelastic::Incremental;
+use crate::element::material::Elastic;
+use crate::element::total_lagrangian::Total;
 use crate::mesh::{ElementKind, Mesh};
 use crate::scene::{Kinematics, Plane};
-use geometry::Moduli;
-use incremental::Incremental;
-use set::{Set, Source};
-use total::Total;
 
-pub(crate) use frequency::{highest_frequency, stable_step};
-pub(crate) use kick::Shares;
-pub(crate) use places::Places;
+pub(crate) use crate::element::critical_step::{highest_frequency, stable_step};
+pub(crate) use crate::element::internal_force::Shares;
+pub(crate) use crate::element::numbering::Places;
 
 /// Most nodes of an element: a hexahedron's.
 pub(crate) const MAX_NODES: usize = 8;

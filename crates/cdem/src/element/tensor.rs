@@ -1,6 +1,6 @@
 //! Second-order tensors of two or three dimensions.
 
-use super::lanes::Real;
+use crate::element::simd::Real;
 
 /// A second-order tensor, rows first.
 pub(crate) type Tensor<const D: usize, T = f64> = [[T; D]; D];

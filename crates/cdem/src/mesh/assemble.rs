@@ -5,19 +5,19 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::coincident::coincident_nodes;
-use super::error::FARTHEST;
-use super::facet::{FacetFault, checked_boundary};
-use super::member::Members;
-use super::order::hilbert_order;
-use super::place::Placement;
-use super::quality::{Orientation, orientation, reversed};
-use super::shape::mesh_shape;
-use super::source::Source;
-use super::split::parts;
-use super::unjoined::unjoined;
-use super::vector::{bounds, centre, distance};
-use super::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
+use crate::mesh::coincident::coincident_nodes;
+use crate::mesh::conformity::unjoined;
+use crate::mesh::error::FARTHEST;
+use crate::mesh::facet::{FacetFault, checked_boundary};
+use crate::mesh::member::Members;
+use crate::mesh::order::hilbert_order;
+use crate::mesh::placement::Placement;
+use crate::mesh::quality::{Orientation, orientation, reversed};
+use crate::mesh::shape::mesh_shape;
+use crate::mesh::source::Source;
+use crate::mesh::split::parts;
+use crate::mesh::vector::{bounds, centre, distance};
+use crate::mesh::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
 use crate::scene::{self, Geometry, Scene, Split};
 
 /// An element with what the file knows of it.
@@ -294,7 +294,7 @@ pub(super) struct Part<const D: usize> {
     pub(super) elements: Vec<Element>,
     /// Group set of each element.
     pub(super) sets: Vec<u32>,
-    pub(super) boundary: Vec<super::Facet>,
+    pub(super) boundary: Vec<crate::mesh::Facet>,
     /// Places where two nodes of the boundary coincide.
     coincident: Vec<[f64; D]>,
     /// Places where elements lie on each other without being joined.

@@ -1,8 +1,8 @@
 //! Nodes at the same place that are not joined: cracks, or a slip.
 
-use super::vector::{bounds, distance};
-use super::{Element, Facet};
-use crate::vector::dot;
+use crate::math::vector::dot;
+use crate::mesh::vector::{bounds, distance};
+use crate::mesh::{Element, Facet};
 
 /// Closer than this share of a block's extent is the same place: what meshers
 /// take for equal.

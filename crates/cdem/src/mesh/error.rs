@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::number::short;
+use crate::math::format::short;
 
 /// Why a mesh cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -32,7 +32,7 @@ pub enum MeshError {
         /// What to try.
         help: String,
     },
-    /// Arrays of a [`RawMesh`](super::RawMesh) do not fit together.
+    /// Arrays of a [`RawMesh`](crate::mesh::RawMesh) do not fit together.
     #[error("{mesh}: {problem}; whatever made this mesh is at fault")]
     Inconsistent {
         /// The mesh.

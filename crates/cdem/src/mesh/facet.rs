@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use super::vector::distance;
-use super::{Element, Facet, Mesh};
+use crate::mesh::vector::distance;
+use crate::mesh::{Element, Facet, Mesh};
 
 /// Two or more elements that do not fit together at a facet; indices into the
 /// elements looked at.

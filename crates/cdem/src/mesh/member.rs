@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::assemble::Part;
-use super::source::{Source, extent_name};
-use super::{Facet, Group, Mesh};
+use crate::mesh::assemble::Part;
+use crate::mesh::source::{Source, extent_name};
+use crate::mesh::{Facet, Group, Mesh};
 
 /// Members of the groups of all sources, by source and raw group.
 #[derive(Default)]

@@ -1,42 +1,43 @@
 //! Meshes of one or many blocks: what the model is built from.
 
-mod assemble;
-mod box_tree;
-mod coincident;
-mod error;
-mod facet;
-mod kind;
-mod member;
-mod order;
-mod overlap;
-mod place;
-mod quality;
-mod raw;
-mod shape;
-mod simplex;
-mod sound;
-pub(crate) use simplex::distance_to;
-mod source;
-mod split;
+pub(crate) mod assemble;
+pub(crate) mod box_tree;
+pub(crate) mod coincident;
+pub(crate) mod conformity;
+pub(crate) mod element_kind;
+pub(crate) mod error;
+pub(crate) mod facet;
+pub(crate) mod member;
+pub(crate) mod order;
+pub(crate) mod overlap;
+pub(crate) mod placement;
+pub(crate) mod quality;
+pub(crate) mod raw_mesh;
+pub(crate) mod shape;
+pub(crate) mod simplex;
+pub(crate) mod source;
+pub(crate) mod split;
 #[cfg(test)]
 pub(crate) mod tests;
-mod unjoined;
-mod vector;
+pub(crate) mod validate;
+pub(crate) mod vector;
+
+pub(crate) use crate::mesh::simplex::distance_to;
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-pub use assemble::assemble;
-pub(crate) use error::coordinates;
-pub use error::{BlockFault, MeshError};
-pub(crate) use kind::CORNERS;
-pub use kind::ElementKind;
-pub use overlap::{Overlap, overlap};
-pub(crate) use quality::volume;
-pub use raw::{CellKind, RawCells, RawGroup, RawMesh};
-pub(crate) use shape::MOST_ELEMENTS;
+pub use crate::mesh::assemble::assemble;
+pub(crate) use crate::mesh::element_kind::CORNERS;
+pub use crate::mesh::element_kind::ElementKind;
+pub(crate) use crate::mesh::error::coordinates;
+pub use crate::mesh::error::{BlockFault, MeshError};
+pub use crate::mesh::overlap::{Overlap, overlap};
+pub(crate) use crate::mesh::quality::volume;
+pub use crate::mesh::raw_mesh::{CellKind, RawCells, RawGroup, RawMesh};
+pub(crate) use crate::mesh::shape::MOST_ELEMENTS;
 
 /// The mesh of all blocks of a scene, placed and checked.
 ///
@@ -44,7 +45,7 @@ pub(crate) use shape::MOST_ELEMENTS;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh<const D: usize> {
     /// Rest positions, m.
-    #[serde(with = "crate::raw")]
+    #[serde(with = "crate::math::serde_pod")]
     pub nodes: Vec<[f64; D]>,
     /// Elements, grouped by block.
     pub elements: Vec<Element>,

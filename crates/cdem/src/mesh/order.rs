@@ -1,6 +1,6 @@
 //! Neighbours in space become neighbours in memory.
 
-use super::vector::bounds;
+use crate::mesh::vector::bounds;
 
 /// Bits of a Hilbert key along each axis: 65 536 cells are finer than the
 /// elements of any mesh that fits into memory.

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use super::box_tree::{Box, BoxTree, widened};
-use super::simplex::{Piece, crossing, distance_to, normal};
-use super::vector::{between, bounds, centre, distance};
-use super::{Facet, Mesh};
-use crate::vector::{dot, norm, sub};
+use crate::math::vector::{dot, norm, sub};
+use crate::mesh::box_tree::{Box, BoxTree, widened};
+use crate::mesh::simplex::{Piece, crossing, distance_to, normal};
+use crate::mesh::vector::{between, bounds, centre, distance};
+use crate::mesh::{Facet, Mesh};
 
 /// Two blocks that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]

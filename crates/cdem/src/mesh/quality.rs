@@ -1,8 +1,8 @@
 //! Orientation of elements, judged where they will be integrated.
 
-use super::vector::{bounds, distance};
-use super::{CORNERS, Element, ElementKind};
-use crate::vector::sub;
+use crate::math::vector::sub;
+use crate::mesh::vector::{bounds, distance};
+use crate::mesh::{CORNERS, Element, ElementKind};
 
 /// How an element lies, from its Jacobian at the Gauss points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

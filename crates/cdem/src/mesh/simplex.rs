@@ -1,8 +1,8 @@
 //! Facets as flat pieces: segments in 2-D, triangles in 3-D.
 
-use super::vector::{between, centre, distance};
-use super::{Facet, Mesh};
-use crate::vector::{dot, norm, sub};
+use crate::math::vector::{dot, norm, sub};
+use crate::mesh::vector::{between, centre, distance};
+use crate::mesh::{Facet, Mesh};
 
 /// A flat piece of a facet; in 2-D only the first two corners count.
 pub(crate) type Piece<const D: usize> = [[f64; D]; 3];

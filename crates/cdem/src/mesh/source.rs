@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::assemble::Cell;
-use super::error::nearest;
-use super::facet::sorted;
-use super::{BlockFault, CellKind, Element, MeshError, RawMesh};
+use crate::mesh::assemble::Cell;
+use crate::mesh::error::nearest;
+use crate::mesh::facet::sorted;
+use crate::mesh::{BlockFault, CellKind, Element, MeshError, RawMesh};
 
 /// A raw mesh and what lies where in it.
 pub(super) struct Source {

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::assemble::Cell;
-use super::{Element, Mesh};
+use crate::mesh::assemble::Cell;
+use crate::mesh::{Element, Mesh};
 use crate::scene::Split;
 
 /// Sorts `cells` by part and returns the cells of each; parts come in the

@@ -1,6 +1,6 @@
 //! Points in any dimension: distances, centres, bounding boxes.
 
-use crate::vector::{norm, sub};
+use crate::math::vector::{norm, sub};
 
 /// a + t·(b − a).
 pub(super) fn between<const D: usize>(a: [f64; D], b: [f64; D], t: f64) -> [f64; D] {

@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 
-use crate::mass::MassError;
+use crate::element::mass::MassError;
+use crate::math::format::short;
 use crate::mesh::MeshError;
-use crate::number::short;
 use crate::scene::Problem;
 
 /// Why a scene and its mesh make no model.

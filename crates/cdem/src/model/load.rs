@@ -1,8 +1,8 @@
 //! Pressure and traction on groups of facets.
 
+use crate::math::vector::{cross, pad, scale, sub, truncate};
 use crate::mesh::Mesh;
 use crate::scene::{Load, LoadKind};
-use crate::vector::{cross, pad, scale, sub, truncate};
 
 /// A load on its facets.
 pub(crate) struct SurfaceLoad<const D: usize> {
@@ -119,13 +119,13 @@ fn quadrilateral_shares(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
                 0.25 * corner[1] * (1.0 + corner[0] * at[0]),
             ];
             for (tangent, slope) in tangents.iter_mut().zip(slopes) {
-                crate::vector::add_scaled(tangent, slope, point);
+                crate::math::vector::add_scaled(tangent, slope, point);
             }
         }
         let area = cross(&tangents[0], &tangents[1]);
         for (corner, share) in CORNERS.iter().zip(&mut shares) {
             let shape = 0.25 * (1.0 + corner[0] * at[0]) * (1.0 + corner[1] * at[1]);
-            crate::vector::add_scaled(share, shape, &area);
+            crate::math::vector::add_scaled(share, shape, &area);
         }
     }
     shares

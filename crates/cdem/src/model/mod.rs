@@ -1,29 +1,28 @@
 //! The model: arrays that a step reads and changes.
 
-pub(crate) mod build;
-mod caution;
-mod error;
-pub(crate) mod inertia;
-pub(crate) mod largest;
-mod load;
-pub(crate) mod motion;
-pub(crate) mod names;
-pub(crate) mod pace;
-pub(crate) mod prescribed;
+pub(crate) mod block_max;
+pub(crate) mod block_names;
+pub(crate) mod boundary;
+pub(crate) mod error;
+pub(crate) mod inverse_mass;
+pub(crate) mod kinematics;
+pub(crate) mod ledger;
+pub(crate) mod load;
+pub(crate) mod time_levels;
+pub(crate) mod time_step;
 
-pub use error::ModelError;
+pub use crate::model::error::ModelError;
 use serde::{Deserialize, Serialize};
 
-use inertia::Inertia;
-use load::SurfaceLoad;
-use motion::Motion;
-use prescribed::Prescribed;
-
 use crate::contact::surface::Positions;
+use crate::element::mass::MassKind;
 use crate::element::{ElementSet, Places};
-use crate::mass::MassKind;
+use crate::math::serde_pod;
 use crate::mesh::Mesh;
-use crate::raw;
+use crate::model::boundary::Prescribed;
+use crate::model::inverse_mass::Inertia;
+use crate::model::kinematics::Motion;
+use crate::model::load::SurfaceLoad;
 use crate::scene::{Damping, Problem, Schedule};
 
 /// Nodes that a thread takes at once.
@@ -73,20 +72,20 @@ pub(crate) struct BlockData {
 pub(crate) struct State<const D: usize> {
     /// Coarse steps made.
     pub(crate) number: u64,
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     pub(crate) displacement: Vec<[f64; D]>,
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     pub(crate) carry: Vec<[f64; D]>,
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     pub(crate) velocity: Vec<[f64; D]>,
     /// Interval before the last kick of each element and node, s: 0 before
     /// the first, so that a run begins with half a kick.
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     pub(crate) element_interval: Vec<f64>,
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     pub(crate) node_interval: Vec<f64>,
     /// Contact force of the last kick, N, where local damping asks for it.
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     pub(crate) contact_force: Vec<[f64; D]>,
 }
 

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::base::Base;
-use super::cell::{Cell, EdgeLength};
-use super::star;
+use crate::math::vector::{add, norm, sub};
 use crate::mesh::Element;
-use crate::vector::{add, norm, sub};
+use crate::refinement::base_mesh::Base;
+use crate::refinement::bisection::{Cell, EdgeLength};
+use crate::refinement::simplex_split;
 
 /// Nodes of the base mesh or new ones, in the middle of which a new node lies at rest:
 /// the ends of an edge, or the corners of a quadrilateral or of an element.
@@ -269,7 +269,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
         let nodes = self.base.element(element).nodes();
         let first = self.forest.trees.len() as u32;
         self.forest.roots.push((element, first));
-        if star::is_simplex(kind) {
+        if simplex_split::is_simplex(kind) {
             self.plant_tree(element, nodes, Origin::Element, 0);
             return;
         }
@@ -280,13 +280,15 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
             let first = MOST_PIECES * number as u16;
             match across.filter(|beside| !self.planted.contains(beside)) {
                 Some(before) if facet.len() == 4 => {
-                    for (k, piece) in (first..).zip(star::halves_over(&facet, centre)) {
+                    for (k, piece) in (first..).zip(simplex_split::halves_over(&facet, centre)) {
                         self.plant_tree(element, &piece, Origin::Half { before }, HALVES + k);
                     }
                 }
                 _ => {
                     let middle = |facet: &[u32]| self.middle(Parents::new(facet));
-                    for (k, piece) in (first..).zip(star::pieces_over(&facet, centre, middle)) {
+                    for (k, piece) in
+                        (first..).zip(simplex_split::pieces_over(&facet, centre, middle))
+                    {
                         self.plant_tree(element, &piece, Origin::Piece, k);
                     }
                 }
@@ -371,7 +373,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
             if self.planted.contains(&element) {
                 continue;
             }
-            if star::is_simplex(self.base.element(element).kind) {
+            if simplex_split::is_simplex(self.base.element(element).kind) {
                 self.planted.insert(element);
                 self.plant(element);
             } else {

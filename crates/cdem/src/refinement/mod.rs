@@ -6,44 +6,44 @@
 //! what is wanted of it, so it depends on these alone and not on earlier forests;
 //! without wishes it is empty, and the mesh is the base mesh again.
 
-mod base;
-mod cell;
+pub(crate) mod adaptivity;
+pub(crate) mod base_mesh;
+pub(crate) mod base_model;
+pub(crate) mod bisection;
 pub(crate) mod checkpoint;
-mod cover;
-#[cfg(test)]
-mod cover_tests;
-mod depth;
-mod foresee;
-mod forest;
-mod foundation;
-mod impacts;
-mod inside;
-mod mass;
-mod momenta;
-mod nesting;
-mod overlay;
+pub(crate) mod composite_mesh;
+pub(crate) mod cost_estimate;
+pub(crate) mod forest;
+pub(crate) mod impact_history;
+pub(crate) mod indicator;
+pub(crate) mod interpolation;
+pub(crate) mod mass_fit;
+pub(crate) mod overlay;
 #[cfg(test)]
 mod overlay_tests;
-mod refined;
-mod second_scale;
-mod star;
+pub(crate) mod prolongation;
+pub(crate) mod refined_block;
+#[cfg(test)]
+mod refined_block_tests;
+pub(crate) mod rigid_modes;
+pub(crate) mod rigid_momenta;
+pub(crate) mod simplex_split;
 #[cfg(test)]
 mod tests;
-mod transfer;
-mod twist;
-mod zone;
+pub(crate) mod transfer;
+pub(crate) mod zone;
 
-pub(crate) use base::Base;
+pub(crate) use crate::refinement::adaptivity::{Change, SecondScale};
+pub(crate) use crate::refinement::base_mesh::Base;
+pub(crate) use crate::refinement::base_model::Foundation;
 #[cfg(test)]
-use cell::{Cell, Tetrahedron, Triangle};
-pub(crate) use cover::Cover;
-pub(crate) use depth::Encounter;
-pub(crate) use foresee::FORESEEN_SPEED;
+use crate::refinement::bisection::{Cell, Tetrahedron, Triangle};
+pub(crate) use crate::refinement::cost_estimate::FORESEEN_SPEED;
 #[cfg(test)]
-use forest::Forest;
-pub(crate) use foundation::Foundation;
-pub(crate) use momenta::{Body, Momenta};
-pub(crate) use overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
-pub(crate) use second_scale::{Change, SecondScale};
-pub(crate) use transfer::{Transfer, predecessors};
-pub(crate) use twist::Twists;
+use crate::refinement::forest::Forest;
+pub(crate) use crate::refinement::indicator::Encounter;
+pub(crate) use crate::refinement::overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
+pub(crate) use crate::refinement::refined_block::Cover;
+pub(crate) use crate::refinement::rigid_modes::Twists;
+pub(crate) use crate::refinement::rigid_momenta::{Body, Momenta};
+pub(crate) use crate::refinement::transfer::{Transfer, predecessors};

@@ -1,14 +1,14 @@
 //! A block with some of its elements replaced.
 
-use super::base::Base;
-use super::cell::{Cell, Tetrahedron, Triangle};
-use super::forest::{Forest, Lineage};
-use super::inside::Inside;
-use super::star;
-use super::zone::size;
 use crate::element::tensor;
+use crate::math::vector::{add, scale};
 use crate::mesh::{Element, ElementKind, Mesh};
-use crate::vector::{add, scale};
+use crate::refinement::base_mesh::Base;
+use crate::refinement::bisection::{Cell, Tetrahedron, Triangle};
+use crate::refinement::forest::{Forest, Lineage};
+use crate::refinement::interpolation::Inside;
+use crate::refinement::simplex_split;
+use crate::refinement::zone::size;
 
 /// The mesh of a block over its base mesh: the elements that replace others, and the
 /// new nodes. Nodes are numbered within the block, new ones on from those of the base.
@@ -154,7 +154,7 @@ impl<const D: usize> Overlay<D> {
         for parts in self.elements.chunk_by(|one, other| one.root == other.root) {
             let root = parts[0].root;
             let element = &mesh.elements[root as usize];
-            if star::is_simplex(element.kind) {
+            if simplex_split::is_simplex(element.kind) {
                 continue;
             }
             let own: Vec<u32> = element.nodes().iter().map(|node| node - first).collect();

@@ -1,15 +1,15 @@
 //! What a change of mesh leaves as it was.
 
-use super::mass::Moments;
-use super::momenta::Body;
-use super::nesting::Nesting;
-use super::overlay::Overlay;
-use super::refined::refined;
-use super::tests::{Ground, size, volume};
-use super::{Cell, Forest, Tetrahedron, Triangle};
 use crate::element::tests::kinds;
+use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub};
 use crate::mesh::{Facet, Group, Inside, Mesh};
-use crate::vector::{add, add_scaled, cross, dot, norm, pad, sub};
+use crate::refinement::composite_mesh::refined;
+use crate::refinement::mass_fit::Moments;
+use crate::refinement::overlay::Overlay;
+use crate::refinement::prolongation::Nesting;
+use crate::refinement::rigid_momenta::Body;
+use crate::refinement::tests::{Ground, size, volume};
+use crate::refinement::{Cell, Forest, Tetrahedron, Triangle};
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
@@ -244,7 +244,7 @@ fn groups_stay<const D: usize, C: Cell>() {
                 nodes.dedup();
                 assert_eq!(nodes, new.nodes, "{kind:?} {seed}");
             }
-            let whole = super::refined::refined(&ground.mesh, &[None]);
+            let whole = crate::refinement::composite_mesh::refined(&ground.mesh, &[None]);
             assert_eq!(whole, ground.mesh);
         }
     }

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use super::forest::Leaf;
-use super::overlay::halvings;
-use super::{Base, Cell, Forest, Tetrahedron, Triangle};
-use crate::around::Around;
 use crate::element::tests::{distorted, kinds};
+use crate::math::adjacency::Around;
+use crate::math::vector::{add_scaled, cross, dot, norm, pad, sub};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
-use crate::vector::{add_scaled, cross, dot, norm, pad, sub};
+use crate::refinement::forest::Leaf;
+use crate::refinement::overlay::halvings;
+use crate::refinement::{Base, Cell, Forest, Tetrahedron, Triangle};
 use fastrand::Rng;
 
 /// A mesh with what a forest asks of it.
@@ -236,7 +236,7 @@ fn conforms<const D: usize, C: Cell>(seed: u64, count: usize) {
                 .iter()
                 .map(|&e| (e, 1.0))
                 .collect::<Vec<_>>();
-            let before = volume(&self::areas(&whole, point, count));
+            let before = volume(&crate::refinement::tests::areas(&whole, point, count));
             assert!(
                 (volume(&areas) / before - 1.0).abs() < 1e-13,
                 "{kind:?} {case}"
@@ -248,7 +248,10 @@ fn conforms<const D: usize, C: Cell>(seed: u64, count: usize) {
                 );
             }
             for leaf in forest.leaves() {
-                assert!(self::volume(&corners_of(&ground, &forest, leaf.cell)) > 0.0);
+                assert!(
+                    crate::refinement::tests::volume(&corners_of(&ground, &forest, leaf.cell))
+                        > 0.0
+                );
                 halves += usize::from(leaf.weight == 0.5);
             }
         }

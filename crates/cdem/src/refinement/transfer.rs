@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::cover::Cover;
-use super::forest::Lineage;
-use super::nesting::Nesting;
-use crate::vector::{add_scaled, scale, sub};
+use crate::math::vector::{add_scaled, scale, sub};
+use crate::refinement::forest::Lineage;
+use crate::refinement::prolongation::Nesting;
+use crate::refinement::refined_block::Cover;
 
 /// From one mesh of a block to a finer or a coarser one.
 pub(crate) struct Transfer<'a, const D: usize> {

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::vector::{norm, sub};
+use crate::math::vector::{norm, sub};
 
 /// A place on a block where it is in contact, or about to be.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Zone<const D: usize> {
     /// Where at rest, m.
-    #[serde(with = "crate::raw")]
+    #[serde(with = "crate::math::serde_pod")]
     pub(crate) centre: [f64; D],
     /// How far around it elements are as fine as its finest, m.
     pub(crate) radius: f64,

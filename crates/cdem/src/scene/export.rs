@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::input::{
+use crate::scene::input::{
     self, AxisAngle, Dimension, NumberOrVector, Quantity, QuantityOr, Varying, VaryingVector,
 };
-use super::{
+use crate::scene::{
     Block, Boundary, BoundaryTarget, Cadence, Contact, ContactModel, ContactPair, Geometry, Load,
     LoadKind, Material, Motion, Output, Probe, Rotation, Scene, Schedule, Time,
 };

@@ -6,14 +6,14 @@
 //! keys are checked against each other, and defaults are filled in. Each step
 //! tells all that is wrong, by [`KeyPath`]; see [`from_value`].
 
-mod check;
-mod decode;
-mod export;
-mod input;
-mod key_path;
-mod problem;
-mod schedule;
-mod schema;
+pub(crate) mod check;
+pub(crate) mod decode;
+pub(crate) mod export;
+pub(crate) mod input;
+pub(crate) mod key_path;
+pub(crate) mod problem;
+pub(crate) mod schedule;
+pub(crate) mod schema;
 
 use std::path::PathBuf;
 
@@ -21,12 +21,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::ElementKind;
-pub use export::as_input;
-pub use key_path::{KeyPath, Step};
-pub(crate) use problem::suggestion;
-pub use problem::{Help, Place, Problem};
-pub use schedule::{Linear, Schedule};
-pub use schema::json_schema;
+pub use crate::scene::export::as_input;
+pub use crate::scene::key_path::{KeyPath, Step};
+pub(crate) use crate::scene::problem::suggestion;
+pub use crate::scene::problem::{Help, Place, Problem};
+pub use crate::scene::schedule::{Linear, Schedule};
+pub use crate::scene::schema::json_schema;
 
 /// Reads and checks a scene from a tree of values, as a TOML or JSON file or a
 /// dictionary gives it: the keys of the scene file, numbers in SI units or text

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::KeyPath;
+use crate::scene::KeyPath;
 
 /// One thing that is wrong with a scene: where, what, and what to try.
 ///

@@ -1,6 +1,6 @@
 //! Values that may change in time.
 
-use crate::vector::truncate;
+use crate::math::vector::truncate;
 
 /// A constant, or a table of `(time, value)`: linear between its rows, held
 /// beyond its ends. Times increase strictly; a table has at least one row.

@@ -1,7 +1,7 @@
 //! From the shares of groups of elements to what their nodes get.
 
 use crate::element::ElementSet;
-use crate::vector::add_scaled;
+use crate::math::vector::add_scaled;
 
 /// Which shares belong to each node.
 #[derive(Clone, Debug, Default)]

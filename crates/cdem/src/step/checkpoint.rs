@@ -4,38 +4,38 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::ledger::Ledger;
-use super::plan::Plan;
-use super::{Corrections, Run};
-use crate::around::Around;
-use crate::checkpoint::{ResumeError, require};
 use crate::contact::checkpoint::SavedContacts;
+use crate::math::adjacency::Around;
+use crate::math::serde_pod;
 use crate::mesh::Element;
+use crate::model::ledger::Ledger;
 use crate::model::{Model, State};
-use crate::raw;
 use crate::refinement::checkpoint::SavedScale;
+use crate::simulation::checkpoint::{ResumeError, require};
 use crate::step::kick::Impulses;
+use crate::step::schedule::Plan;
+use crate::step::{Corrections, Run};
 
 /// What a run keeps from step to step: the fields of [`Run`], and what elements keep.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedRun<'a, const D: usize> {
     state: Cow<'a, State<D>>,
     /// What elements keep from kick to kick, one after the other.
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     records: Vec<f64>,
     contacts: Option<SavedContacts<'a, D>>,
     second_scale: Option<SavedScale<'a, D>>,
     ledger: Ledger,
     block_impulse: Cow<'a, [[f64; 3]]>,
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     node_impulse: Vec<[f64; D]>,
     touched: Cow<'a, [u32]>,
     element_updates: u64,
     corrections: Corrections,
     /// Of the last kick: velocities before it, m/s, and the interval of each node, s.
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     before: Vec<[f64; D]>,
-    #[serde(with = "raw")]
+    #[serde(with = "serde_pod")]
     interval: Vec<f64>,
     acting: Cow<'a, [bool]>,
 }

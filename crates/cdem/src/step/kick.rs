@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::assembly::Assembly;
-use super::ledger::{Account, Ledger};
-use super::plan::Substep;
 use crate::element::MAX_NODES;
-use crate::model::prescribed::Prescribed;
+use crate::math::vector::{add_scaled, dot, scale, sub};
+use crate::model::boundary::Prescribed;
+use crate::model::ledger::{Account, Ledger};
 use crate::model::{AT_ONCE, Model, State};
 use crate::scene::Damping;
-use crate::vector::{add_scaled, dot, scale, sub};
+use crate::step::assembly::Assembly;
+use crate::step::schedule::Substep;
 
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s: of the last kick of each node, but
 /// for loads and contact, which are zero between kicks.

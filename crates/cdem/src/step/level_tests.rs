@@ -3,17 +3,17 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
-use crate::space::PLANE;
-use fastrand::Rng;
-use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
-
-use super::Run;
-use crate::mesh::{ElementKind, tests};
+use crate::mesh::ElementKind;
+use crate::mesh::tests;
 use crate::model::Model;
 use crate::scene::{
     Block, Boundary, BoundaryTarget, ContactModel, Damping, Geometry, Mass, Material,
     MaterialModel, Motion, Scene, Schedule,
 };
+use crate::simulation::dimension::PLANE;
+use crate::step::Run;
+use fastrand::Rng;
+use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
 
 /// Wave speed, m/s, and length of the blocks, m, are 1.
 fn scene(blocks: Vec<Block>, safety: f64) -> Scene {

@@ -4,48 +4,42 @@
 //! (forces), contacts hold or part, and nodes drift: free flight up to a first
 //! touch, unified after it.
 
-mod assembly;
+pub(crate) mod adapt;
+pub(crate) mod assembly;
 pub(crate) mod checkpoint;
-mod intervene;
-mod keep;
+pub(crate) mod edit;
 pub(crate) mod kick;
-pub(crate) mod ledger;
 #[cfg(test)]
 mod level_tests;
-pub(crate) mod levels;
-mod nodal;
-pub(crate) mod outlook;
-pub(crate) mod plan;
-mod refine;
-mod remesh;
-mod rows;
-mod slacken;
-mod split;
-mod synchronise;
+pub(crate) mod mid_step_impact;
+pub(crate) mod nodal_forces;
+pub(crate) mod node_ranges;
+pub(crate) mod schedule;
+pub(crate) mod speed_bounds;
+pub(crate) mod synchronise;
 
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use kick::{Impulses, Purpose, Velocity};
-use ledger::{Account, Ledger};
-use levels::Levels;
-use outlook::Outlook;
-use plan::{Plan, Substep};
-use split::Split;
-pub(crate) use synchronise::Synchronised;
-
-use crate::around::Around;
 use crate::contact::Contacts;
 use crate::contact::island::Receivers;
-use crate::contact::remesh::Foreseen;
+use crate::contact::remap::Foreseen;
+use crate::math::adjacency::Around;
+use crate::math::profile::{Stage, Stopwatch};
+use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Element;
-use crate::model::build::Built;
-use crate::model::motion::{Motion, drift_node};
+use crate::model::kinematics::{Motion, drift_node};
+use crate::model::ledger::{Account, Ledger};
+use crate::model::time_levels::{self, Levels};
 use crate::model::{Model, State};
-use crate::profile::{Stage, Stopwatch};
 use crate::refinement::SecondScale;
-use crate::vector::{add_scaled, cross, dot, pad, scale, sub};
+use crate::simulation::build::Built;
+use crate::step::kick::{Impulses, Purpose, Velocity};
+use crate::step::mid_step_impact::Split;
+use crate::step::schedule::{Plan, Substep};
+use crate::step::speed_bounds::Outlook;
+pub(crate) use crate::step::synchronise::Synchronised;
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
 pub(crate) struct Run<const D: usize> {
@@ -322,7 +316,7 @@ impl<const D: usize> Run<D> {
         let node_count = self.model.mesh.nodes.len();
         Levels::uniform(base, node_count).unwrap_or_else(|| {
             let joined = self.model.joined_nodes(self.contacts.as_ref());
-            levels::assign(base, |e| elements[e].nodes(), node_count, &joined)
+            time_levels::assign(base, |e| elements[e].nodes(), node_count, &joined)
         })
     }
 

@@ -1,11 +1,11 @@
 //! The state at an instant: in the middle of the kick that is due then.
 
-use super::Run;
-use super::kick::{Purpose, Velocity};
-use super::ledger::Ledger;
 use crate::contact::island::Books;
-use crate::model::motion::Motion;
-use crate::vector::{add, add_scaled, dot, pad, scale};
+use crate::math::vector::{add, add_scaled, dot, pad, scale};
+use crate::model::kinematics::Motion;
+use crate::model::ledger::Ledger;
+use crate::step::Run;
+use crate::step::kick::{Purpose, Velocity};
 
 /// The state at an instant, in the middle of the kick that is due then.
 pub(crate) struct Synchronised<const D: usize> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cdem::mesh::ElementKind;
-use cdem::sample::{ContactFrame, FieldValues, Frame, FrameField};
+use cdem::output::{ContactFrame, FieldValues, Frame, FrameField};
 
 use super::super::error::ResultsError;
 use super::xml::{Values, XmlFile};

@@ -1,7 +1,7 @@
 //! Guards against inverted and overstretched elements.
 
-use super::*;
 use crate::element::tensor;
+use crate::element::tests::*;
 use proptest::prelude::*;
 
 fn stretches_of_a_turned_box<const D: usize>() {

@@ -1,6 +1,6 @@
 //! Forces, energies and damping.
 
-use super::*;
+use crate::element::tests::*;
 use proptest::prelude::*;
 
 /// Minus the slope of the energy. The energy is a polynomial of degree 4, for

@@ -1,6 +1,6 @@
 //! Highest frequencies and stable steps.
 
-use super::*;
+use crate::element::tests::*;
 use crate::element::{highest_frequency, stable_step};
 use nalgebra::DMatrix;
 

@@ -1,7 +1,7 @@
 //! Shape functions, quadrature and volumes.
 
-use super::*;
 use crate::element::shape::{Point, mass_rule, shape, stiffness_rule};
+use crate::element::tests::*;
 
 const ALL: [ElementKind; 5] = [
     ElementKind::Tri3,

@@ -1,20 +1,22 @@
 //! Tests of all shapes and formulations alike.
 
-mod deformation;
-mod force;
-mod frequency;
-mod interpolation;
-mod patch;
-mod rotation;
-mod side_by_side;
+pub(crate) mod deformation;
+pub(crate) mod force;
+pub(crate) mod frequency;
+pub(crate) mod interpolation;
+pub(crate) mod patch;
+pub(crate) mod rotation;
+pub(crate) mod side_by_side;
 
 use std::path::Path;
 
-use super::{BlockProperties, Due, ElementSet, Interval, build};
-use crate::material::Elastic;
-use crate::mesh::{ElementKind, Mesh, assemble, tests as mesh_tests};
+use crate::element::material::Elastic;
+use crate::element::{BlockProperties, Due, ElementSet, Interval, build};
+use crate::math::vector::add_scaled;
+use crate::mesh::assemble;
+use crate::mesh::tests::{self as mesh_tests};
+use crate::mesh::{ElementKind, Mesh};
 use crate::scene::{Damping, Geometry, Kinematics, Plane, Rotation};
-use crate::vector::add_scaled;
 
 pub(crate) type Sets<const D: usize> = Vec<Box<dyn ElementSet<D>>>;
 

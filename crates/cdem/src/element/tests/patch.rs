@@ -1,7 +1,7 @@
 //! Patch tests: a linear displacement field gives uniform stress on any mesh.
 
-use super::*;
 use crate::element::tensor::{self, Tensor};
+use crate::element::tests::*;
 
 /// Nodes not on the boundary.
 fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {

@@ -1,7 +1,7 @@
 //! Rigid rotations of stressed bodies.
 
-use super::*;
 use crate::element::tensor::{self, Tensor};
+use crate::element::tests::*;
 
 /// A stretched body turned by `angle`: u = (R F − I) X.
 fn turned<const D: usize>(mesh: &Mesh<D>, angle: f64) -> Vec<[f64; D]> {

@@ -1,6 +1,6 @@
 //! Elements that are worked out side by side in a register.
 
-use super::*;
+use crate::element::tests::*;
 use crate::mesh::Block;
 
 /// What kicks give and leave.

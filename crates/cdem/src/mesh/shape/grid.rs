@@ -1,8 +1,8 @@
 //! Boxes: a lattice of cells, each cut into elements.
 
-use super::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
+use crate::math::format::short;
+use crate::mesh::shape::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
-use crate::number::short;
 
 /// A box between two corners, of `divisions` cells along each axis.
 ///

@@ -1,9 +1,9 @@
 //! Shapes that need no mesh file: boxes and polygons.
 
-mod grid;
-mod polygon;
+pub(crate) mod grid;
+pub(crate) mod polygon;
 
-use super::{BlockFault, CellKind, ElementKind, RawGroup, RawMesh};
+use crate::mesh::{BlockFault, CellKind, ElementKind, RawGroup, RawMesh};
 use crate::scene::Geometry;
 
 /// Most elements of a shape. More is a slip of the pen: they would take minutes

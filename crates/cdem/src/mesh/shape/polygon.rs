@@ -8,12 +8,12 @@ use spade::{
     AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation,
 };
 
-use super::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
+use crate::math::format::{short, significant};
+use crate::math::vector::{cross2, dot, sub};
 use crate::mesh::error::FARTHEST;
+use crate::mesh::shape::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
 use crate::mesh::vector::{between, centre, distance};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh, coordinates};
-use crate::number::{short, significant};
-use crate::vector::{cross2, dot, sub};
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 

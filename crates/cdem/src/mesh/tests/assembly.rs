@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::*;
+use crate::mesh::tests::*;
 use crate::mesh::{CellKind, ElementKind, Facet, RawGroup};
 
 /// A raw mesh in the plane: elements and edges with the groups they lie in.

@@ -1,12 +1,14 @@
 //! Tests of meshes from scene to blocks.
 
-mod assembly;
-mod overlap;
-mod shapes;
+pub(crate) mod assembly;
+pub(crate) mod overlap;
+pub(crate) mod shapes;
 
 use std::path::{Path, PathBuf};
 
-use super::{Element, Mesh, MeshError, RawMesh, assemble, quality};
+use crate::mesh::assemble;
+use crate::mesh::quality;
+use crate::mesh::{Element, Mesh, MeshError, RawMesh};
 use crate::scene::*;
 
 /// A scene of the given blocks; nothing else of it matters to meshes.

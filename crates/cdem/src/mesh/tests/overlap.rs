@@ -1,7 +1,8 @@
 //! Blocks in each other.
 
-use super::*;
-use crate::mesh::{ElementKind, Overlap, overlap};
+use crate::mesh::overlap;
+use crate::mesh::tests::*;
+use crate::mesh::{ElementKind, Overlap};
 
 fn all(_: usize, _: usize) -> bool {
     true

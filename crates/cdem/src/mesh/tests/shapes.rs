@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::*;
+use crate::mesh::tests::*;
 use crate::mesh::{ElementKind, Facet};
 
 fn cuboid(max: &[f64], divisions: &[usize], element: ElementKind) -> Geometry {

@@ -1,12 +1,12 @@
 //! Blocks: geometry, placement, initial motion.
 
-use super::super::input::{self, Length, NumberOrVector, Quantity, QuantityOr};
-use super::super::{Block, Geometry, KeyPath, Problem, Rotation};
-use super::Check;
-use super::names::Sort;
-use super::value::{OneOf, POSITIVE};
+use crate::math::format::short;
 use crate::mesh::{ElementKind, MOST_ELEMENTS};
-use crate::number::short;
+use crate::scene::check::Check;
+use crate::scene::check::names::Sort;
+use crate::scene::check::value::{OneOf, POSITIVE};
+use crate::scene::input::{self, Length, NumberOrVector, Quantity, QuantityOr};
+use crate::scene::{Block, Geometry, KeyPath, Problem, Rotation};
 
 impl Check {
     pub(super) fn block(&mut self, at: &KeyPath, input: &input::Block) -> Option<Block> {

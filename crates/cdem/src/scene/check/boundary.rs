@@ -1,12 +1,12 @@
 //! Boundary conditions and loads.
 
-use super::super::input::{self, Varying};
-use super::super::{
+use crate::scene::check::Check;
+use crate::scene::check::names::Sort;
+use crate::scene::check::value::OneOf;
+use crate::scene::input::{self, Varying};
+use crate::scene::{
     Boundary, BoundaryTarget, Help, KeyPath, Load, LoadKind, Motion, Problem, Schedule,
 };
-use super::Check;
-use super::names::Sort;
-use super::value::OneOf;
 
 impl Check {
     pub(super) fn boundary(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<Boundary> {

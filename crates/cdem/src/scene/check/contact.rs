@@ -1,11 +1,11 @@
 //! Contact: models, strengths, pairs.
 
-use super::super::input::{self, Quantity, Stiffness};
-use super::super::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strength, Zone};
-use super::Check;
-use super::names::Sort;
-use super::value::{BETWEEN_ZERO_AND_ONE, NOT_NEGATIVE, POSITIVE};
-use crate::number::short;
+use crate::math::format::short;
+use crate::scene::check::Check;
+use crate::scene::check::names::Sort;
+use crate::scene::check::value::{BETWEEN_ZERO_AND_ONE, NOT_NEGATIVE, POSITIVE};
+use crate::scene::input::{self, Quantity, Stiffness};
+use crate::scene::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strength, Zone};
 
 /// Deepest level of refinement that can be asked for.
 const DEEPEST_LEVEL: u32 = 16;

@@ -3,17 +3,19 @@
 //! A function of this module returns `None` after it has reported why, so that
 //! one run of the check tells all that is wrong.
 
-mod block;
-mod boundary;
-mod contact;
-mod names;
-mod output;
-mod value;
+pub(crate) mod block;
+pub(crate) mod boundary;
+pub(crate) mod contact;
+pub(crate) mod names;
+pub(crate) mod output;
+pub(crate) mod value;
 
-use super::input;
-use super::{Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time};
-use names::Names;
-use value::{BELOW_ONE, NOT_NEGATIVE, POISSON, POSITIVE, SHARE};
+use crate::scene::check::names::Names;
+use crate::scene::check::value::{BELOW_ONE, NOT_NEGATIVE, POISSON, POSITIVE, SHARE};
+use crate::scene::input;
+use crate::scene::{
+    Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time,
+};
 
 /// The scene that `input` describes, defaults filled in.
 ///

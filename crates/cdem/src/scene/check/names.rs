@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::input;
-use super::super::problem::suggestion;
-use super::super::{Help, KeyPath, Problem, Split, is_part};
-use super::Check;
+use crate::scene::check::Check;
+use crate::scene::input;
+use crate::scene::problem::suggestion;
+use crate::scene::{Help, KeyPath, Problem, Split, is_part};
 
 /// The names that others may refer to.
 pub(super) struct Names {

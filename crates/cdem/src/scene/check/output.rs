@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::super::input::{self, Duration, Quantity};
-use super::super::{Cadence, Field, KeyPath, Output, Probe};
-use super::Check;
-use super::names::Sort;
-use super::value::{NOT_NEGATIVE, POSITIVE};
+use crate::scene::check::Check;
+use crate::scene::check::names::Sort;
+use crate::scene::check::value::{NOT_NEGATIVE, POSITIVE};
+use crate::scene::input::{self, Duration, Quantity};
+use crate::scene::{Cadence, Field, KeyPath, Output, Probe};
 
 impl Check {
     pub(super) fn output(&mut self, at: &KeyPath, input: &input::Output) -> Option<Output> {

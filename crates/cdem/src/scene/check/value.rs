@@ -1,11 +1,11 @@
 //! Single values: ranges, numbers of components, tables, keys that exclude
 //! each other.
 
-use super::super::input::{
+use crate::scene::check::Check;
+use crate::scene::input::{
     Angle, Dimension, Duration, Quantity, QuantityOr, Ratio, Row, Varying, VaryingVector,
 };
-use super::super::{Help, KeyPath, Problem, Schedule};
-use super::Check;
+use crate::scene::{Help, KeyPath, Problem, Schedule};
 
 /// Numbers that a key accepts.
 #[derive(Clone, Copy)]

@@ -4,10 +4,10 @@ use std::fmt::{self, Display};
 
 use serde::de::{Error, Expected, Unexpected};
 
-use super::super::key_path::Step;
-use super::super::problem::{Help, nearest, suggestion};
-use super::super::schema::home;
-use super::super::{KeyPath, Problem};
+use crate::scene::key_path::Step;
+use crate::scene::problem::{Help, nearest, suggestion};
+use crate::scene::schema::home;
+use crate::scene::{KeyPath, Problem};
 
 /// A [`Problem`] in the making: its path is known once it has left the visitor.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 //! The deserializer walks a JSON tree, so that scenes may come from TOML text
 //! as well as from a program's dictionaries, with the same messages.
 
-mod fault;
+pub(crate) mod fault;
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
@@ -13,9 +13,9 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 use serde_json::Value;
 
-use super::key_path::Step;
-use super::{Help, KeyPath, Problem};
-use fault::{Count, Fault, quoted};
+use crate::scene::decode::fault::{Count, Fault, quoted};
+use crate::scene::key_path::Step;
+use crate::scene::{Help, KeyPath, Problem};
 
 /// Reads `value` as a `T`.
 ///
@@ -261,8 +261,8 @@ impl<'a> MapAccess<'a> for Entries<'a, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::input;
     use super::*;
+    use crate::scene::input::{self};
     use serde_json::json;
 
     fn problems(value: Value) -> Vec<String> {

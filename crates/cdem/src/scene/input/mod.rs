@@ -2,23 +2,23 @@
 //! against each other. The JSON Schema is made from these types, so the
 //! comments on their fields are what an editor shows.
 
-mod quantity;
-mod units;
-mod varying;
+pub(crate) mod quantity;
+pub(crate) mod units;
+pub(crate) mod varying;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use quantity::{
+pub(crate) use crate::scene::input::quantity::{
     Acceleration, Angle, AngularVelocity, Density, Dimension, Duration, Energy, Length, Pressure,
     Quantity, Rate, Ratio, Stiffness, Velocity,
 };
-pub(crate) use varying::{
+pub(crate) use crate::scene::input::varying::{
     AxisAngle, NumberOrVector, QuantityOr, Rotate, Row, Varying, VaryingVector,
 };
 
-use super::{ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, Split, Zone};
 use crate::mesh::ElementKind;
+use crate::scene::{ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, Split, Zone};
 
 /// A scene of colliding deformable blocks. Numbers are in SI units, angles in
 /// degrees; a number may also be text with a unit, such as "40 GPa".
@@ -448,7 +448,7 @@ impl Default for Output {
             blocks_interval: None,
             block_list: None,
             fields: vec![Displacement, Velocity, Stress, Level],
-            checkpoint: Quantity::new(super::Output::CHECKPOINT),
+            checkpoint: Quantity::new(crate::scene::Output::CHECKPOINT),
         }
     }
 }

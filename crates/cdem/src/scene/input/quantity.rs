@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::units::{self, Exponents};
+use crate::scene::input::units::{self, Exponents};
 
 /// What a key measures.
 pub(crate) trait Dimension: Copy + fmt::Debug + Default + PartialEq {

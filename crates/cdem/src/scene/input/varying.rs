@@ -10,7 +10,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::quantity::{Angle, Dimension, Duration, Quantity, Ratio};
+use crate::scene::input::quantity::{Angle, Dimension, Duration, Quantity, Ratio};
 
 /// A quantity, or something else that is an array or a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]

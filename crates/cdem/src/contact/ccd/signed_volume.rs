@@ -1,0 +1,360 @@
+//! On which side of a line or a plane a point is that moves at a constant velocity,
+//! as do the points that the line or plane goes through.
+
+use crate::math::quadratic::roots;
+use crate::math::vector::{add, add_scaled, cross, cross2, dot, norm};
+
+/// Bisections that take an interval down to round-off.
+const BISECTIONS: u32 = 64;
+
+/// Instants, of those in which a pair falls behind its target's line or plane no deeper than
+/// it may, at which it is looked at: what comes in and is out again between two of them
+/// goes past a corner, or over a whole target in an eighth of that time.
+pub(crate) const LOOKS: u32 = 8;
+
+/// Round-off of the volume, over the bound of its terms. A term is a product of up to
+/// three differences, summed and multiplied by times: 16 roundings of half an ε at
+/// most. The terms' moduli add up to 1.2 of the bound (Hadamard's for permanents), so
+/// a third of this would do.
+pub(crate) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
+
+/// How far a pair that has touched may sink in a drift and rests, over the depth up to which
+/// it has not.
+const CREEPS: f64 = 1e-3;
+
+/// What a target keeps of the smaller of its sizes at both ends of a drift, at least: all
+/// but a share that its nodes move over its height.
+const KEPT: f64 = 0.5;
+
+/// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in
+/// time: a cubic.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Orientation {
+    /// Of 1, t, t² and t³.
+    coefficients: [f64; 4],
+    /// Bound of the terms' sum at t = 0, and what is added a second.
+    size: [[f64; 2]; 3],
+}
+
+/// What of a gap is none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slack {
+    /// Of a pair that touches at the start of a drift, or that was left to sink in, m.
+    pub(crate) within: f64,
+    /// How deep it may be at the end, m.
+    pub(crate) depth: f64,
+    /// Gap above which a pair waits for the next kick, m; infinite where none can.
+    pub(crate) clear: f64,
+}
+
+/// A time in which it is no longer above round-off, until the end of its fall.
+#[derive(Clone, Copy, Debug)]
+struct Fall {
+    start: f64,
+    end: f64,
+}
+
+impl Orientation {
+    /// The volume of the edges, m, with their rates, m/s.
+    pub(super) fn of_volume([a, b, c]: [[[f64; 3]; 2]; 3]) -> Self {
+        let face = cross(&b[0], &c[0]);
+        let turns = add(&cross(&b[1], &c[0]), &cross(&b[0], &c[1]));
+        let swirl = cross(&b[1], &c[1]);
+        Self {
+            coefficients: [
+                dot(&a[0], &face),
+                dot(&a[1], &face) + dot(&a[0], &turns),
+                dot(&a[1], &turns) + dot(&a[0], &swirl),
+                dot(&a[1], &swirl),
+            ],
+            size: [a, b, c].map(|edge| edge.map(|vector| norm(&vector))),
+        }
+    }
+
+    /// The area of the edges, m, with their rates, m/s.
+    pub(crate) fn of_area([a, b]: [[[f64; 2]; 2]; 2]) -> Self {
+        let [one, other] = [a, b].map(|edge| edge.map(|vector| norm(&vector)));
+        Self {
+            coefficients: [
+                cross2(&a[0], &b[0]),
+                cross2(&a[1], &b[0]) + cross2(&a[0], &b[1]),
+                cross2(&a[1], &b[1]),
+                0.0,
+            ],
+            size: [one, other, [1.0, 0.0]],
+        }
+    }
+
+    /// Value at a time.
+    pub(super) fn at(&self, t: f64) -> f64 {
+        let [c0, c1, c2, c3] = self.coefficients;
+        c0 + t * (c1 + t * (c2 + t * c3))
+    }
+
+    /// Whether a gap, which times some size of the target is this, is within some
+    /// [`Slack`] and stays so for `duration`, given the `sizes` at its start and end.
+    pub(crate) fn rests(&self, sizes: [f64; 2], duration: f64, slack: Slack) -> bool {
+        let [now, then] = [0.0, duration].map(|time| self.at(time));
+        let (gap, next) = (now / sizes[0], then / sizes[1]);
+        let lowest = KEPT * slack.within * sizes[0].min(sizes[1]);
+        gap <= slack.within
+            && next >= -slack.depth.max(CREEPS * slack.depth - gap)
+            && self.stays_above(-lowest, duration)
+    }
+
+    /// Whether it stays above a level for `duration`: if its Bernstein coefficients do, in
+    /// whose convex hull it is.
+    fn stays_above(&self, level: f64, duration: f64) -> bool {
+        let mut power = 1.0;
+        let [c0, c1, c2, c3] = self.coefficients.map(|coefficient| {
+            let term = coefficient * power;
+            power *= duration;
+            term
+        });
+        let inner = [c0 + c1 / 3.0, c0 + (2.0 * c1 + c2) / 3.0];
+        let outer = [c0, c0 + c1 + c2 + c3];
+        inner.into_iter().chain(outer).all(|value| value >= level)
+    }
+
+    /// Whether it falls at a time: by its first derivative that is not 0.
+    pub(super) fn falls_at(&self, t: f64) -> bool {
+        let [_, c1, c2, c3] = self.coefficients;
+        let rates = [c1 + t * (2.0 * c2 + t * 3.0 * c3), c2 + 3.0 * t * c3, c3];
+        rates.into_iter().find(|&rate| rate != 0.0).unwrap_or(0.0) < 0.0
+    }
+
+    /// The same of the other sense.
+    pub(super) fn reversed(self) -> Self {
+        Self {
+            coefficients: self.coefficients.map(|c| -c),
+            ..self
+        }
+    }
+
+    /// Round-off of the value up to `duration`.
+    pub(super) fn round_off(&self, duration: f64) -> f64 {
+        let bound = self.size.map(|[now, rate]| now + duration * rate);
+        ROUND_OFF * bound[0] * bound[1] * bound[2]
+    }
+
+    /// First time at which it, positive as long as a pair is apart, has fallen to 0
+    /// and `touches` holds: never later than that. Below 0, as what comes in round the
+    /// end of its target, a pair touches as soon as that holds while it falls, as long as
+    /// it is above -`deep`.
+    pub(crate) fn first_fall(
+        &self,
+        duration: f64,
+        deep: f64,
+        touches: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let margin = self.round_off(duration);
+        let deep = deep.max(margin);
+        let is_behind = self.at(0.0) <= margin && self.at(0.0) >= -deep;
+        if is_behind && self.falls_at(0.0) && touches(0.0) {
+            return Some(0.0);
+        }
+        let falls = self.falls(duration, [margin, deep]).into_iter().flatten();
+        let mut times = falls.filter_map(|Fall { start, end }| {
+            let shallow = self.last_above(-deep, start, end);
+            first(start, shallow, &touches)
+        });
+        times.next()
+    }
+
+    /// The stretches of time within `duration` in which it falls to `margin` or, by more
+    /// than that, from below it, but not from below -`deep`; at most three. What stays
+    /// within the margins rests.
+    fn falls(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<Fall>; 3] {
+        let [_, c1, c2, c3] = self.coefficients;
+        let mut ends = [0.0, duration, duration, duration];
+        let mut count = 1;
+        for turn in roots([c1, 2.0 * c2, 3.0 * c3]).into_iter().flatten() {
+            if turn > 0.0 && turn < duration {
+                ends[count] = turn;
+                count += 1;
+            }
+        }
+        std::array::from_fn(|k| {
+            let (start, end) = (ends[k], ends[k + 1]);
+            let [high, low] = [start, end].map(|time| self.at(time));
+            let from_above = high > margin && low <= margin;
+            let from_behind = high <= margin && high >= -deep && low < high.min(0.0) - margin;
+            (k < count && (from_above || from_behind)).then(|| Fall {
+                start: self.last_above(margin, start, end),
+                end,
+            })
+        })
+    }
+
+    /// Until when it is above a `level`, of an interval in which it falls: what it is at both
+    /// ends saves most of the bisections.
+    fn last_above(&self, level: f64, low: f64, high: f64) -> f64 {
+        let holds = |t: f64| self.at(t) > level;
+        if !holds(low) {
+            low
+        } else if low < high && holds(high) {
+            high.next_down()
+        } else {
+            last(low, high, holds)
+        }
+    }
+}
+
+/// A vector and its rate after some time.
+pub(crate) fn moved<const D: usize>([now, rate]: &[[f64; D]; 2], time: f64) -> [f64; D] {
+    let mut then = *now;
+    add_scaled(&mut then, time, rate);
+    then
+}
+
+/// When something begins to hold in an interval, by [`LOOKS`] instants: before the first
+/// at which it `holds`.
+fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
+    if holds(start) {
+        return Some(start);
+    }
+    let instant = |k: u32| start + (end - start) * f64::from(k) / f64::from(LOOKS);
+    let k = (1..=LOOKS).find(|&k| holds(instant(k)))?;
+    Some(last(instant(k - 1), instant(k), |t| !holds(t)))
+}
+
+/// The last instant of an interval until which something `holds`.
+pub(super) fn last(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if holds(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Area of a vertex from the start of an edge, and of the edge that is 1 m upright.
+    fn area(from: [f64; 2], rate: [f64; 2], stretch: [f64; 2]) -> Orientation {
+        Orientation::of_area([[from, rate], [[0.0, 1.0], stretch]])
+    }
+
+    #[test]
+    fn what_rises_by_less_than_round_off_before_it_falls_touches() {
+        // 1e-17 t − t²: whether it rises at all, only exact arithmetic tells.
+        let falls = area([0.0, 0.0], [1e-17, 1.0], [1.0, 0.0]);
+        let found = falls.first_fall(1.0, 1.0, |_| true);
+        assert!(found.is_some_and(|time| time < 1e-16), "{found:?}");
+    }
+
+    #[test]
+    fn what_rests_or_parts_within_round_off_does_not_touch() {
+        for (rate, stretch) in [
+            ([0.0, 0.0], [0.0, 0.0]),
+            ([1e-17, 0.0], [0.0, 0.0]),
+            ([1.0, 0.0], [0.0, 0.0]),
+            ([1e-17, 1.0], [1e-17, 0.0]), // rises, falls, and stays within
+        ] {
+            let found = area([0.0, 0.5], rate, stretch).first_fall(1.0, 1.0, |_| true);
+            assert_eq!(found, None, "{rate:?} {stretch:?}");
+        }
+    }
+
+    #[test]
+    fn what_grazes_touches_though_the_foot_comes_in_meanwhile() {
+        // (t − ½)² is within round-off for 1e-7 s before it is 0.
+        let grazes = area([0.25, 0.0], [-1.0, -1.0], [1.0, 0.0]);
+        let found = grazes.first_fall(1.0, 1.0, |time| time > 0.5 - 1e-9);
+        let comes_in = 0.5 - 1e-9;
+        assert!(
+            found.is_some_and(|time| time <= comes_in && time > comes_in - 1e-15),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_comes_in_from_behind_touches_unless_it_is_too_deep() {
+        for (start, deep, touches) in [
+            (0.1, 0.3, true), // falls to -0.1 before it comes in
+            (-0.1, 0.4, true),
+            (0.1, 0.05, false),
+            (-0.1, 0.25, false),
+        ] {
+            let falls = area([start, 0.0], [-1.0, 0.0], [0.0, 0.0]);
+            let found = falls.first_fall(1.0, deep, |time| time > 0.2);
+            let expected = touches.then_some(0.2);
+            let apart = found.zip(expected).map(|(one, other)| (one - other).abs());
+            assert!(
+                found.is_some() == touches && apart.is_none_or(|d| d < 1e-15),
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_comes_in_from_behind_for_a_while_touches() {
+        let falls = area([0.2, 0.0], [-1.0, 0.0], [0.0, 0.0]);
+        let found = falls.first_fall(1.2, 1.0, |time| (0.3..0.6).contains(&time));
+        assert!(
+            found.is_some_and(|time| (time - 0.3).abs() < 1e-15),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_turns_behind_touches_when_it_falls_again() {
+        // -0.1 + 0.2 t - t²
+        let falls = area([-0.1, 0.0], [0.1, 0.0], [0.0, 0.0]);
+        assert_eq!(falls.first_fall(1.0, 0.3, |_| true), None);
+        let turns = Orientation {
+            coefficients: [-0.1, 0.2, -1.0, 0.0],
+            ..falls
+        };
+        let found = turns.first_fall(1.0, 0.3, |_| true);
+        assert!(
+            found.is_some_and(|time| (time - 0.1).abs() < 1e-15),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_leaves_from_behind_does_not_touch_as_it_comes_in() {
+        let rises = area([-0.5, 0.0], [1.0, 0.0], [0.0, 0.0]);
+        assert_eq!(rises.first_fall(1.0, 1.0, |time| time > 0.2), None);
+    }
+
+    #[test]
+    fn what_touches_rests_unless_it_sinks() {
+        let slack = Slack {
+            within: 1e-2,
+            depth: 1e-6,
+            clear: f64::INFINITY,
+        };
+        for (gap, sinks, rests) in [
+            (0.0, 0.0, true),
+            (0.0, 0.5e-6, true),
+            (0.0, 2e-6, false),
+            (0.0, -1.0, true), // parts
+            (-1e-3, 0.5e-9, true),
+            (-1e-3, 1e-8, false), // left to sink in before, and does so again
+            (-2e-2, 0.0, false),  // too deep to be left
+            (2e-2, 0.0, false),   // does not touch
+        ] {
+            let falls = area([gap, 0.5], [-sinks, 0.0], [0.0, 0.0]);
+            assert_eq!(falls.rests([1.0; 2], 1.0, slack), rests, "{gap} {sinks}");
+        }
+        // -0.04 t (1 - t) of the whole: back at its end, and deep on its way.
+        let dips = Orientation {
+            coefficients: [0.0, -0.04, 0.04, 0.0],
+            ..area([0.0, 0.5], [0.0; 2], [0.0; 2])
+        };
+        assert!(!dips.rests([1.0; 2], 1.0, slack));
+        // The same volume to half the target is twice the depth.
+        let falls = area([0.0, 0.5], [-0.8e-6, 0.0], [0.0, 0.0]);
+        assert!(falls.rests([1.0, 1.0], 1.0, slack) && !falls.rests([1.0, 0.5], 1.0, slack));
+    }
+}

@@ -1,0 +1,212 @@
+//! When a pair touches, at constant velocities: the first time at which its features
+//! lie in one plane, and in each other.
+
+use crate::contact::ccd::signed_volume::{Orientation, Slack, last, moved};
+use crate::contact::narrow_phase::edge_edge::Lines;
+use crate::contact::surface::Positions;
+use crate::contact::surface::boundary_3d::Shell;
+use crate::math::vector::{cross, dot, norm, sub};
+
+/// Edges that turn less in a drift than by the angle of this cosine do not become parallel
+/// in it; and how far their normal must point out of the target, to do so all the time.
+const STEADY: f64 = 0.5;
+const OUTWARD: f64 = 0.1;
+
+impl Shell {
+    /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
+    /// `depth` then.
+    pub(crate) fn time_of_facing(
+        &self,
+        (vertex, triangle): (u32, u32),
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, depth): (f64, f64),
+    ) -> Option<f64> {
+        let (volume, sides) = self.volume_before((vertex, triangle), at, velocity);
+        let deep = depth * area(&sides, 0.0);
+        volume.first_fall(duration, deep, |time| {
+            let then = at.after(velocity, time);
+            let facing = self.facing(vertex, triangle, then);
+            self.lies_on((vertex, triangle), &facing, then, depth)
+        })
+    }
+
+    /// The same of two edges.
+    pub(crate) fn time_of_crossing(
+        &self,
+        [main, target]: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, depth): (f64, f64),
+    ) -> Option<f64> {
+        if !self.are_sharp_within([main, target], at, velocity, duration) {
+            return None;
+        }
+        let (volume, edges) = self.volume_between([main, target], at, velocity);
+        // Edges that turn have another volume to the same gap at the end.
+        let area = |time: f64| area(&edges, time);
+        let crossing = |time: f64| self.crossing(main, target, at.after(velocity, time));
+        // Edges that turn out of one line touch as soon as they are no longer parallel,
+        // unless they stay so near that the next kick will do.
+        let sinks = crossing(0.0).is_none()
+            && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
+        let margin = volume.round_off(duration);
+        let touches = |forward: bool| {
+            move |time: f64| {
+                let then = at.after(velocity, time);
+                let lines = self.lines(main, target, then);
+                let on = |lines: &Lines| self.cross_on([main, target], &lines.foot, then, depth);
+                lines.filter(on).is_some_and(|lines| {
+                    let crossing = lines.between(&self.outward(main, target, then));
+                    crossing.forward == forward
+                        && crossing.gap * crossing.area >= -margin.max(depth * crossing.area)
+                })
+            }
+        };
+        let within = |duration: f64, volume: Orientation, forward| {
+            let deep = depth * f64::max(area(0.0), area(duration));
+            volume.first_fall(duration, deep, touches(forward))
+        };
+        let first = |volume: Orientation, forward| {
+            let whole = within(duration, volume, forward);
+            // The area grows while they sink in: a look at the time until they are deep.
+            let shallow = |t: f64| volume.at(t) >= -margin - depth * area(t);
+            let soon = sinks.then(|| within(last(0.0, duration, shallow), volume, forward));
+            whole.into_iter().chain(soon.flatten())
+        };
+        let times = first(volume, true).chain(first(volume.reversed(), false));
+        let time = times.min_by(f64::total_cmp)?;
+        let is_parallel = || crossing(time).is_none();
+        Some(if sinks && is_parallel() {
+            time.next_up()
+        } else {
+            time
+        })
+    }
+
+    /// Whether a vertex that touches a triangle stays as it is for `duration` seconds.
+    pub(crate) fn rests_facing(
+        &self,
+        pair: (u32, u32),
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, slack): (f64, Slack),
+    ) -> bool {
+        let (volume, sides) = self.volume_before(pair, at, velocity);
+        let areas = [0.0, duration].map(|time| area(&sides, time));
+        volume.rests(areas, duration, slack)
+    }
+
+    /// The same of two edges, if they stay far from parallel; or whether they are clear.
+    pub(crate) fn rests_crossing(
+        &self,
+        [main, target]: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        (duration, slack): (f64, Slack),
+    ) -> bool {
+        let Some(crossing) = self.crossing(main, target, at) else {
+            return slack.clear.is_finite();
+        };
+        if crossing.gap > slack.clear {
+            return true;
+        }
+        let (volume, edges) = self.volume_between([main, target], at, velocity);
+        let [now, then] = [0.0, duration].map(|time| {
+            let [one, other] = edges.map(|edge| moved(&edge, time));
+            cross(&one, &other)
+        });
+        let areas = [&now, &then].map(norm);
+        let turns = dot(&now, &then) < STEADY * areas[0] * areas[1];
+        let volume = if crossing.forward {
+            volume
+        } else {
+            volume.reversed()
+        };
+        crossing.outward > OUTWARD && !turns && volume.rests(areas, duration, slack)
+    }
+
+    /// Volume of a vertex before a triangle, and two sides of that with their rates.
+    fn volume_before(
+        &self,
+        (vertex, triangle): (u32, u32),
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
+        let [a, b, c] = self.skin.triangles[triangle as usize].corners;
+        let [vertex, b, c] = [vertex, b, c].map(|corner| self.between(a, corner, at, velocity));
+        (Orientation::of_volume([vertex, b, c]), [b, c])
+    }
+
+    /// Volume of the ends of two edges, and these with their rates.
+    fn volume_between(
+        &self,
+        edges: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
+        let between = |[from, to]: [u32; 2]| self.between(from, to, at, velocity);
+        let [one, other] = edges.map(|edge| self.skin.edges[edge as usize].ends);
+        let edges = [one, other].map(between);
+        let volume = Orientation::of_volume([between([other[0], one[0]]), edges[0], edges[1]]);
+        (volume, edges)
+    }
+
+    /// Whether two edges can meet each other in a drift: edges within faces that bulge
+    /// meanwhile are sharp by its end.
+    fn are_sharp_within(
+        &self,
+        [one, other]: [u32; 2],
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+    ) -> bool {
+        let end = at.after(velocity, duration);
+        let is_sharp = |edge: u32, under: u32| {
+            let length = self.length(under, at);
+            self.skin.is_sharp_under(edge, length, at)
+                || self.skin.may_sharpen(edge, length, at, velocity, duration)
+                    && self.skin.is_sharp_under(edge, length, end)
+        };
+        is_sharp(one, other) && is_sharp(other, one)
+    }
+
+    /// Whether they might, at a glance.
+    pub(crate) fn may_be_sharp_within(
+        &self,
+        [one, other]: [u32; 2],
+        at: Positions<3>,
+        end: Positions<3>,
+    ) -> bool {
+        let is_flat = |edge: u32, under: u32| {
+            let length = self.length(under, at);
+            let mut moments = [at, end].into_iter();
+            moments.all(|at| self.skin.is_flat_under(edge, length, at))
+        };
+        !is_flat(one, other) && !is_flat(other, one)
+    }
+
+    /// Velocity of a corner, m/s.
+    fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
+        self.skin.mean(corner, |node| velocity[node as usize])
+    }
+
+    /// A vector between two corners, and its rate.
+    fn between(
+        &self,
+        from: u32,
+        to: u32,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+    ) -> [[f64; 3]; 2] {
+        let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));
+        let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
+        [sub(&end, &start), sub(&fast, &slow)]
+    }
+}
+
+/// Area between two vectors with their rates after some time, m².
+fn area(sides: &[[[f64; 3]; 2]; 2], time: f64) -> f64 {
+    let [one, other] = sides.each_ref().map(|side| moved(side, time));
+    norm(&cross(&one, &other))
+}

@@ -1,0 +1,401 @@
+//! Which open pairs of an island touch first, and when.
+
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
+use crate::contact::ccd::signed_volume::Slack;
+use crate::contact::constraint::active_set::Closed;
+use crate::contact::constraint::contact_point::{Live, Moment};
+use crate::contact::detection::separation_bounds::Near;
+use crate::contact::island::{Island, SHALLOW, Setting};
+use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::solver::system::SHARE;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::math::vector::{norm, sub};
+use crate::model::kinematics::Kicked;
+
+/// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th
+/// of the smallest boundary edge by default. By as much points stay uneven that come to
+/// rest; what has been left to sink in farther closes no later than at [`SHALLOW`].
+const LEAST_DEPTH: f64 = 1e-7;
+
+/// When the open pairs of an island touch in a drift.
+#[derive(Debug, Default)]
+pub(crate) struct Touches<const D: usize> {
+    /// Those that are not never, with their numbers among the pairs near, which
+    /// rise.
+    touch: Vec<(usize, Touch)>,
+    /// Storage of a look: what there was before; places of the pairs looked at, and these; what
+    /// glances tell, and looks; closed pairs, sorted, and by place.
+    before: Vec<(usize, Touch)>,
+    anew: Vec<(usize, Pair)>,
+    glances: Vec<(Look, Option<f64>)>,
+    looked: Vec<Touch>,
+    closed: Vec<Pair>,
+    by_place: Closed<D>,
+}
+
+impl<const D: usize> Clone for Touches<D> {
+    /// An empty one: a kick looks at all pairs anew.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// When a pair touches, s from the start of the drift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Touch {
+    Never,
+    /// Then, and as a touch of that pair.
+    At(f64, Pair),
+    /// It would, but its surroundings do not let it as they move now.
+    Refused,
+    /// It did at an event, or another pair in its place, and is not closed for all that
+    /// is known.
+    Due,
+    Closed,
+}
+
+/// When pairs that have touched already are to be closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Wanted {
+    /// In a kick, before the drift: those that sink in at all.
+    InKick,
+    /// In the drift: those that cannot wait for the next kick.
+    InDrift,
+}
+
+impl Wanted {
+    /// Up to how deep a pair does not sink in, over the tolerance.
+    fn depth(self) -> f64 {
+        match self {
+            Self::InKick => LEAST_DEPTH,
+            Self::InDrift => SHALLOW,
+        }
+    }
+
+    /// Gap, over the tolerance, above which a pair waits for the next kick that is too
+    /// slow to come deep in the drift.
+    fn waits_above(self) -> f64 {
+        match self {
+            Self::InKick => LEAST_DEPTH,
+            Self::InDrift => -SHALLOW,
+        }
+    }
+}
+
+impl<const D: usize> Touches<D> {
+    /// Looks at all open pairs for a drift of `duration` seconds from now.
+    pub(crate) fn begin(
+        &mut self,
+        island: &mut Island<D>,
+        setting: &Setting<D>,
+        motion: &Kicked<D>,
+        duration: f64,
+    ) {
+        self.touch.clear();
+        let interval = (Wanted::InKick, (0.0, duration));
+        self.look(island, setting, motion, interval, |_, _, _| true);
+    }
+
+    /// The kick is over, in which contacts `parted`, or stood for pairs until they did, and
+    /// pairs that touched were left open: what of them cannot wait for the next touches in
+    /// the drift.
+    pub(crate) fn go_on(
+        &mut self,
+        island: &mut Island<D>,
+        setting: &Setting<D>,
+        motion: &Kicked<D>,
+        (duration, parted): (f64, bool),
+    ) {
+        let is_open = |touch: Touch| match touch {
+            Touch::Due => true,
+            Touch::Closed | Touch::Refused => parted,
+            Touch::Never | Touch::At(..) => false,
+        };
+        if parted || self.touch.iter().any(|(_, touch)| is_open(*touch)) {
+            let again = |_: &[u32], old: Touch, _: Pair| is_open(old);
+            let interval = (Wanted::InDrift, (0.0, duration));
+            self.look(island, setting, motion, interval, again);
+        }
+    }
+
+    /// Pairs that touch in the rest of the drift, as far as is known.
+    pub(crate) fn ahead(&self) -> usize {
+        let ahead = |(_, touch): &&(usize, Touch)| matches!(touch, Touch::At(..));
+        self.touch.iter().filter(ahead).count()
+    }
+
+    /// The pairs that touch already, as one.
+    pub(crate) fn now(&mut self) -> Vec<Pair> {
+        self.take(|time, _| time <= 0.0)
+    }
+
+    /// The first instant at which pairs touch, s from the start of the drift,
+    /// and those that do within `window` seconds from then, in order of time;
+    /// with them those that are `close` at that instant and touch in this drift.
+    pub(crate) fn first(
+        &mut self,
+        window: f64,
+        close: impl Fn(f64, Pair) -> bool,
+    ) -> Option<(f64, Vec<Pair>)> {
+        let times = self.touch.iter().filter_map(|(_, touch)| match touch {
+            Touch::At(time, _) => Some(*time),
+            _ => None,
+        });
+        let first = times.min_by(f64::total_cmp)?;
+        let due = self.take(|time, pair| time <= first + window || close(first, pair));
+        Some((first, due))
+    }
+
+    /// The pairs that touch at times that are `due`, in order of time: they are one event.
+    fn take(&mut self, due: impl Fn(f64, Pair) -> bool) -> Vec<Pair> {
+        let mut taken = Vec::new();
+        for (_, touch) in &mut self.touch {
+            if let Touch::At(time, pair) = *touch
+                && due(time, pair)
+            {
+                taken.push((time, pair));
+                *touch = Touch::Due;
+            }
+        }
+        taken.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        taken.into_iter().map(|(_, pair)| pair).collect()
+    }
+
+    /// After an event at `elapsed` that has changed the velocities `before` of
+    /// the island: pairs of nodes that go on as they did touch as they would. Those
+    /// that were due may not be what has closed, if any contact has begun.
+    pub(crate) fn update(
+        &mut self,
+        island: &mut Island<D>,
+        setting: &Setting<D>,
+        motion: &Kicked<D>,
+        (before, has_begun): (&[[f64; D]], bool),
+        (wanted, interval): (Wanted, (f64, f64)),
+    ) {
+        let again = |own: &[u32], old: Touch, pair: Pair| match old {
+            Touch::Closed => false,
+            Touch::Due => has_begun,
+            Touch::Refused => true,
+            Touch::Never | Touch::At(..) => {
+                let main = setting.surface.main_nodes(pair.main).iter();
+                let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
+                nodes.any(|node| match own.binary_search(node) {
+                    Ok(number) => motion.velocity[*node as usize] != before[number],
+                    Err(_) => false,
+                })
+            }
+        };
+        self.look(island, setting, motion, (wanted, interval), again);
+    }
+
+    /// Looks `again` at pairs, given the nodes of the island; leaves out those that
+    /// cannot touch.
+    fn look(
+        &mut self,
+        island: &mut Island<D>,
+        setting: &Setting<D>,
+        motion: &Kicked<D>,
+        (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
+        again: impl Fn(&[u32], Touch, Pair) -> bool,
+    ) {
+        let Island {
+            near, live, nodes, ..
+        } = island;
+        near.measure(nodes, motion);
+        self.add_near(near, duration - elapsed);
+        self.anew.clear();
+        for (place, &(number, touch)) in self.touch.iter().enumerate() {
+            let pair = near.pair(number);
+            if again(nodes, touch, pair) {
+                self.anew.push((place, pair));
+            }
+        }
+        let at = motion.positions();
+        let formed = match at.formed {
+            Some(_) => None,
+            None => setting.surface.form(self.anew.len(), None),
+        };
+        let at = at.with(at.formed.or(formed.as_ref()));
+        self.closed.clear();
+        self.closed.extend(live.iter().map(|live| live.pair));
+        self.closed.sort_unstable();
+        let pairs = &self.closed;
+        let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
+        let remaining = duration - elapsed;
+        let look = |&(_, pair): &(usize, Pair)| {
+            if is_closed(&pair) {
+                (Look::Touch(Touch::Closed), None)
+            } else {
+                look_at(setting, (motion, at), pair, (wanted, remaining))
+            }
+        };
+        let pairs = self.anew.par_iter().with_min_len(SHARE);
+        pairs.map(look).collect_into_vec(&mut self.glances);
+        // At rest most pairs are told at a glance.
+        let more = |(look, _): &(Look, _)| matches!(look, Look::Within(_));
+        if self.glances.iter().any(more) {
+            self.by_place.list(live, setting.surface, (motion, at));
+        }
+        let closed = (&self.by_place, &**live);
+        let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(Look, _))| match look {
+            Look::Touch(touch) => touch,
+            Look::Within(span) => {
+                let interval = (span, elapsed, duration);
+                touch(closed, setting, (motion, at), pair, interval)
+            }
+        };
+        let pairs = self.anew.par_iter().zip(&self.glances).with_min_len(SHARE);
+        pairs.map(touch).collect_into_vec(&mut self.looked);
+        let told = self.glances.iter().zip(&self.looked);
+        for (&(place, _), (&(_, apart), &touch)) in self.anew.iter().zip(told) {
+            let (number, of_pair) = &mut self.touch[place];
+            *of_pair = touch;
+            if let Some(apart) = apart {
+                near.remember(*number, apart);
+            }
+        }
+        self.touch.retain(|(_, touch)| *touch != Touch::Never);
+    }
+
+    /// Adds the pairs near that may touch within a duration, s, and of which nothing is known.
+    fn add_near(&mut self, near: &mut Near, duration: f64) {
+        std::mem::swap(&mut self.touch, &mut self.before);
+        self.touch.clear();
+        let mut known = self.before.iter().copied().peekable();
+        for number in near.may_touch(duration) {
+            while let Some(before) = known.next_if(|(of, _)| *of < number) {
+                self.touch.push(before);
+            }
+            let old = known.next_if(|(of, _)| *of == number);
+            self.touch.push(old.unwrap_or((number, Touch::Never)));
+        }
+        self.touch.extend(known);
+    }
+}
+
+/// What a glance tells of an open pair.
+#[derive(Clone, Copy, Debug)]
+enum Look {
+    /// All.
+    Touch(Touch),
+    /// That it may touch within so many seconds.
+    Within(f64),
+}
+
+/// A glance at an open pair in what is `remaining` of a drift, s, at constant velocities, and
+/// how far apart its features are now, m, or less, if that was asked.
+fn look_at<const D: usize>(
+    setting: &Setting<D>,
+    (motion, at): (&Kicked<D>, Positions<D>),
+    pair: Pair,
+    (wanted, remaining): (Wanted, f64),
+) -> (Look, Option<f64>) {
+    let (surface, tolerance) = (setting.surface, setting.tolerance);
+    let apart = surface.apart(pair, at);
+    let way = remaining * fastest(surface, motion, pair);
+    let end = at.after(motion.velocity, remaining);
+    if apart > tolerance + way || !surface.may_touch(pair, at, end) {
+        return (Look::Touch(Touch::Never), Some(apart));
+    }
+    let is_slow = way <= SHALLOW * tolerance;
+    let clear = if is_slow {
+        wanted.waits_above() * tolerance
+    } else {
+        f64::INFINITY
+    };
+    let slack = Slack {
+        within: SHALLOW * tolerance,
+        depth: wanted.depth() * tolerance,
+        clear,
+    };
+    let look = if surface.rests(pair, at, motion.velocity, remaining, slack) {
+        Look::Touch(Touch::Never)
+    } else {
+        Look::Within(if is_slow { 0.0 } else { remaining })
+    };
+    (look, Some(apart))
+}
+
+/// When a pair between the closed contacts of its blocks touches, within `span` seconds
+/// after `elapsed`.
+fn touch<const D: usize>(
+    (closed, live): (&Closed<D>, &[Live<D>]),
+    setting: &Setting<D>,
+    (motion, at): (&Kicked<D>, Positions<D>),
+    pair: Pair,
+    (span, elapsed, duration): (f64, f64, f64),
+) -> Touch {
+    let (surface, tolerance) = (setting.surface, setting.tolerance);
+    let remaining = duration - elapsed;
+    let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
+    let Some(wait) = wait else {
+        return Touch::Never;
+    };
+    let beside = closed.beside(live, setting, (motion, at), (pair, remaining));
+    let moment = Moment::in_drift(at, motion.velocity, [wait, remaining]);
+    // A whole drift on: by its end, a touch in the last instant of this one would
+    // leave the choice between faces to round-off.
+    let later = at.after(motion.velocity, wait + duration);
+    match owner(setting, beside, pair, (moment, later)) {
+        Some(owner) => Touch::At(elapsed + wait, owner),
+        None => Touch::Refused,
+    }
+}
+
+/// The pair that a touch of `pair` belongs to, of those that closed contacts `beside` it
+/// do not stand for, if any.
+fn owner<'a, const D: usize>(
+    setting: &Setting<D>,
+    beside: impl Iterator<Item = &'a Live<D>> + Clone,
+    pair: Pair,
+    (moment, later): (Moment<D>, Positions<D>),
+) -> Option<Pair> {
+    let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.touch);
+    let point = surface.point(pair, then);
+    let is_here = |live: &Live<D>| norm(&sub(&surface.point(live.pair, then), &point)) <= tolerance;
+    // What is closed at the same place comes first: it costs less to ask.
+    let mut gap = None;
+    let bars = |live: &Live<D>| {
+        live.says(setting, pair, moment)
+            || is_here(live) && {
+                let held = surface.project(live.pair, later);
+                let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
+                held.outside <= tolerance
+                    && held.gap >= *gap
+                    && !surface.both_bear(live.pair, pair, then)
+                    && !live.leaves(setting, pair, moment)
+            }
+    };
+    if beside.clone().any(bars) {
+        return None;
+    }
+    let best = rightful(surface, pair, [then, later], tolerance, &|_| true);
+    let says = |live: &Live<D>| best.is_some_and(|best| live.says(setting, best, moment));
+    if best.is_some() && !beside.clone().any(says) {
+        return best;
+    }
+    // It belongs to what is closed, or goes past that, unless it is left to sink in.
+    let held: SmallVec<[&Live<D>; 8]> = beside.filter(|live| is_here(live) || says(live)).collect();
+    let is_left = |pair| held.iter().all(|live| live.leaves(setting, pair, moment));
+    if held.is_empty() {
+        return None;
+    }
+    rightful(surface, pair, [then, later], tolerance, &is_left)
+}
+
+/// Most by which the nodes of the two features move against each other, m/s:
+/// their velocities as seen from one of them.
+fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &Kicked<D>, pair: Pair) -> f64 {
+    let of = |node: &u32| &motion.velocity[*node as usize];
+    let (main, target) = (
+        surface.main_nodes(pair.main),
+        surface.target_nodes(pair.target),
+    );
+    let seen = |nodes: &[u32]| {
+        let speeds = nodes.iter().map(|node| norm(&sub(of(node), of(&main[0]))));
+        speeds.fold(0.0, f64::max)
+    };
+    seen(main) + seen(target)
+}

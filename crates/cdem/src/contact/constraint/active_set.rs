@@ -1,0 +1,153 @@
+//! The closed contacts of an island, by blocks and by place: what an open pair is
+//! compared with before it may touch.
+//!
+//! Two blocks may have hundreds of contacts, as round ones that press on each other.
+//! A touch can only say the same as a contact whose main feature is where its own is.
+
+use std::ops::Range;
+
+use crate::contact::constraint::contact_point::Live;
+use crate::contact::detection::grid::Aabb;
+use crate::contact::detection::initial_overlap::ordered;
+use crate::contact::island::Setting;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::math::vector::norm;
+use crate::model::kinematics::Kicked;
+
+/// How far from a touch the main feature of a contact may be that says the same, over
+/// the tolerance: either's point lies aside of its feature, and both aside of the touch.
+const ASIDE: f64 = 4.0;
+
+/// The closed contacts, for a drift from some positions; its storage is kept.
+#[derive(Debug, Default)]
+pub(crate) struct Closed<const D: usize> {
+    /// Blocks with contacts between them, sorted.
+    between: Vec<Between>,
+    /// Their contacts: those of two blocks together, from low to high along their axis.
+    places: Vec<Place<D>>,
+    /// Largest speed of a node that one has, m/s.
+    fastest: f64,
+}
+
+/// Contacts between two blocks.
+#[derive(Debug)]
+struct Between {
+    blocks: [u32; 2],
+    places: Range<usize>,
+    /// Axis along which they lie farthest apart.
+    axis: usize,
+    /// Most that a main feature measures along it, m.
+    longest: f64,
+}
+
+/// A contact, by its number, and the box around the nodes of its main feature.
+#[derive(Debug)]
+struct Place<const D: usize> {
+    blocks: [u32; 2],
+    nodes: Aabb<D>,
+    number: u32,
+}
+
+impl<const D: usize> Closed<D> {
+    /// Takes these contacts.
+    pub(crate) fn list(
+        &mut self,
+        live: &[Live<D>],
+        surface: &dyn Surface<D>,
+        (motion, at): (&Kicked<D>, Positions<D>),
+    ) {
+        let place = |(number, live): (u32, &Live<D>)| Place {
+            blocks: ordered(live.record.blocks),
+            nodes: around_nodes(surface, live.pair, at, 0.0),
+            number,
+        };
+        self.places.clear();
+        self.places.extend((0..).zip(live).map(place));
+        self.places
+            .sort_unstable_by_key(|place| (place.blocks, place.number));
+        self.between.clear();
+        let mut first = 0;
+        for same in self
+            .places
+            .chunk_by_mut(|one, other| one.blocks == other.blocks)
+        {
+            self.between.push(Between::sort(same, first));
+            first += same.len();
+        }
+        let nodes = live
+            .iter()
+            .flat_map(|live| surface.main_nodes(live.pair.main));
+        self.fastest = fastest(nodes, motion);
+    }
+
+    /// Those of the contacts listed that may say the same as a touch of `pair`, or of one beside
+    /// it, within `duration` seconds, and some more.
+    pub(crate) fn beside<'a>(
+        &self,
+        live: &'a [Live<D>],
+        setting: &Setting<D>,
+        (motion, at): (&Kicked<D>, Positions<D>),
+        (pair, duration): (Pair, f64),
+    ) -> impl Iterator<Item = &'a Live<D>> + Clone {
+        let surface = setting.surface;
+        let own = fastest(surface.main_nodes(pair.main), motion);
+        let margin = ASIDE * setting.tolerance + (own + self.fastest) * duration;
+        let touch = around_nodes(surface, pair, at, margin);
+        let blocks = ordered(setting.blocks(pair));
+        let between = self.between.binary_search_by_key(&blocks, |b| b.blocks);
+        let (places, axis, lowest) = between.map_or((&self.places[..0], 0, 0.0), |number| {
+            let between = &self.between[number];
+            let axis = between.axis;
+            let lowest = touch.min[axis] - between.longest;
+            (&self.places[between.places.clone()], axis, lowest)
+        });
+        let first = places.partition_point(|place| place.nodes.min[axis] < lowest);
+        let near = places[first..].iter();
+        near.take_while(move |place| place.nodes.min[axis] <= touch.max[axis])
+            .filter(move |place| place.nodes.overlaps(&touch))
+            .map(|place| &live[place.number as usize])
+    }
+}
+
+impl Between {
+    /// Sorts the contacts of two blocks, the first of which has a number.
+    fn sort<const D: usize>(places: &mut [Place<D>], first: usize) -> Self {
+        let lower = Aabb::around(places.iter().map(|place| place.nodes.min), 0.0);
+        let spread = |c: &usize| lower.max[*c] - lower.min[*c];
+        let farthest = (0..D).max_by(|a, b| spread(a).total_cmp(&spread(b)));
+        let axis = farthest.unwrap_or(0);
+        places.sort_unstable_by(|one, other| {
+            let along = one.nodes.min[axis].total_cmp(&other.nodes.min[axis]);
+            along.then(one.number.cmp(&other.number))
+        });
+        let lengths = places.iter().map(|p| p.nodes.max[axis] - p.nodes.min[axis]);
+        Self {
+            blocks: places[0].blocks,
+            places: first..first + places.len(),
+            axis,
+            longest: lengths.fold(0.0, f64::max),
+        }
+    }
+}
+
+/// The box around the nodes of a pair's main feature, grown by a margin, m.
+fn around_nodes<const D: usize>(
+    surface: &dyn Surface<D>,
+    pair: Pair,
+    at: Positions<D>,
+    margin: f64,
+) -> Aabb<D> {
+    let nodes = surface.main_nodes(pair.main).iter();
+    Aabb::around(nodes.map(|&node| at.at(node)), margin)
+}
+
+/// The largest speed of nodes, m/s.
+fn fastest<'a, const D: usize>(
+    nodes: impl IntoIterator<Item = &'a u32>,
+    motion: &Kicked<D>,
+) -> f64 {
+    let speeds = nodes
+        .into_iter()
+        .map(|&node| norm(&motion.velocity[node as usize]));
+    speeds.fold(0.0, f64::max)
+}

@@ -1,0 +1,496 @@
+//! A contact point while it lasts.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::ccd::signed_volume::LOOKS;
+use crate::contact::constraint::law::Law;
+use crate::contact::island::{MISS, Setting};
+use crate::contact::solver::gauss_seidel::{Constraint, Limit, shear_norm};
+use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
+use crate::math::serde_pod;
+use crate::math::vector::{add_scaled, dot};
+use crate::output::ContactKind;
+
+/// Share of what a gap is wrong by that a step sets right. All of it at once (SHAKE)
+/// hands on what a solve has left, as a kick against all that presses. A solve that
+/// brings some impulses nearer by a share η of what they miss makes oscillators of gaps,
+/// damped by √(η/AIM)/2 of the critical: a wall of 210 stones, with solves that ended at
+/// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this.
+const AIM: f64 = 0.02;
+
+/// What a gap may be wrong by and is right, over the tolerance: a 1e-7th of the smallest
+/// boundary edge by default. Where contacts are more than freedoms, gaps contradict each
+/// other by what solves have missed and bodies bent. To set that right is to ask for what
+/// cannot be: impulses grow and shrink from step to step, until a contact opens or slips
+/// and all begins anew, and a wall of 210 stones stirs for ever, at 1e-6 m/s. What is
+/// right asks for no motion, on which all contacts agree.
+const RIGHT: f64 = 1e-3;
+
+/// How far the force of a contact is taken to go on changing as it did: where forces swing,
+/// solves begin an order nearer to their ends than from the last forces, and take two thirds
+/// of the sweeps. Not all of it: what does not matter to any velocity, as between contacts
+/// that are more than freedoms, would go on for ever.
+const TREND: f64 = 0.95;
+
+/// A closed contact: the pair is one node until a criterion parts it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Live<const D: usize> {
+    /// Main and target feature.
+    pub(crate) pair: Pair,
+    /// Strengths of the pair of blocks.
+    pub(crate) law: Law,
+    /// Foot on the target: while the pair sticks, the material point it is
+    /// bound to; while it slides, where it was last.
+    pub(crate) foot: [f64; 2],
+    /// Unit normal out of the target in the last kick: how two edges lie leaves open which
+    /// way theirs goes.
+    #[serde(with = "serde_pod")]
+    pub(crate) normal: [f64; D],
+    /// Offset from the anchored point that is kept, in the frame, m: what it was
+    /// when the contact began, as a gap within the tolerance at t = 0.
+    #[serde(with = "serde_pod")]
+    pub(crate) offset: [f64; D],
+    /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
+    /// ([`Overlaps`](crate::contact::detection::initial_overlap::Overlaps)).
+    pub(crate) given: f64,
+    /// Bound to a material point of the target.
+    pub(crate) sticks: bool,
+    /// Cohesion and tensile strength are still there.
+    pub(crate) joint: bool,
+    /// Touched, but not solved for yet.
+    pub(crate) fresh: bool,
+    /// Impulse of the last solve in the frame, N·s, and its interval, s.
+    #[serde(with = "serde_pod")]
+    pub(crate) impulse: [f64; D],
+    pub(crate) interval: f64,
+    /// Forces of the last kick and of the one before, without what impacts have added, in the
+    /// frame, N; 0 before the first.
+    #[serde(with = "serde_pod")]
+    pub(crate) force: [f64; D],
+    #[serde(with = "serde_pod")]
+    pub(crate) force_before: [f64; D],
+    /// Penalty: elongation of the shear springs, m.
+    #[serde(with = "serde_pod")]
+    pub(crate) shear_spring: [f64; D],
+    /// What `contacts.csv` tells of it.
+    pub(crate) record: Record,
+}
+
+/// The life of a contact point so far.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Record {
+    pub(crate) kind: ContactKind,
+    pub(crate) time_on: f64,
+    pub(crate) time_off: Option<f64>,
+    pub(crate) position: [f64; 3],
+    pub(crate) area: f64,
+    /// Normal impulse of the coarse step under way, N·s.
+    pub(crate) step_impulse: f64,
+    pub(crate) peak_normal_force: f64,
+    pub(crate) normal_impulse: f64,
+    pub(crate) shear_impulse: f64,
+    pub(crate) slip: f64,
+    pub(crate) level: u32,
+    pub(crate) blocks: [u32; 2],
+}
+
+impl Record {
+    /// What there is of it if it ends at a time, s.
+    pub(crate) fn ended(&self, time: f64) -> Self {
+        Self {
+            time_off: Some(time),
+            ..self.clone()
+        }
+    }
+
+    /// Counts an impulse in the frame of which some was counted `before`, N·s.
+    pub(crate) fn count<const D: usize>(&mut self, before: &[f64; D], impulse: &[f64; D]) {
+        self.step_impulse += impulse[0] - before[0];
+        self.normal_impulse += impulse[0] - before[0];
+        self.shear_impulse += shear_norm(impulse) - shear_norm(before);
+    }
+
+    /// Closes a coarse step of `step` seconds.
+    pub(crate) fn end_step(&mut self, step: f64) {
+        self.peak_normal_force = self.peak_normal_force.max(self.step_impulse / step);
+        self.step_impulse = 0.0;
+    }
+}
+
+/// A touch, and what is known then of the drift it is in.
+#[derive(Clone, Copy)]
+pub(crate) struct Moment<'a, const D: usize> {
+    /// Positions at the touch.
+    pub(crate) touch: Positions<'a, D>,
+    /// Positions at the end of the drift, as nodes move now.
+    pub(crate) end: Positions<'a, D>,
+    /// Whether they move as closed contacts let them, but [fresh](Live::fresh) ones.
+    pub(crate) is_held: bool,
+}
+
+/// Where a contact's point is that has been followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Followed {
+    /// On its target feature, or a neighbour.
+    There,
+    /// So too, but farther from that feature than it is across: on the way it was held to
+    /// a plane that the surface may have left.
+    InAHurry,
+    /// Where the surface has ended, by more than the tolerance, so that flush corners do not
+    /// flicker.
+    Beyond,
+}
+
+impl<'a, const D: usize> Moment<'a, D> {
+    /// One of which nothing is asked but how things are.
+    pub(crate) fn still(at: Positions<'a, D>) -> Self {
+        Self {
+            touch: at,
+            end: at,
+            is_held: false,
+        }
+    }
+
+    /// A touch some time from now, in what remains of a drift for which closed contacts
+    /// are solved.
+    pub(crate) fn in_drift(
+        at: Positions<'a, D>,
+        velocity: &'a [[f64; D]],
+        [wait, remaining]: [f64; 2],
+    ) -> Self {
+        Self {
+            touch: if wait > 0.0 {
+                at.after(velocity, wait)
+            } else {
+                at
+            },
+            end: at.after(velocity, remaining),
+            is_held: true,
+        }
+    }
+}
+
+impl<const D: usize> Live<D> {
+    /// Whether it says what `pair` of the same blocks would at the moment of its touch,
+    /// and still does at the end of the drift.
+    pub(crate) fn says(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
+        let (surface, tolerance) = (setting.surface, setting.tolerance);
+        if self.pair == pair {
+            return true;
+        }
+        let goes_on = || {
+            let projection = surface.project(self.pair, moment.end);
+            let foot = &projection.foot;
+            projection.outside <= tolerance
+                || surface.neighbour(self.pair, foot, moment.end).is_some()
+        };
+        surface.same_contact(self.pair, pair, moment.touch, tolerance)
+            && goes_on()
+            && !self.leaves(setting, pair, moment)
+    }
+
+    /// Whether it lets a pair beside it sink in until the end of the drift, deeper than
+    /// itself: as where its point goes into a dent, or an edge from one ridge on to two.
+    pub(crate) fn leaves(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
+        if !moment.is_held || self.fresh {
+            return false;
+        }
+        if setting.surface.project(pair, moment.end).outside <= 0.0 {
+            return self.is_above(setting, pair, moment.end);
+        }
+        // What has gone on by then may have been deep on its way.
+        (1..LOOKS).any(|look| {
+            let share = f64::from(look) / f64::from(LOOKS);
+            self.is_above(setting, pair, moment.touch.towards(moment.end, share))
+        })
+    }
+
+    /// Whether a pair beside it is deeper than itself.
+    fn is_above(&self, setting: &Setting<D>, pair: Pair, at: Positions<D>) -> bool {
+        let surface = setting.surface;
+        let beside = surface.project(pair, at);
+        let deep = -MISS * setting.tolerance;
+        if beside.outside > 0.0 || beside.gap >= deep {
+            return false;
+        }
+        let normals = [self.pair, pair].map(|pair| surface.normal(pair, at));
+        let [Some(held), Some(normal)] = normals else {
+            return false;
+        };
+        // What is apart along the normal that is held does not lie in each other.
+        let is_swapped = setting.blocks(pair) != self.record.blocks;
+        let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
+        along - surface.project(self.pair, at).gap.min(0.0) < deep
+    }
+
+    /// Moves a sliding contact's foot to where its point is now, and on to
+    /// neighbouring target features, but those of which others have `taken` hold.
+    pub(crate) fn follow(
+        &mut self,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+        tolerance: f64,
+        taken: impl Fn(Pair) -> bool,
+    ) -> Followed {
+        if self.sticks {
+            return Followed::There;
+        }
+        let mut projection = surface.project(self.pair, at);
+        let size = surface.target_size(self.pair.target, at);
+        let hurries = projection.outside > size;
+        while projection.outside > FOOT_ROUND_OFF * size {
+            let next = surface.neighbour(self.pair, &projection.foot, at);
+            // In a dent both sides bear.
+            let is_free = |next: &Pair| !(taken(*next) && surface.both_bear(self.pair, *next, at));
+            let Some(next) = next.filter(is_free) else {
+                if projection.outside > tolerance {
+                    let next = surface.successor(self.pair, at, tolerance);
+                    let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
+                        return Followed::Beyond;
+                    };
+                    projection = surface.project(next, at);
+                    self.turn(surface, (next, is_swapped), at);
+                }
+                break;
+            };
+            let before = projection.outside;
+            projection = surface.project(next, at);
+            self.turn(surface, (next, false), at);
+            // Deep in a re-entrant edge it is outside the faces on both sides.
+            if projection.outside >= before {
+                break;
+            }
+        }
+        self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+        if hurries {
+            Followed::InAHurry
+        } else {
+            Followed::There
+        }
+    }
+
+    /// Goes on as another pair, the main block of which may be its target: what its frame
+    /// has counted turns with it.
+    fn turn(
+        &mut self,
+        surface: &dyn Surface<D>,
+        (next, is_swapped): (Pair, bool),
+        at: Positions<D>,
+    ) {
+        let frame = |pair| {
+            let foot = surface.project(pair, at).foot;
+            surface.operator(pair, &foot, at).frame
+        };
+        let [old, new] = [self.pair, next].map(frame);
+        let sign = if is_swapped { -1.0 } else { 1.0 };
+        for counted in self.in_frame() {
+            let mut whole = [0.0; D];
+            for r in 1..D {
+                add_scaled(&mut whole, sign * counted[r], &old[r]);
+            }
+            for r in 1..D {
+                counted[r] = dot(&whole, &new[r]);
+            }
+        }
+        (self.pair, self.normal) = (next, new[0]);
+    }
+
+    /// What it bears and has borne, which turns with the frame.
+    pub(crate) fn in_frame(&mut self) -> [&mut [f64; D]; 4] {
+        [
+            &mut self.impulse,
+            &mut self.force,
+            &mut self.force_before,
+            &mut self.shear_spring,
+        ]
+    }
+
+    /// Overlap that the pair keeps, m.
+    pub(crate) fn penetration(&self) -> f64 {
+        (self.given - self.offset[0]).max(0.0)
+    }
+
+    /// How deep the pair is where its operator was made, beyond what is given, m.
+    pub(crate) fn depth(&self, operator: &Operator<D>) -> f64 {
+        self.given - operator.offset[0]
+    }
+
+    /// The operator at the present positions.
+    pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Positions<D>) -> Operator<D> {
+        let mut operator = Operator::default();
+        self.relate(&mut operator, surface, at);
+        operator
+    }
+
+    /// Makes an operator that at the present positions.
+    pub(crate) fn relate(
+        &self,
+        operator: &mut Operator<D>,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+    ) {
+        surface.relate(operator, self.pair, &self.foot, at, Some(&self.normal));
+    }
+
+    /// Bounds of the impulse of `interval` seconds.
+    fn limit(&self, interval: f64) -> Limit {
+        let strength = if self.joint {
+            self.record.area * interval
+        } else {
+            0.0
+        };
+        Limit {
+            friction: self.law.friction,
+            cohesion: self.law.cohesion * strength,
+            tension: self.law.tensile_strength * strength,
+        }
+    }
+
+    /// Makes a constraint, but for its operator, the one that keeps the pair together over a
+    /// drift of `drift` seconds, after a kick of `interval` seconds:
+    /// g(x_{n+1}) = (1 - [`AIM`]) g(x_n) along ∇g(x_n), and the same for the tangents of a pair
+    /// that sticks, as far as g is not [`RIGHT`]; g ≥ 0 of one that bears nothing and has
+    /// opened.
+    pub(crate) fn ask(
+        &self,
+        constraint: &mut Constraint<D>,
+        (drift, interval): (f64, f64),
+        tolerance: f64,
+    ) {
+        let (operator, target) = (&constraint.operator, &mut constraint.target);
+        *target = [0.0; D];
+        let right = RIGHT * tolerance;
+        for r in 0..if self.sticks { D } else { 1 } {
+            let wrong = self.offset[r] - operator.offset[r];
+            target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
+        }
+        let apart = operator.offset[0] - self.offset[0];
+        if apart > 0.0 && self.impulse[0] == 0.0 {
+            target[0] = -apart / drift;
+        }
+        constraint.limit = self.limit(interval);
+        let force = expected(&self.force, &self.force_before);
+        constraint.impulse = force.map(|force| force * interval);
+        constraint.impulse[0] = constraint.impulse[0].max(-constraint.limit.tension);
+        constraint.borne = [0.0; D];
+    }
+
+    /// Takes what a kick of `interval` seconds has it bear, N·s.
+    pub(crate) fn bear(&mut self, impulse: &[f64; D], interval: f64) {
+        (self.impulse, self.interval) = (*impulse, interval);
+        self.force_before = self.force;
+        self.force = impulse.map(|impulse| impulse / interval);
+        self.record.count(&[0.0; D], impulse);
+    }
+
+    /// Whether its gap is wider after a drift at solved velocities than is [`RIGHT`]. One
+    /// that bears nothing and is not may have to in the next kick: it has not ended.
+    pub(crate) fn is_apart_after(
+        &self,
+        solved: &Constraint<D>,
+        velocity: &[[f64; D]],
+        drift: f64,
+        tolerance: f64,
+    ) -> bool {
+        let operator = &solved.operator;
+        let gap = operator.offset[0] + drift * operator.relative_velocity(0, velocity);
+        gap - self.offset[0] > RIGHT * tolerance
+    }
+
+    /// The constraint at the instant of an impact before a drift of `drift` seconds, at the
+    /// present positions. A pair that was closed already bears the impulse of its last kick,
+    /// of which it may give back all; a joint no more than its strength with that.
+    pub(crate) fn impact(
+        &self,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+        (drift, tolerance): (f64, f64),
+    ) -> Constraint<D> {
+        let mut constraint = Constraint::default();
+        self.relate(&mut constraint.operator, surface, at);
+        self.ask(&mut constraint, (drift, 0.0), tolerance);
+        if self.fresh {
+            constraint.impulse = [0.0; D];
+            constraint.target = [0.0; D];
+        } else {
+            (constraint.impulse, constraint.borne) = (self.impulse, self.impulse);
+            constraint.limit = self.limit(drift.max(self.interval));
+        }
+        constraint
+    }
+
+    /// What an impact leaves: a slip, a broken joint, and for the next impact of
+    /// this drift less of the strength and of the last kick's impulse.
+    pub(crate) fn take_impact(
+        &mut self,
+        solved: &Constraint<D>,
+        velocity: &[[f64; D]],
+        least: f64,
+    ) {
+        let fresh = std::mem::take(&mut self.fresh);
+        if !fresh {
+            self.impulse = solved.impulse;
+            self.breaks(solved, velocity, least);
+        }
+        if solved.slips(velocity, least) && !self.joint {
+            self.slide();
+        }
+    }
+
+    /// Binds the pair to the material point of the target where it is now.
+    pub(crate) fn stick(&mut self) {
+        self.sticks = true;
+        self.offset[1..].fill(0.0);
+    }
+
+    /// Breaks a joint that its solved constraint has found too weak; whether it
+    /// did.
+    pub(crate) fn breaks(
+        &mut self,
+        constraint: &Constraint<D>,
+        velocity: &[[f64; D]],
+        least: f64,
+    ) -> bool {
+        let breaks =
+            self.joint && (constraint.opens(velocity, least) || constraint.slips(velocity, least));
+        if breaks {
+            self.slide();
+        }
+        breaks
+    }
+
+    /// Frees the tangent; cohesion and tensile strength are lost.
+    pub(crate) fn slide(&mut self) {
+        self.sticks = false;
+        self.joint = false;
+    }
+}
+
+/// The force with which the next solve begins, N, after that of `now` and of the kick before.
+fn expected<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
+    let goes_on = now[0] != 0.0 && before[0] != 0.0;
+    let trend = if goes_on { TREND } else { 0.0 };
+    std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_that_swings_is_met_but_for_a_share() {
+        let turn = std::f64::consts::TAU / 40.0;
+        let force = |kick: i32| [2.0 + (turn * f64::from(kick)).cos()];
+        let largest = |missed: &dyn Fn(i32) -> f64| (2..42).map(missed).fold(0.0, f64::max);
+        let last = largest(&|k| (force(k)[0] - force(k - 1)[0]).abs());
+        let missed = largest(&|k| (force(k)[0] - expected(&force(k - 1), &force(k - 2))[0]).abs());
+        // What is left of the trend, and the turn of that in a kick.
+        assert!(missed < (1.0 - TREND + turn) * last, "{missed} of {last}");
+    }
+
+    #[test]
+    fn what_has_just_begun_or_opened_is_met_where_it_was() {
+        assert_eq!(expected(&[3.0, 1.0], &[0.0, 0.0]), [3.0, 1.0]);
+        assert_eq!(expected(&[0.0, 0.0], &[3.0, 1.0]), [0.0, 0.0]);
+    }
+}

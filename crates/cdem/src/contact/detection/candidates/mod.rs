@@ -1,0 +1,563 @@
+//! Which pairs may come in contact in a coarse step.
+//!
+//! A broad phase finds candidates; they serve for many steps. Let s be the share
+//! of a block in the reach: how far its nodes may move in the step, at most. Near
+//! are the pairs whose features are no farther apart than
+//! [`APART`] (s₁ + s₂ + d_tol) *and* of which the surface says so. Their distance
+//! changes by no more than the nodes of both move. So none of these pairs is left
+//! out that
+//! - is not looked at: one that was d apart when it was is not while the nodes of
+//!   its blocks have since gone ways w₁ and w₂ in all, at most, and
+//!   d > w₁ + w₂ + [`KEPT`] (s₁ + s₂ + d_tol);
+//! - is no candidate: each block has an allowance a for how far its nodes are from
+//!   where they were in the broad phase, m at most, and its share. Boxes were
+//!   grown by KEPT (a + ½ d_tol), and are searched anew before m + s exceeds a.
+//!
+//! Of those that are near enough, most lie so that they cannot touch: corners of
+//! stones side by side, edges within flat faces. The surface says how much they lack:
+//! they are not looked at before s₁ + s₂ and [`STEEP`] times what w₁ + w₂ has grown by
+//! come to that.
+//!
+//! A pair that is found near stays so without a look until the nodes of its blocks have
+//! gone [`HELD`] of the tolerance, or [`HELD_IN_MOTION`] of their shares then. So
+//! the pairs near depend on when pairs were looked at, and a run that resumes goes on
+//! with the search as it was.
+//!
+//! A share is sound for a block that nothing touches in the step. Those that may
+//! touch each other may take each other's velocity, and hand it on: all of them
+//! get the largest share among them. More of them may be near then, and so on;
+//! since shares only grow the end is the same in any order.
+
+#[cfg(test)]
+mod study;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use crate::contact::detection::clusters::Patches;
+
+use crate::contact::detection::active_candidates::Soon;
+use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
+use crate::math::serde_pod;
+use crate::math::vector::{dot, norm, sub};
+use crate::model::AT_ONCE as NODES_AT_ONCE;
+use crate::model::block_max::Largest;
+use crate::model::time_levels::Joined;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Speed to reckon with, over that which kicks have made. What is struck by
+/// something heavy flies off at up to twice its speed, and so does the far end of
+/// a rod that falls flat and hits something with its near end; kicks add to it.
+const GAIN: f64 = 2.25;
+
+/// Share of a block at rest, over the tolerance. Edges within flat faces may be sharp
+/// once nodes have moved by a few times this.
+const LEAST: f64 = 0.02;
+
+/// Distance of features that the surface takes for near, over reach and tolerance,
+/// at most: √2 where both are spent along the target and along its normal.
+const APART: f64 = 1.5;
+
+/// The same with what round-off may add to distances and ways: a tenth of the
+/// tolerance, which is far above.
+const KEPT: f64 = 1.6;
+
+/// What round-off may add to what pairs lack, over the tolerance; it is far below.
+const ROUND_OFF: f64 = 0.01;
+
+/// Ways of both blocks together for which a pair that was near counts as near: over the
+/// tolerance at least, and over its reach, some nine steps at the present speeds.
+const HELD: f64 = 0.25;
+const HELD_IN_MOTION: f64 = 4.0;
+
+/// Coarse steps at the present speeds for which a broad phase serves, about; and
+/// how far blocks may move at least until the next, over the tolerance: a 20th of
+/// the smallest boundary edge by default.
+const SERVES: f64 = 11.0;
+const SERVES_AT_REST: f64 = 500.0;
+
+/// Pairs that a thread looks at in a row, and pairs of which it sees whether it has to.
+const AT_ONCE: usize = 256;
+pub(crate) const AT_A_GLANCE: usize = 2048;
+
+/// A pair within the allowances of the last broad phase.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Candidate {
+    pair: Pair,
+    pub(crate) blocks: [u32; 2],
+    /// Ways of both blocks, with what they may go in the step, up to which the
+    /// pair cannot be near, m.
+    until: f64,
+    /// [`STEEP`] times the ways of both blocks, with their shares, up to which the pair
+    /// cannot be near for how it lies, m.
+    lacks: f64,
+    /// Ways of both blocks up to which it counts as near, m; below 0 if it is not.
+    pub(crate) held: f64,
+}
+
+/// Numbers of candidates, rising.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Glance {
+    /// Near for as far as their blocks have gone.
+    held: Vec<u32>,
+    /// To be looked at.
+    pub(crate) open: Vec<u32>,
+}
+
+/// What a search needs to know of the blocks.
+pub(crate) struct Blocks<'a, const D: usize> {
+    pub(crate) surface: &'a dyn Surface<D>,
+    pub(crate) patches: &'a Patches,
+    /// Block of each node; nodes of a block follow each other.
+    pub(crate) block_of: &'a [u32],
+    /// Blocks that never move.
+    pub(crate) fixed: &'a [bool],
+    /// d_tol, m.
+    pub(crate) tolerance: f64,
+}
+
+/// The search for pairs that may come in contact.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Search<const D: usize> {
+    /// Sorted by pair.
+    pub(crate) candidates: Vec<Candidate>,
+    /// Where those of each main feature begin.
+    #[serde(skip)]
+    of_main: Vec<u32>,
+    /// Candidates of each block, as one list, and where each begins.
+    #[serde(skip)]
+    of_block: Vec<u32>,
+    #[serde(skip)]
+    start: Vec<u32>,
+    /// Those of the candidates that are looked at for now.
+    #[serde(skip)]
+    pub(crate) soon: Soon,
+    /// Where the nodes were in the last broad phase and in the last step, m.
+    #[serde(with = "serde_pod")]
+    origin: Vec<[f64; D]>,
+    #[serde(with = "serde_pod")]
+    last: Vec<[f64; D]>,
+    pub(crate) blocks: Vec<Reach>,
+    /// Whether each candidate is near, and those that are.
+    #[serde(skip)]
+    pub(crate) near: Vec<bool>,
+    pub(crate) found: Vec<u32>,
+    #[serde(skip)]
+    pub(crate) lists: Lists,
+    /// Whether blocks may have gone through others before the last search.
+    outrun: bool,
+}
+
+/// Lists of a search, which are made anew in each: kept for their storage.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lists {
+    /// Squares of the longest ways of a node of each block since the last search and since the
+    /// last broad phase, m².
+    squares: Largest<2>,
+    /// What each block has ahead.
+    pub(crate) ahead: Vec<Ahead>,
+    /// What ways tell of candidates, some after the other; which are to be looked at, and what
+    /// has been seen of these.
+    pub(crate) glances: Vec<Glance>,
+    pub(crate) open: Vec<u32>,
+    looked: Vec<(f64, f64, f64)>,
+    /// Blocks that may touch each other, of pairs near, and the largest share among them, m.
+    pub(crate) together: Joined,
+    pub(crate) largest: Vec<f64>,
+    pub(crate) of_near: Vec<[u32; 2]>,
+    /// Blocks that get more.
+    pub(crate) raised: Vec<bool>,
+}
+
+/// How a block moves, m.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Reach {
+    /// How far nodes may move in the step.
+    pub(crate) share: f64,
+    /// How far they lie from where they were in the last broad phase.
+    moved: f64,
+    /// Longest way of a node in each step since then, summed.
+    way: f64,
+    /// What `moved` and `share` together may come to.
+    allowance: f64,
+}
+
+impl<const D: usize> Search<D> {
+    /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted, of blocks
+    /// that may come to these speeds in it, m/s.
+    /// `may_meet` says the pairs of which blocks are wanted.
+    pub(crate) fn near(
+        &mut self,
+        blocks: &Blocks<D>,
+        at: Positions<D>,
+        (speeds, step): (&[f64], f64),
+        may_meet: &dyn Fn([u32; 2]) -> bool,
+        near: &mut Vec<Pair>,
+    ) {
+        self.blocks.resize(blocks.fixed.len(), Reach::default());
+        self.follow(blocks, at);
+        let speeds = speeds.iter().zip(blocks.fixed);
+        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
+            reach.share = if fixed {
+                0.0
+            } else {
+                GAIN * speed * step + LEAST * blocks.tolerance
+            };
+        }
+        let exceeds = |reach: &Reach| reach.moved + reach.share > reach.allowance;
+        loop {
+            if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
+                self.broad_phase(blocks, at, may_meet);
+            }
+            self.look_at_all(blocks, at);
+            self.share_among_near(blocks, at);
+            if !self.blocks.iter().any(exceeds) {
+                break;
+            }
+        }
+        self.found.par_sort_unstable();
+        let found = self.found.par_iter().with_min_len(AT_A_GLANCE);
+        let pairs = found.map(|&number| self.candidates[number as usize].pair);
+        pairs.collect_into_vec(near);
+    }
+
+    /// Whether nodes have gone farther in the step before the last search than their
+    /// share, and then lay where they may have been let through.
+    pub(crate) fn was_outrun(&self) -> bool {
+        self.outrun
+    }
+
+    /// How far apart the features of each of the pairs near were when they were
+    /// found, m, but for round-off.
+    pub(crate) fn distances(&self) -> impl Iterator<Item = f64> + '_ {
+        self.found.iter().map(|&number| {
+            let candidate = &self.candidates[number as usize];
+            let [a, b] = candidate
+                .blocks
+                .map(|block| self.blocks[block as usize].way);
+            candidate.until - (a + b)
+        })
+    }
+
+    /// Whether a pair is a candidate and near.
+    pub(crate) fn is_near(&self, pair: Pair) -> bool {
+        let main = pair.main as usize;
+        let Some(&[first, end]) = self.of_main.get(main..main + 2) else {
+            return false;
+        };
+        (first as usize..end as usize)
+            .any(|number| self.near[number] && self.candidates[number].pair == pair)
+    }
+
+    /// How far the blocks have moved, and whether farther than was reckoned with.
+    fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        self.measure(blocks, at);
+        self.outrun = self.let_through(blocks, at);
+        let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
+        let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
+        let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
+        moving.for_each(|(node, last)| *last = at.at(node as u32));
+        for (reach, [way, moved]) in self.blocks.iter_mut().zip(self.lists.squares.of_blocks()) {
+            reach.way += way.sqrt();
+            reach.moved = moved.sqrt();
+        }
+    }
+
+    /// Finds the longest ways of a node of each block since the last search and since the last
+    /// broad phase.
+    fn measure(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let block_of = &blocks.block_of[..self.last.len()];
+        let gone = |node: u32| {
+            let n = node as usize;
+            let now = at.at(node);
+            let gone = [&self.last[n], &self.origin[n]].map(|then| sub(&now, then));
+            gone.map(|gone| dot(&gone, &gone))
+        };
+        self.lists.squares.find(block_of, blocks.fixed.len(), gone);
+    }
+
+    /// Whether blocks that have gone farther than their share since the
+    /// last search may have gone through others: with these for shares, pairs would have
+    /// been near that were not, and their own nodes have gone as far as they were apart.
+    fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>) -> bool {
+        let gone = |block: usize| self.lists.squares.of_blocks()[block][0].sqrt();
+        let way = |nodes: &[u32]| {
+            let ways = nodes.iter();
+            let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
+            ways.fold(0.0, f64::max)
+        };
+        let fast = |block: &usize| gone(*block) > self.blocks[*block].share;
+        let fast: Vec<usize> = (0..self.blocks.len()).filter(fast).collect();
+        if fast.is_empty() {
+            return false;
+        }
+        let before = Positions::at_rest(&self.last);
+        let missed = |number: &u32| {
+            let Candidate {
+                pair, blocks: of, ..
+            } = self.candidates[*number as usize];
+            let [a, b] = of.map(|block| gone(block as usize));
+            let surface = blocks.surface;
+            let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
+            !self.near[*number as usize]
+                && surface.apart(pair, before) <= own + blocks.tolerance
+                && surface.nearness(pair, before, a + b, blocks.tolerance) == Nearness::Near
+        };
+        fast.into_iter().any(|block| {
+            let reach = self.blocks[block];
+            reach.moved + gone(block) > reach.allowance
+                || self.candidates_of(block).iter().any(missed)
+        })
+    }
+
+    fn broad_phase(
+        &mut self,
+        blocks: &Blocks<D>,
+        at: Positions<D>,
+        may_meet: &dyn Fn([u32; 2]) -> bool,
+    ) {
+        let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
+        let shares = self.blocks.iter().map(|reach| reach.share);
+        let mean = shares.sum::<f64>() / moving as f64;
+        let least = (SERVES * mean).max(SERVES_AT_REST * blocks.tolerance);
+        for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
+            *reach = Reach {
+                share: reach.share,
+                allowance: if fixed {
+                    0.0
+                } else {
+                    least.max(SERVES * reach.share)
+                },
+                ..Reach::default()
+            };
+        }
+        self.origin.clear();
+        let nodes = 0..blocks.block_of.len() as u32;
+        self.origin.extend(nodes.map(|node| at.at(node)));
+        self.last.clone_from(&self.origin);
+        let allowance = |block: u32| self.blocks[block as usize].allowance;
+        let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
+        let patches = blocks.patches;
+        let formed = blocks.surface.form(patches.features(), None);
+        let at = at.with(formed.as_ref());
+        let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
+        let pairs = pairs.into_par_iter().with_min_len(AT_ONCE);
+        let candidates = pairs.map(|pair| Candidate {
+            pair,
+            blocks: blocks.of(pair),
+            until: blocks.surface.apart(pair, at),
+            lacks: 0.0,
+            held: -1.0,
+        });
+        let within = |candidate: &Candidate| {
+            let [a, b] = candidate.blocks.map(margin);
+            candidate.until <= a + b
+        };
+        self.candidates = candidates.filter(within).collect();
+        self.list_candidates();
+    }
+
+    /// Whether all of it is of so many nodes and blocks, and of features that a surface `has`.
+    pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &dyn Fn(Pair) -> bool) -> bool {
+        let is_known = |candidate: &Candidate| {
+            let mut of = candidate.blocks.iter();
+            has(candidate.pair) && of.all(|&block| (block as usize) < blocks)
+        };
+        let lists = [self.origin.len(), self.last.len()];
+        let found = self.found.iter();
+        lists.iter().all(|&count| count == nodes || count == 0)
+            && lists[0] == lists[1]
+            && (self.blocks.len() == blocks || self.candidates.is_empty())
+            && self.candidates.is_sorted_by_key(|candidate| candidate.pair)
+            && self.candidates.iter().all(is_known)
+            && found
+                .clone()
+                .all(|&number| (number as usize) < self.candidates.len())
+    }
+
+    /// Works out what a checkpoint does not hold.
+    pub(crate) fn restore(&mut self) {
+        self.list_candidates();
+        self.near = vec![false; self.candidates.len()];
+        for &number in &self.found {
+            self.near[number as usize] = true;
+        }
+    }
+
+    /// Lists the candidates by main feature and by block.
+    fn list_candidates(&mut self) {
+        self.soon.forget();
+        let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
+        let main = |candidate: &Candidate| candidate.pair.main as usize;
+        self.of_main = starts(self.candidates.iter().map(main), mains as usize);
+        let blocks = |candidate: &Candidate| candidate.blocks.map(|block| block as usize);
+        let all = self.candidates.iter().flat_map(blocks);
+        self.start = starts(all, self.blocks.len());
+        let mut next = self.start.clone();
+        self.of_block.clear();
+        self.of_block.resize(2 * self.candidates.len(), 0);
+        for (number, candidate) in (0..).zip(&self.candidates) {
+            for block in blocks(candidate) {
+                self.of_block[next[block] as usize] = number;
+                next[block] += 1;
+            }
+        }
+    }
+
+    fn candidates_of(&self, block: usize) -> &[u32] {
+        &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
+    }
+
+    fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        self.look_ahead(blocks.tolerance);
+        self.glance();
+        self.near.clear();
+        self.near.resize(self.candidates.len(), false);
+        self.found.clear();
+        let Lists { glances, open, .. } = &mut self.lists;
+        open.clear();
+        for glance in glances {
+            for number in &glance.held {
+                self.near[*number as usize] = true;
+                self.found.push(*number);
+            }
+            open.extend(&glance.open);
+        }
+        let formed = blocks.surface.form(open.len(), None);
+        self.look(blocks, at.with(formed.as_ref()));
+    }
+
+    /// Finds out what each block has ahead, and which candidates to look at, if those known do
+    /// not serve any more.
+    pub(crate) fn look_ahead(&mut self, tolerance: f64) {
+        let ahead = &mut self.lists.ahead;
+        ahead.clear();
+        ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
+        if !self.soon.serves(ahead) {
+            let shares = self.blocks.iter().map(|reach| reach.share);
+            let share = shares.fold(0.0, f64::max);
+            self.soon.sort_out(&self.candidates, ahead, share);
+        }
+    }
+
+    /// Finds out what the ways of blocks tell of the candidates, some after the other.
+    fn glance(&mut self) {
+        let Lists { glances, ahead, .. } = &mut self.lists;
+        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
+        glances.resize_with(some.len(), Glance::default);
+        some.zip(glances).for_each(|(numbers, glance)| {
+            glance.held.clear();
+            glance.open.clear();
+            for &number in numbers {
+                let candidate = &self.candidates[number as usize];
+                let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+                if a.way + b.way <= candidate.held {
+                    glance.held.push(number);
+                } else if candidate.may_be_near(a, b) {
+                    glance.open.push(number);
+                }
+            }
+        });
+    }
+
+    /// Finds out which of the candidates to be looked at are near.
+    pub(crate) fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let look = |&number: &u32| {
+            let candidate = &self.candidates[number as usize];
+            let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
+            let (reach, way) = (a.share + b.share, a.way + b.way);
+            let apart = blocks.surface.apart(candidate.pair, at);
+            let nearness = if apart <= APART * (reach + blocks.tolerance) {
+                let surface = blocks.surface;
+                surface.nearness(candidate.pair, at, reach, blocks.tolerance)
+            } else {
+                Nearness::Apart
+            };
+            let lacks = match nearness {
+                Nearness::Lacks(length) => length + STEEP * way - ROUND_OFF * blocks.tolerance,
+                Nearness::Near | Nearness::Apart => 0.0,
+            };
+            let held = if nearness == Nearness::Near {
+                way + f64::max(HELD * blocks.tolerance, HELD_IN_MOTION * reach)
+            } else {
+                -1.0
+            };
+            (apart + way, lacks, held)
+        };
+        let Lists { open, looked, .. } = &mut self.lists;
+        let numbers = open.par_iter().with_min_len(AT_ONCE);
+        numbers.map(look).collect_into_vec(looked);
+        for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
+            let candidate = &mut self.candidates[number as usize];
+            (candidate.until, candidate.lacks, candidate.held) = (until, lacks, held);
+            if held >= 0.0 {
+                self.near[number as usize] = true;
+                self.found.push(number);
+            }
+        }
+    }
+}
+
+impl Candidate {
+    /// Whether it may be near where its blocks have these ways ahead.
+    pub(crate) fn may_be_near(&self, a: Ahead, b: Ahead) -> bool {
+        self.until <= a.distance + b.distance && self.lacks <= a.turning + b.turning
+    }
+}
+
+/// The way of a block so far and in the step, m.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ahead {
+    /// So far.
+    pub(crate) way: f64,
+    /// How near another may come to one that is near: half of the tolerance is either's.
+    pub(crate) distance: f64,
+    /// [`STEEP`] times the way, and the share: what pairs lack is compared with.
+    pub(crate) turning: f64,
+}
+
+impl Reach {
+    fn ahead(&self, tolerance: f64) -> Ahead {
+        Ahead {
+            way: self.way,
+            distance: self.way + KEPT * (self.share + 0.5 * tolerance),
+            turning: STEEP * self.way + self.share,
+        }
+    }
+}
+
+/// Where the items of each of `count` owners begin in a list of all in order of
+/// the owners, and its end.
+fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
+    let mut start = vec![0; count + 1];
+    for owner in owners {
+        start[owner + 1] += 1;
+    }
+    for owner in 0..count {
+        start[owner + 1] += start[owner];
+    }
+    start
+}
+
+impl<const D: usize> Blocks<'_, D> {
+    /// Blocks of the main and the target feature of a pair.
+    pub(crate) fn of(&self, pair: Pair) -> [u32; 2] {
+        let main = self.surface.main_nodes(pair.main)[0];
+        let target = self.surface.target_nodes(pair.target)[0];
+        [main, target].map(|node| self.block_of[node as usize])
+    }
+
+    /// Pairs of blocks that `may_meet` and that lie within `distance` of each other,
+    /// and some beyond, sorted.
+    pub(crate) fn pairs_within(
+        &self,
+        at: Positions<D>,
+        distance: f64,
+        may_meet: &dyn Fn([u32; 2]) -> bool,
+    ) -> Vec<Pair> {
+        let margin = |_| 0.5 * distance;
+        self.patches
+            .overlapping(self.surface, at, &margin, may_meet)
+    }
+}

@@ -1,0 +1,433 @@
+//! The pairs near against all pairs, and against searches of other histories.
+
+use proptest::prelude::*;
+
+use crate::contact::detection::candidates::{APART, Blocks, Search};
+use crate::contact::detection::clusters::Patches;
+use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::{Nearness, Pair, Positions, Surface};
+use crate::math::vector::{add, cross, norm, scale};
+use crate::mesh::{self, Block, Element, ElementKind, Mesh};
+use crate::scene::Geometry;
+
+const TOLERANCE: f64 = 1e-3;
+
+/// Triangles of their own sizes, speeds and turns. Every fifth is fixed.
+#[derive(Clone, Debug)]
+struct Stone {
+    centre: [f64; 2],
+    radius: f64,
+    velocity: [f64; 2],
+    spin: f64,
+}
+
+impl Stone {
+    fn corner(&self, corner: u32, time: f64) -> [f64; 2] {
+        let angle = std::f64::consts::TAU * f64::from(corner) / 3.0 + self.spin * time;
+        let centre: [f64; 2] = std::array::from_fn(|c| self.centre[c] + time * self.velocity[c]);
+        [
+            centre[0] + self.radius * angle.cos(),
+            centre[1] + self.radius * angle.sin(),
+        ]
+    }
+
+    /// Largest speed of a corner, m/s.
+    fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1]) + self.radius * self.spin.abs()
+    }
+}
+
+fn stones() -> impl Strategy<Value = Vec<Stone>> {
+    let radius = prop_oneof![0.05..0.1_f64, 0.4..1.0_f64, Just(6.0)];
+    // Most are slow, and a few very fast.
+    let speed = prop_oneof![4 => -0.1..0.1_f64, 1 => -20.0..20.0_f64, 1 => Just(0.0)];
+    let stone = (
+        [-3.0..3.0_f64, -3.0..3.0_f64],
+        radius,
+        [speed.clone(), speed],
+        -1.0..1.0_f64,
+    );
+    let stone = stone.prop_map(|(centre, radius, velocity, spin)| Stone {
+        centre,
+        radius,
+        velocity,
+        spin,
+    });
+    proptest::collection::vec(stone, 2..20)
+}
+
+/// The stones, and how a search sees them.
+struct Crowd {
+    stones: Vec<Stone>,
+    outline: Outline,
+    patches: Patches,
+    block_of: Vec<u32>,
+    fixed: Vec<bool>,
+    speeds: Vec<f64>,
+}
+
+impl Crowd {
+    fn new(mut stones: Vec<Stone>) -> Self {
+        let fixed: Vec<bool> = (0..stones.len()).map(|number| number % 5 == 0).collect();
+        for (stone, _) in stones.iter_mut().zip(&fixed).filter(|(_, fixed)| **fixed) {
+            (stone.velocity, stone.spin) = ([0.0; 2], 0.0);
+        }
+        let mut mesh = Mesh::<2>::default();
+        for (number, stone) in (0..).zip(&stones) {
+            let nodes = [3 * number, 3 * number + 1, 3 * number + 2];
+            mesh.nodes
+                .extend((0..3).map(|corner| stone.corner(corner, 0.0)));
+            mesh.elements.push(Element::new(ElementKind::Tri3, &nodes));
+            mesh.blocks.push(Block {
+                name: String::new(),
+                source: 0,
+                nodes: nodes[0]..nodes[2] + 1,
+                elements: number..number + 1,
+            });
+        }
+        let outline = Outline::new(&mesh, 1.0);
+        let block_of: Vec<u32> = (0..mesh.nodes.len() as u32).map(|node| node / 3).collect();
+        let speeds: Vec<f64> = stones.iter().map(Stone::speed).collect();
+        Self {
+            patches: Patches::new(&outline, &block_of, &mesh.nodes),
+            outline,
+            block_of,
+            fixed,
+            speeds,
+            stones,
+        }
+    }
+
+    fn positions(&self, time: f64) -> Vec<[f64; 2]> {
+        let corners = |stone| (0..3).map(move |corner| Stone::corner(stone, corner, time));
+        self.stones.iter().flat_map(corners).collect()
+    }
+
+    fn blocks(&self) -> Blocks<'_, 2> {
+        Blocks {
+            surface: &self.outline,
+            patches: &self.patches,
+            block_of: &self.block_of,
+            fixed: &self.fixed,
+            tolerance: TOLERANCE,
+        }
+    }
+
+    fn may_meet(&self, [a, b]: [u32; 2]) -> bool {
+        a != b && !(self.fixed[a as usize] && self.fixed[b as usize])
+    }
+
+    /// All pairs that are near for these shares.
+    fn near(&self, at: Positions<2>, share: &[f64]) -> Vec<Pair> {
+        let blocks = self.blocks();
+        let count = self.block_of.len() as u32;
+        let all = (0..count).flat_map(|main| (0..count).map(move |target| Pair { main, target }));
+        all.filter(|&pair| {
+            let reach: f64 = blocks
+                .of(pair)
+                .map(|block| share[block as usize])
+                .iter()
+                .sum();
+            self.may_meet(blocks.of(pair))
+                && blocks.surface.apart(pair, at) <= APART * (reach + TOLERANCE)
+                && self.outline.nearness(pair, at, reach, TOLERANCE) == Nearness::Near
+        })
+        .collect()
+    }
+}
+
+fn shares(search: &Search<2>) -> Vec<f64> {
+    search.blocks.iter().map(|reach| reach.share).collect()
+}
+
+/// The pairs of the last search.
+fn pairs<const D: usize>(search: &Search<D>) -> Vec<Pair> {
+    let found = search.found.iter();
+    found
+        .map(|&number| search.candidates[number as usize].pair)
+        .collect()
+}
+
+/// A pair that is left out of those found, or is among them though it is not near and was
+/// not `before`.
+fn not_rightly_found(found: &[Pair], near: &[Pair], before: &[Pair]) -> Option<Pair> {
+    let left_out = near.iter().find(|pair| !found.contains(pair));
+    let extra = |pair: &&Pair| !near.contains(pair) && !before.contains(pair);
+    left_out.or(found.iter().find(extra)).copied()
+}
+
+proptest! {
+    #[test]
+    fn all_pairs_near_are_found_whenever_boxes_were_searched(
+        stones in stones(),
+        step in 0.001..0.05_f64,
+        from in 0..30_usize,
+    ) {
+        let crowd = Crowd::new(stones);
+        let still = vec![[0.0; 2]; crowd.block_of.len()];
+        let [mut whole, mut late] = [Search::default(), Search::default()];
+        let (with, mut near) = ((&*crowd.speeds, step), Vec::new());
+        for number in 0..40 {
+            let nodes = crowd.positions(step * number as f64);
+            let at = Positions::new(&nodes, &still);
+            let may_meet = |blocks| crowd.may_meet(blocks);
+            for (search, from) in [(&mut whole, 0), (&mut late, from)] {
+                if number < from {
+                    continue;
+                }
+                let before = pairs(search);
+                search.near(&crowd.blocks(), at, with, &may_meet, &mut near);
+                prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
+                for pair in &near {
+                    prop_assert!(search.is_near(*pair));
+                    // Who may touch may hand on what is fastest among them.
+                    let [a, b] = crowd.blocks().of(*pair).map(|block| block as usize);
+                    prop_assert!(crowd.fixed[a] || crowd.fixed[b] || search.blocks[a].share == search.blocks[b].share);
+                }
+            }
+        }
+    }
+}
+
+/// A fixed stone, one beside it and one far off, neither of them expected to move by
+/// more than 23 mm in the step.
+#[test]
+fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
+    let stone = |x, radius| Stone {
+        centre: [x, 0.0],
+        radius,
+        velocity: [0.0; 2],
+        spin: 0.0,
+    };
+    let outrun = |beside: f64, far: f64| {
+        let mut crowd = Crowd::new(vec![stone(0.0, 1.0), stone(2.0, 0.5), stone(50.0, 0.5)]);
+        crowd.speeds = vec![0.0, 0.1, 0.1];
+        let still = vec![[0.0; 2]; crowd.block_of.len()];
+        let mut search = Search::default();
+        for moved in [0.0, 1.0] {
+            crowd.stones[1].centre[0] = 2.0 + moved * beside;
+            crowd.stones[2].centre[0] = 50.0 + moved * far;
+            let nodes = crowd.positions(0.0);
+            let (at, may_meet) = (Positions::new(&nodes, &still), |blocks| {
+                crowd.may_meet(blocks)
+            });
+            let with = (&*crowd.speeds, 0.1);
+            search.near(&crowd.blocks(), at, with, &may_meet, &mut Vec::new());
+        }
+        search.was_outrun()
+    };
+    assert!(!outrun(0.02, -0.02), "no farther than expected");
+    assert!(!outrun(0.1, 0.1), "farther, but nothing is there");
+    assert!(outrun(-1.0, 0.0), "to where the fixed stone is");
+    assert!(outrun(0.0, 5.0), "farther than the search has looked");
+}
+
+/// Two meshed boxes, one of which reaches into the other across a corner.
+fn corner_in_corner() -> Mesh<3> {
+    let cube = |min: [f64; 3], max: [f64; 3], divisions: usize| Geometry::Box {
+        min: min.to_vec(),
+        max: max.to_vec(),
+        divisions: vec![divisions; 3],
+        element: ElementKind::Hex8,
+    };
+    let blocks = [
+        cube([0.0; 3], [1.0; 3], 6),
+        cube([0.8, 0.7, 0.6], [1.8, 1.7, 1.6], 5),
+    ];
+    let blocks = blocks.map(|geometry| mesh::tests::block("cube", geometry));
+    mesh::tests::shapes(blocks.to_vec()).expect("boxes mesh")
+}
+
+#[test]
+fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
+    let mesh = corner_in_corner();
+    let shell = Shell::new(&mesh, TOLERANCE);
+    let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
+        .map(|node| u32::from(node >= mesh.blocks[1].nodes.start))
+        .collect();
+    let still = vec![[0.0; 3]; mesh.nodes.len()];
+    let at = Positions::new(&mesh.nodes, &still);
+    let patches = Patches::new(&shell, &block_of, &mesh.nodes);
+    for margin in [0.0, 0.02, 0.3] {
+        let mut all = Vec::new();
+        for [mains, targets] in shell.families() {
+            for main in mains {
+                let aabb = shell.main_box(main, at, margin);
+                let block = |nodes: &[u32]| block_of[nodes[0] as usize];
+                let pairs = targets.clone().map(|target| Pair { main, target });
+                all.extend(pairs.filter(|&pair| {
+                    block(shell.main_nodes(main)) != block(shell.target_nodes(pair.target))
+                        && shell.matches(pair)
+                        && aabb.overlaps(&shell.target_box(pair.target, at, margin))
+                }));
+            }
+        }
+        all.sort_unstable();
+        let found = patches.overlapping(&shell, at, &|_| margin, &|[a, b]| a != b);
+        assert!(all.len() > 100);
+        assert_eq!(found, all, "grown by {margin}");
+    }
+}
+
+/// Cubes side by side and one above the other, all but flush, which turn, shear and
+/// drift each for itself, by nodes.
+#[derive(Clone, Debug)]
+struct Heap {
+    mesh: Mesh<3>,
+    velocity: Vec<[f64; 3]>,
+}
+
+fn heaps() -> impl Strategy<Value = Heap> {
+    let motion = prop_oneof![Just(0.0), 1e-4..1e-2_f64, 0.02..0.1_f64];
+    (motion, 0.0..2.0_f64, any::<u64>()).prop_map(|(motion, apart, seed)| {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let mut draw = |size: f64| [(); 3].map(|()| size * (2.0 * random.f64() - 1.0));
+        let cube = |place: [f64; 3], divisions: usize| Geometry::Box {
+            min: place.to_vec(),
+            max: place.map(|x| x + 1.0).to_vec(),
+            divisions: vec![divisions; 3],
+            element: if divisions == 1 {
+                ElementKind::Hex8
+            } else {
+                ElementKind::Tet4
+            },
+        };
+        let gap = 1.0 + apart * TOLERANCE;
+        let places = [
+            [0.0; 3],
+            [gap, 0.2, 0.0],
+            [0.4, 0.1, gap],
+            [1.5, 0.1, gap],
+            [0.3, gap, 0.0],
+        ];
+        let blocks = places.iter().zip([1, 1, 2, 1, 1]);
+        let blocks =
+            blocks.map(|(place, divisions)| mesh::tests::block("cube", cube(*place, divisions)));
+        let mesh = mesh::tests::shapes(blocks.collect()).expect("boxes mesh");
+        let mut velocity = Vec::new();
+        for block in &mesh.blocks {
+            let (whole, spin) = (draw(motion), draw(motion));
+            for node in block.nodes.clone() {
+                let own = add(&whole, &draw(0.1 * motion));
+                velocity.push(add(&own, &cross(&spin, &mesh.nodes[node as usize])));
+            }
+        }
+        Heap { mesh, velocity }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn what_is_left_out_for_how_it_lies_is_found_once_it_may_touch(
+        heap in heaps(),
+        step in 0.001..0.05_f64,
+        from in 0..20_usize,
+    ) {
+        let mesh = &heap.mesh;
+        let shell = Shell::new(mesh, TOLERANCE);
+        let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
+            .map(|node| mesh.blocks.partition_point(|block| block.nodes.end <= node) as u32)
+            .collect();
+        let fixed = [true, false, false, false, false];
+        let blocks = Blocks {
+            surface: &shell,
+            patches: &Patches::new(&shell, &block_of, &mesh.nodes),
+            block_of: &block_of,
+            fixed: &fixed,
+            tolerance: TOLERANCE,
+        };
+        let speed = |node: usize| norm(&heap.velocity[node]);
+        let fastest = |block: &Block| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
+        let speeds: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
+        let all: Vec<Pair> = shell.families().iter().flat_map(|[mains, targets]| {
+            let targets = targets.clone();
+            mains.clone().flat_map(move |main| targets.clone().map(move |target| Pair { main, target }))
+        }).filter(|&pair| {
+            let [a, b] = blocks.of(pair);
+            a != b && shell.matches(pair)
+        }).collect();
+        let [mut whole, mut late] = [Search::default(), Search::default()];
+        let may_meet = |[a, b]: [u32; 2]| a != b;
+        let mut displacement = vec![[0.0; 3]; mesh.nodes.len()];
+        for number in 0..30 {
+            let time = step * f64::from(number);
+            for (moved, (block, velocity)) in displacement.iter_mut().zip(block_of.iter().zip(&heap.velocity)) {
+                if !fixed[*block as usize] {
+                    // There and back: what is refused comes near again and again.
+                    *moved = scale((0.7 * f64::from(number)).sin() * time, velocity);
+                }
+            }
+            let at = Positions::new(&mesh.nodes, &displacement);
+            // Shares are less than what nodes move: more turns on those.
+            let (with, mut near) = ((&*speeds, 0.05 * step), Vec::new());
+            for (search, from) in [(&mut whole, 0), (&mut late, from)] {
+                if (number as usize) < from {
+                    continue;
+                }
+                let before = pairs(search);
+                search.near(&blocks, at, with, &may_meet, &mut near);
+                let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
+                    let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
+                    shell.apart(pair, at) <= APART * (a + b + TOLERANCE)
+                        && shell.nearness(pair, at, a + b, TOLERANCE) == Nearness::Near
+                }).collect();
+                prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);
+            }
+        }
+    }
+}
+
+/// Of a cube beside another, two corners of the face between them draw back: the edges
+/// from the others to its middle sharpen, could not touch at first, and then may.
+#[test]
+fn what_was_left_out_comes_near_as_a_face_warps() {
+    let cube = |place: [f64; 3]| Geometry::Box {
+        min: place.to_vec(),
+        max: place.map(|x| x + 1.0).to_vec(),
+        divisions: vec![1; 3],
+        element: ElementKind::Hex8,
+    };
+    let blocks = [[0.0; 3], [1.0, 0.3, 0.0]].map(|place| mesh::tests::block("cube", cube(place)));
+    let mesh = mesh::tests::shapes(blocks.to_vec()).expect("boxes mesh");
+    let shell = Shell::new(&mesh, TOLERANCE);
+    let block_of: Vec<u32> = (0..16).map(|node| node / 8).collect();
+    let blocks = Blocks {
+        surface: &shell,
+        patches: &Patches::new(&shell, &block_of, &mesh.nodes),
+        block_of: &block_of,
+        fixed: &[true, false],
+        tolerance: TOLERANCE,
+    };
+    let mut search = Search::default();
+    let mut left_out: Vec<Pair> = Vec::new();
+    let mut near = Vec::new();
+    for number in 0..200 {
+        let back = 2e-5 * f64::from(number);
+        let warped = mesh
+            .nodes
+            .iter()
+            .zip(&block_of)
+            .map(|(&[x, y, z], &block)| {
+                let drawn = block == 1 && x == 1.0 && (y > 1.0) != (z > 0.5);
+                [if drawn { back } else { 0.0 }, 0.0, 0.0]
+            });
+        let warped: Vec<[f64; 3]> = warped.collect();
+        let at = Positions::new(&mesh.nodes, &warped);
+        let with = (&[0.0, 1e-3][..], 1e-3);
+        search.near(&blocks, at, with, &|[a, b]| a != b, &mut near);
+        if number == 0 {
+            let lacking = search
+                .candidates
+                .iter()
+                .filter(|candidate| candidate.lacks > 0.0);
+            left_out = lacking.map(|candidate| candidate.pair).collect();
+        }
+    }
+    assert!(left_out.len() > 10, "{}", left_out.len());
+    assert!(
+        left_out.iter().any(|pair| near.contains(pair)),
+        "{left_out:?} {near:?}"
+    );
+}

@@ -1,0 +1,228 @@
+//! Patches: boundary features of a block that lie side by side.
+//!
+//! The broad phase looks for patches whose boxes overlap, and only then at their
+//! features. A block of one element is one patch, so a crowd costs what its blocks
+//! do; a mountain has many, so a pebble on it costs what lies below it.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::contact::detection::grid::{self, Aabb};
+use crate::contact::surface::{Pair, Positions, Surface};
+
+/// Features of a patch, at most: a hexahedron has 104, mains and targets.
+const MOST: usize = 128;
+
+/// Patches, or pairs of them, that a thread takes in a row.
+const AT_ONCE: usize = 32;
+
+/// The patches of all blocks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Patches {
+    patches: Vec<Patch>,
+    /// Families of features.
+    families: usize,
+}
+
+/// Main and target features of one block.
+#[derive(Clone, Debug)]
+struct Patch {
+    block: u32,
+    /// Their nodes.
+    nodes: Vec<u32>,
+    /// By family: mains, targets.
+    features: Vec<[Vec<u32>; 2]>,
+}
+
+/// A feature where patches are made.
+struct Feature<const D: usize> {
+    block: u32,
+    /// Mean of its nodes at rest, m.
+    middle: [f64; D],
+    family: usize,
+    /// 0 for a main, 1 for a target.
+    side: usize,
+    number: u32,
+}
+
+/// Boxes around the features of a patch, grown; those of its [`Patch::features`].
+type Boxes<const D: usize> = Vec<[Vec<Aabb<D>>; 2]>;
+
+impl Patches {
+    /// The patches of a surface whose nodes belong to `block_of` and lie at `rest`,
+    /// m.
+    pub(crate) fn new<const D: usize>(
+        surface: &dyn Surface<D>,
+        block_of: &[u32],
+        rest: &[[f64; D]],
+    ) -> Self {
+        let families = surface.families();
+        let mut features: Vec<Feature<D>> = Vec::new();
+        for (family, sides) in families.iter().enumerate() {
+            for (side, numbers) in sides.iter().enumerate() {
+                for number in Range::clone(numbers) {
+                    let nodes = nodes_of(surface, side, number);
+                    let share = 1.0 / nodes.len() as f64;
+                    let coordinate = |c: usize| -> f64 {
+                        let of_nodes = nodes.iter().map(|&node| rest[node as usize][c]);
+                        share * of_nodes.sum::<f64>()
+                    };
+                    features.push(Feature {
+                        block: block_of[nodes[0] as usize],
+                        middle: std::array::from_fn(coordinate),
+                        family,
+                        side,
+                        number,
+                    });
+                }
+            }
+        }
+        features.sort_by_key(|feature| feature.block);
+        let mut patches = Self {
+            patches: Vec::new(),
+            families: families.len(),
+        };
+        for of_block in features.chunk_by_mut(|one, other| one.block == other.block) {
+            patches.divide(surface, of_block);
+        }
+        patches
+    }
+
+    /// Halves the features of a block across their longest extent, until they are
+    /// few.
+    fn divide<const D: usize>(&mut self, surface: &dyn Surface<D>, features: &mut [Feature<D>]) {
+        if features.len() <= MOST {
+            self.patches.push(self.patch(surface, features));
+            return;
+        }
+        let extent = Aabb::around(features.iter().map(|feature| feature.middle), 0.0);
+        let length = |c: &usize| extent.max[*c] - extent.min[*c];
+        let longest = (0..D).max_by(|a, b| length(a).total_cmp(&length(b)));
+        let c = longest.unwrap_or(0);
+        let half = features.len() / 2;
+        features.select_nth_unstable_by(half, |one, other| {
+            let rank = |f: &Feature<D>| (f.family, f.side, f.number);
+            let by_place = one.middle[c].total_cmp(&other.middle[c]);
+            by_place.then_with(|| rank(one).cmp(&rank(other)))
+        });
+        let (low, high) = features.split_at_mut(half);
+        self.divide(surface, low);
+        self.divide(surface, high);
+    }
+
+    fn patch<const D: usize>(&self, surface: &dyn Surface<D>, features: &[Feature<D>]) -> Patch {
+        let mut patch = Patch {
+            block: features[0].block,
+            nodes: Vec::new(),
+            features: vec![Default::default(); self.families],
+        };
+        for feature in features {
+            patch.features[feature.family][feature.side].push(feature.number);
+            let nodes = nodes_of(surface, feature.side, feature.number);
+            patch.nodes.extend(nodes);
+        }
+        patch.nodes.sort_unstable();
+        patch.nodes.dedup();
+        for numbers in patch.features.iter_mut().flatten() {
+            numbers.sort_unstable();
+        }
+        patch
+    }
+
+    /// Number of features, mains and targets.
+    pub(super) fn features(&self) -> usize {
+        let sides = self.patches.iter().flat_map(|patch| &patch.features);
+        sides.flatten().map(Vec::len).sum()
+    }
+
+    /// Pairs of features that match, of blocks that `may_meet`, whose boxes
+    /// overlap, each grown by the `margin` of its block, m; sorted.
+    pub(in crate::contact) fn overlapping<const D: usize>(
+        &self,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+        margin: &(dyn Fn(u32) -> f64 + Sync),
+        may_meet: &dyn Fn([u32; 2]) -> bool,
+    ) -> Vec<Pair> {
+        let around = |patch: &Patch| {
+            let nodes = patch.nodes.iter().map(|&node| at.at(node));
+            Aabb::around(nodes, margin(patch.block))
+        };
+        let extents: Vec<Aabb<D>> = self.patches.iter().map(around).collect();
+        let wanted = |one: u32, other: u32| {
+            one < other && may_meet([one, other].map(|patch| self.patches[patch as usize].block))
+        };
+        let meeting = grid::overlapping(&extents, &extents, wanted);
+        let mut meets = vec![false; self.patches.len()];
+        for (one, other) in &meeting {
+            (meets[*one as usize], meets[*other as usize]) = (true, true);
+        }
+        let patches = (&self.patches, meets).into_par_iter().with_min_len(AT_ONCE);
+        let boxes = patches.map(|(patch, meets)| {
+            let boxes = || patch.boxes(surface, at, margin(patch.block));
+            meets.then(boxes).unwrap_or_default()
+        });
+        let boxes: Vec<Boxes<D>> = boxes.collect();
+        let meeting = meeting.into_par_iter().with_min_len(AT_ONCE);
+        let pairs = meeting.flat_map_iter(|(one, other)| {
+            let both = [one, other].map(|patch| patch as usize);
+            let ways = [both, [both[1], both[0]]].into_iter();
+            ways.flat_map(|sides| self.pairs(sides, &boxes, &extents))
+        });
+        let mut pairs: Vec<Pair> = pairs.filter(|&pair| surface.matches(pair)).collect();
+        pairs.par_sort_unstable();
+        pairs
+    }
+
+    /// Mains of a patch and targets of another whose boxes overlap.
+    fn pairs<const D: usize>(
+        &self,
+        [main, target]: [usize; 2],
+        boxes: &[Boxes<D>],
+        extents: &[Aabb<D>],
+    ) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for family in 0..self.families {
+            let within = |patch: usize, side: usize, other: usize| {
+                let numbers = self.patches[patch].features[family][side].iter();
+                let both = numbers.copied().zip(&boxes[patch][family][side]);
+                both.filter(move |(_, aabb)| aabb.overlaps(&extents[other]))
+            };
+            let targets: Vec<_> = within(target, 1, main).collect();
+            for (main, aabb) in within(main, 0, target) {
+                let close = targets.iter().filter(|(_, other)| aabb.overlaps(other));
+                pairs.extend(close.map(|&(target, _)| Pair { main, target }));
+            }
+        }
+        pairs
+    }
+}
+
+impl Patch {
+    /// Boxes around its features, grown by `margin`, m.
+    fn boxes<const D: usize>(
+        &self,
+        surface: &dyn Surface<D>,
+        at: Positions<D>,
+        margin: f64,
+    ) -> Boxes<D> {
+        let of_family = |[mains, targets]: &[Vec<u32>; 2]| {
+            let main_box = |&main: &u32| surface.main_box(main, at, margin);
+            let target_box = |&target: &u32| surface.target_box(target, at, margin);
+            [
+                mains.iter().map(main_box).collect(),
+                targets.iter().map(target_box).collect(),
+            ]
+        };
+        self.features.iter().map(of_family).collect()
+    }
+}
+
+fn nodes_of<const D: usize>(surface: &dyn Surface<D>, side: usize, number: u32) -> &[u32] {
+    if side == 0 {
+        surface.main_nodes(number)
+    } else {
+        surface.target_nodes(number)
+    }
+}

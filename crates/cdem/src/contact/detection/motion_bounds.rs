@@ -1,0 +1,111 @@
+//! Shares of blocks that may touch each other: what is fastest among them may be handed on.
+
+use rayon::prelude::*;
+
+use crate::contact::detection::candidates::{AT_A_GLANCE, Blocks, Glance, Lists, Search};
+use crate::contact::surface::Positions;
+
+impl<const D: usize> Search<D> {
+    /// Gives blocks that may touch each other the largest share among them, and
+    /// looks again at the candidates of those that get more, until none does.
+    pub(super) fn share_among_near(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        let count = self.blocks.len();
+        let Lists {
+            together, largest, ..
+        } = &mut self.lists;
+        together.part(count);
+        largest.clear();
+        largest.extend(self.blocks.iter().map(|reach| reach.share));
+        let mut joined = 0;
+        while joined < self.found.len() {
+            self.list_blocks_near(joined);
+            self.join_near(blocks.fixed);
+            joined = self.found.len();
+            self.list_blocks_near(0);
+            if self.raise() {
+                self.look_again(blocks, at);
+            }
+        }
+    }
+
+    /// Joins the blocks listed that move, which then have the largest share in common.
+    fn join_near(&mut self, fixed: &[bool]) {
+        let Lists {
+            together,
+            largest,
+            of_near,
+            ..
+        } = &mut self.lists;
+        for of in of_near {
+            if of.iter().all(|&block| !fixed[block as usize]) {
+                let [a, b] = of.map(|block| largest[together.root(block) as usize]);
+                together.join(of[0], of[1]);
+                largest[together.root(of[0]) as usize] = a.max(b);
+            }
+        }
+        together.flatten();
+    }
+
+    /// Gives the blocks listed the largest share of those that they are joined to; whether any
+    /// gets more.
+    fn raise(&mut self) -> bool {
+        let Lists {
+            together,
+            largest,
+            of_near,
+            raised,
+            ..
+        } = &mut self.lists;
+        raised.clear();
+        raised.resize(self.blocks.len(), false);
+        for &block in of_near.as_flattened() {
+            let share = &mut self.blocks[block as usize].share;
+            let most = largest[together.root(block) as usize];
+            if most > *share {
+                *share = most;
+                raised[block as usize] = true;
+            }
+        }
+        raised.contains(&true)
+    }
+
+    /// Lists the blocks of the pairs near from the `first` on, those of one pair but once in a
+    /// row.
+    fn list_blocks_near(&mut self, first: usize) {
+        let found = self.found[first..].par_iter().with_min_len(AT_A_GLANCE);
+        let blocks = found.map(|&number| self.candidates[number as usize].blocks);
+        blocks.collect_into_vec(&mut self.lists.of_near);
+        self.lists.of_near.dedup();
+    }
+
+    /// Looks at what has not been near to blocks of a larger share than before.
+    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+        self.look_ahead(blocks.tolerance);
+        let Lists {
+            ahead,
+            raised,
+            glances,
+            open,
+            ..
+        } = &mut self.lists;
+        let is_open = |number: &u32| {
+            let candidate = &self.candidates[*number as usize];
+            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+            let mut of = candidate.blocks.iter();
+            of.any(|&block| raised[block as usize])
+                && !self.near[*number as usize]
+                && candidate.may_be_near(a, b)
+        };
+        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
+        glances.resize_with(some.len(), Glance::default);
+        some.zip(&mut *glances).for_each(|(numbers, glance)| {
+            glance.open.clear();
+            glance
+                .open
+                .extend(numbers.iter().filter(|number| is_open(number)));
+        });
+        open.clear();
+        open.extend(glances.iter().flat_map(|glance| &glance.open));
+        self.look(blocks, at);
+    }
+}

@@ -1,0 +1,245 @@
+//! The open pairs of an island, and which of them cannot touch in a drift.
+//!
+//! Most of the pairs that may touch within a coarse step cannot within a substep.
+//! A pair touches in t seconds only if its features are no farther apart than
+//! d_tol + t u at the start, u the most by which their nodes move against each
+//! other: that is [`touch`](crate::contact::ccd::touch_events)'s own rule. Here it is applied without
+//! a look at the features, to less than their distance and more than u:
+//! - the distance changes by no more than the nodes of both move. One that was d
+//!   is not below d − w₁ − w₂ as long as those of its blocks have gone ways of w₁
+//!   and w₂ since; a way is the sum, over all drifts, of duration times largest
+//!   speed in it;
+//! - with s₁ and s₂ the largest speeds now, u is not above s₁ + s₂, or 3 s₁ + s₂
+//!   where the main feature has nodes that move against each other.
+//!
+//! So a pair that is left out is one that would be found not to touch. When pairs
+//! were looked at, and whether at all, changes no result: a run that resumes may
+//! start from distances measured then.
+
+use std::ops::Range;
+
+use crate::contact::surface::{Pair, Surface};
+use crate::math::vector::dot;
+use crate::model::kinematics::Kicked;
+
+/// What round-off may add to distances and ways, over the tolerance; it is far
+/// below.
+const ROUND_OFF: f64 = 0.1;
+
+/// Way of a block, over the tolerance, at which all pairs are looked at anew: a
+/// hundred of the smallest boundary edge by default. A billion substeps later its
+/// round-off is within the above.
+const FORGET: f64 = 1e6;
+
+/// For how much those that may touch are sorted out, over what a touch in the next drift
+/// takes.
+const AHEAD: f64 = 16.0;
+
+/// The open pairs that may touch in this coarse step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Near {
+    open: Vec<Open>,
+    /// Those that were before a restart, and how many of them have been passed.
+    before: Vec<Open>,
+    passed: usize,
+    /// The blocks of the island; the first stands for all that are fixed.
+    bodies: Vec<Body>,
+    /// Distance within which nothing is left out, m.
+    within: f64,
+    /// What a way may come to, m.
+    longest: f64,
+    /// The only ones that may touch for now, in order, and for what more that serves: twice
+    /// the longest way from now on, with what a touch in the next drift takes, m.
+    soon: Vec<u32>,
+    serves: f64,
+}
+
+/// An open pair.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    pair: Pair,
+    bodies: [u32; 2],
+    /// Nodes of the main feature move against each other.
+    turns: bool,
+    /// Ways of both blocks, with the distance to be left, that are between it and
+    /// a touch, m.
+    until: f64,
+}
+
+/// The nodes of one block in the island.
+#[derive(Clone, Debug)]
+struct Body {
+    block: u32,
+    /// Where they are among those of the island.
+    nodes: Range<usize>,
+    /// Duration times largest speed of all drifts, m.
+    way: f64,
+    /// Largest speed, m/s.
+    speed: f64,
+}
+
+impl Near {
+    /// None yet, of an island of these nodes, sorted. `within` is the distance of
+    /// pairs that are always looked at, m: the tolerance, or more.
+    pub(crate) fn new(nodes: &[u32], block_of: &[u32], tolerance: f64, within: f64) -> Self {
+        let body = |block, nodes| Body {
+            block,
+            nodes,
+            way: 0.0,
+            speed: 0.0,
+        };
+        let mut bodies = vec![body(u32::MAX, 0..0)];
+        let block = |node: &u32| block_of[*node as usize];
+        let mut first = 0;
+        for same in nodes.chunk_by(|a, b| block(a) == block(b)) {
+            bodies.push(body(block(&same[0]), first..first + same.len()));
+            first += same.len();
+        }
+        Self {
+            open: Vec::new(),
+            before: Vec::new(),
+            passed: 0,
+            bodies,
+            within: within + ROUND_OFF * tolerance,
+            longest: FORGET * tolerance,
+            soon: Vec::new(),
+            serves: -1.0,
+        }
+    }
+
+    /// Leaves no pair, but for those there were to be [kept](Self::keep).
+    pub(crate) fn restart(&mut self) {
+        self.serves = -1.0;
+        std::mem::swap(&mut self.open, &mut self.before);
+        self.open.clear();
+        self.passed = 0;
+    }
+
+    /// Adds a pair with what is known of it from before the restart, if it was there; whether it
+    /// was. Pairs come in order.
+    pub(crate) fn keep(&mut self, pair: Pair) -> bool {
+        let ahead = &self.before[self.passed..];
+        self.passed += ahead.iter().take_while(|open| open.pair < pair).count();
+        let known = self.before.get(self.passed);
+        let known = known.filter(|open| open.pair == pair).copied();
+        self.open.extend(known);
+        known.is_some()
+    }
+
+    /// Adds a pair of two blocks whose features are `apart` now, m.
+    pub(crate) fn push<const D: usize>(
+        &mut self,
+        surface: &dyn Surface<D>,
+        pair: Pair,
+        blocks: [u32; 2],
+        apart: f64,
+    ) {
+        let of = |block| {
+            let moving = self.bodies[1..].binary_search_by_key(&block, |body| body.block);
+            moving.map_or(0, |number| number as u32 + 1)
+        };
+        self.serves = -1.0;
+        self.open.push(Open {
+            pair,
+            bodies: blocks.map(of),
+            turns: surface.main_nodes(pair.main).len() > 1,
+            until: 0.0,
+        });
+        self.remember(self.open.len() - 1, apart);
+    }
+
+    pub(crate) fn pair(&self, number: usize) -> Pair {
+        self.open[number].pair
+    }
+
+    /// All pairs, in order.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = Pair> + '_ {
+        self.open.iter().map(|open| open.pair)
+    }
+
+    /// Takes the speeds of now, of the `nodes` of the island.
+    pub(crate) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &Kicked<D>) {
+        for body in &mut self.bodies {
+            let velocities = nodes[body.nodes.clone()].iter();
+            let velocities = velocities.map(|&node| &motion.velocity[node as usize]);
+            let squares = velocities.map(|velocity| dot(velocity, velocity));
+            // Not a number is not left out.
+            let larger = |a: f64, b: f64| if b <= a || a.is_nan() { a } else { b };
+            let largest = squares.fold(0.0, larger);
+            body.speed = largest.sqrt();
+        }
+    }
+
+    /// The pairs that may touch within `duration` at the velocities measured, in order.
+    pub(crate) fn may_touch(&mut self, duration: f64) -> impl Iterator<Item = usize> + '_ {
+        let fastest = self.bodies.iter().map(|body| body.speed);
+        // Main features turn.
+        let longest = 4.0 * duration * fastest.fold(0.0, f64::max);
+        if longest.is_nan() || longest > self.serves {
+            self.serves = AHEAD * longest;
+            let far = self.serves;
+            let mut soon = std::mem::take(&mut self.soon);
+            soon.clear();
+            let open = (0..self.open.len()).filter(|&number| !self.is_apart(number, far));
+            soon.extend(open.map(|number| number as u32));
+            self.soon = soon;
+        }
+        let near = &*self;
+        let soon = near.soon.iter().map(|&number| number as usize);
+        soon.filter(move |&number| !near.cannot_touch(number, duration))
+    }
+
+    /// Whether a pair will not touch for `duration` at the velocities measured.
+    #[inline]
+    fn cannot_touch(&self, number: usize, duration: f64) -> bool {
+        let open = &self.open[number];
+        let [main, target] = self.bodies_of(open);
+        let turns = if open.turns { 3.0 } else { 1.0 };
+        self.is_apart(number, duration * (turns * main.speed + target.speed))
+    }
+
+    /// Whether a pair is farther apart than any are looked at, and more by a length, m.
+    #[inline]
+    fn is_apart(&self, number: usize, length: f64) -> bool {
+        let open = &self.open[number];
+        let [main, target] = self.bodies_of(open);
+        open.until - (main.way + target.way) > self.within + length
+    }
+
+    /// The features of a pair are `apart` now, m.
+    pub(crate) fn remember(&mut self, number: usize, apart: f64) {
+        let [main, target] = self.bodies_of(&self.open[number]);
+        self.open[number].until = apart + (main.way + target.way);
+    }
+
+    #[inline]
+    fn bodies_of(&self, open: &Open) -> [&Body; 2] {
+        let [main, target] = open.bodies;
+        [&self.bodies[main as usize], &self.bodies[target as usize]]
+    }
+
+    /// Counts a drift at the velocities measured, s.
+    pub(crate) fn go(&mut self, duration: f64) {
+        let (mut longest, mut fastest) = (0.0_f64, 0.0_f64);
+        for body in &mut self.bodies {
+            body.way += duration * body.speed;
+            longest = longest.max(body.way);
+            fastest = fastest.max(body.speed);
+        }
+        self.serves -= 2.0 * duration * fastest;
+        if longest > self.longest {
+            self.forget();
+        }
+    }
+
+    /// Nodes have moved otherwise, or far.
+    pub(crate) fn forget(&mut self) {
+        self.serves = -1.0;
+        for body in &mut self.bodies {
+            body.way = 0.0;
+        }
+        for open in &mut self.open {
+            open.until = 0.0;
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Impacts: what the pairs of an island do at the instant at which some of them
+//! touch, (4) and (5) of the paper.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use crate::contact::constraint::contact_point::Live;
+use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Receivers, Setting};
+use crate::contact::solver::Solver;
+use crate::contact::solver::gauss_seidel::{Constraint, FEW, RESIDUAL};
+use crate::contact::solver::system::SHARE;
+use crate::contact::{Interior, Jump};
+use crate::model::kinematics::Motion;
+
+/// Residual at which the solve of an impact is done in an island of more than [`FEW`]
+/// contacts: what it leaves the next kick finds, and no position is wrong by more than a
+/// 1e-6th of a drift. To go on to [`RESIDUAL`] takes three times as long.
+const RESIDUAL_OF_CROWD: f64 = 1e-6;
+
+/// An impact, to be solved as often as it takes.
+struct Impact<const D: usize> {
+    constraints: Vec<Constraint<D>>,
+    /// Relative velocities of their points before it, m/s.
+    approach: Vec<[f64; D]>,
+    /// Nodes that it may move, once each, those of the island first, and their
+    /// velocities before it, m/s.
+    start: Vec<(u32, [f64; D])>,
+    /// Relative velocity below which a change is none, m/s.
+    precision: f64,
+}
+
+impl<const D: usize> Impact<D> {
+    /// Adds nodes that its contacts do not move, with their velocities of now.
+    fn start_also(&mut self, nodes: impl Iterator<Item = u32>, motion: &Motion<D>) {
+        let known: BTreeSet<u32> = self.start.iter().map(|start| start.0).collect();
+        let others: BTreeSet<u32> = nodes.filter(|node| !known.contains(node)).collect();
+        let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
+        self.start.extend(others.into_iter().map(with_velocity));
+    }
+
+    /// The velocities after it, `scale` times `impulses` of the bodies acting at
+    /// the same instant, N·s.
+    fn solve(
+        &mut self,
+        system: &mut Solver<D>,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        (impulses, scale): (&[(u32, [f64; D])], f64),
+        books: &mut Books,
+    ) {
+        for (node, velocity) in &self.start {
+            motion.velocity[*node as usize] = *velocity;
+        }
+        for (node, impulse) in impulses {
+            let impulse = impulse.map(|x| scale * x);
+            setting
+                .inertia
+                .push(*node as usize, &impulse, motion.velocity);
+        }
+        let is_small = self.constraints.len() <= FEW;
+        let done = if is_small {
+            RESIDUAL
+        } else {
+            RESIDUAL_OF_CROWD
+        };
+        let precision = (done, self.precision);
+        books.count(|| system.solve(&mut self.constraints, motion.velocity, precision));
+    }
+}
+
+impl<const D: usize> Island<D> {
+    /// The impact of the pairs that have just touched, in a drift of `duration`
+    /// seconds of which `remaining` are left, and what it does to the bodies
+    /// behind them.
+    pub(super) fn meet<I: Interior<D>>(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        (before, (duration, remaining)): (&[[f64; D]], (f64, f64)),
+        bodies: &mut Bodies<D, I>,
+        receivers: &mut Receivers<D>,
+        books: &mut Books,
+    ) {
+        let mut impact = self.impact(setting, motion, duration);
+        bodies.trail.reach(self.system.nodes(), motion);
+        impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
+        let jump = Jump {
+            nodes: &self.nodes,
+            before,
+            taken: bodies.taken,
+            remaining,
+        };
+        let mut scale = 0.0;
+        let (interior, touch) = (bodies.interior, &mut bodies.touch);
+        interior.split(motion, &jump, bodies.trail, touch);
+        let impulses = I::impulses(touch);
+        if !impulses.is_empty() {
+            impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
+            impact.solve(&mut self.system, setting, motion, (impulses, 1.0), books);
+            scale = interior.balance(touch, motion);
+            impact.solve(&mut self.system, setting, motion, (impulses, scale), books);
+        }
+        for _ in 0..AGAIN {
+            let drift = (duration, remaining);
+            if !self.bend(setting, motion, &mut impact.constraints, drift) {
+                break;
+            }
+            impact.solve(&mut self.system, setting, motion, (impulses, scale), books);
+        }
+        self.end_impact(
+            setting,
+            motion,
+            (&impact, duration),
+            receivers.of_contacts,
+            books,
+        );
+        let timing = (remaining, scale);
+        books.impact_loss -= interior.settle(touch, motion, timing, receivers.on_held);
+    }
+
+    /// The impact of pairs that are closed at t = 0 and approach, before a drift
+    /// of `duration` seconds.
+    pub(crate) fn meet_initial(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &mut Motion<D>,
+        duration: f64,
+        receive: Receive<D>,
+        books: &mut Books,
+    ) {
+        let mut impact = self.impact(setting, motion, duration);
+        impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
+        self.end_impact(setting, motion, (&impact, duration), receive, books);
+    }
+
+    /// Perfectly inelastic for the points that touch, within the shear limit;
+    /// those that were closed stay so as far as their last kick's impulse bears.
+    fn impact(&mut self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
+        let constraint = |live: &Live<D>| {
+            let within = (duration, setting.tolerance);
+            live.impact(setting.surface, motion.positions(), within)
+        };
+        let live = self.live.par_iter().with_min_len(SHARE);
+        let constraints: Vec<_> = live.map(constraint).collect();
+        self.system.load(&constraints, setting.mobility(0.0));
+        let approach = constraints.iter();
+        let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));
+        Impact {
+            approach: approach.collect(),
+            start: self.start(&constraints, motion),
+            precision: self.precision(setting, motion.positions(), duration),
+            constraints,
+        }
+    }
+
+    /// Asks of the closed pairs what their gaps would miss in the `remaining`
+    /// seconds: points that slide along a turning edge go into it by the square of
+    /// the time. Whether any goes too far. Those that were closed before have been
+    /// asked for it in their kick; they get no more than twice its velocity now,
+    /// however little time is left.
+    fn bend(
+        &self,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        constraints: &mut [Constraint<D>],
+        (duration, remaining): (f64, f64),
+    ) -> bool {
+        let then = motion.positions().after(motion.velocity, remaining);
+        let mut too_far = false;
+        for (live, constraint) in self.live.iter().zip(constraints) {
+            let projection = setting.surface.project(live.pair, then);
+            let miss = projection.gap - live.offset[0];
+            if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
+                let within = if live.fresh {
+                    remaining
+                } else {
+                    remaining.max(0.5 * duration)
+                };
+                constraint.target[0] -= miss / within;
+                too_far = true;
+            }
+        }
+        too_far
+    }
+
+    /// Takes the impulses of a solved impact into the records and the books.
+    fn end_impact(
+        &mut self,
+        setting: &Setting<D>,
+        motion: &Motion<D>,
+        (impact, duration): (&Impact<D>, f64),
+        receive: Receive<D>,
+        books: &mut Books,
+    ) {
+        let least = setting.least_speed(duration);
+        let solved = impact.constraints.iter().zip(&impact.approach);
+        for (live, (constraint, old)) in self.live.iter_mut().zip(solved) {
+            let new = constraint.operator.relative_velocities(motion.velocity);
+            let added = constraint.added();
+            books.spend(&added, old, &new, true);
+            live.record.count(&constraint.borne, &constraint.impulse);
+            constraint.operator.deliver(&added, &mut *receive);
+            live.take_impact(constraint, motion.velocity, least);
+        }
+    }
+}

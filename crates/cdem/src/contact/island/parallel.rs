@@ -1,0 +1,249 @@
+//! Kicks and drifts of all islands that are due, many at once: each sees the others as they were
+//! before, so that it does not matter who comes first, nor on how many threads.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::contact::constraint::contact_point::Record;
+use crate::contact::island::rollback::Trail;
+use crate::contact::island::{Bodies, Books, Island, Receive, Receivers, Setting};
+use crate::contact::{DriftOf, Interior, Timing};
+use crate::math::profile::Stage;
+use crate::model::kinematics::{Kicked, Motion};
+
+/// Parts of the islands for each thread: one that is done early takes up another's.
+const PARTS: usize = 4;
+
+/// Nodes for each contact, at most, that each part may have copied: in a kick the velocity of a
+/// node takes a thousandth of the time of a contact, in a drift all of a node three times that,
+/// of contacts that are solved three times or more.
+const NODES_A_CONTACT: usize = 50;
+
+/// Contacts beside those of the largest island, at least, for which threads are called: some
+/// 30 µs of work.
+const CALLED_FOR: usize = 64;
+
+/// Velocities of all nodes for parts of the islands to work with, m/s: as many as there are at
+/// work at once, kept for their storage.
+#[derive(Debug, Default)]
+pub(crate) struct Copies<const D: usize>(Mutex<Vec<Vec<[f64; D]>>>);
+
+impl<const D: usize> Copies<D> {
+    /// Works with a copy of velocities.
+    fn lend(&self, velocity: &[[f64; D]], work: impl FnOnce(&mut [[f64; D]])) {
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut copy = kept().pop().unwrap_or_default();
+        copy.clear();
+        copy.extend_from_slice(velocity);
+        work(&mut copy);
+        kept().push(copy);
+    }
+}
+
+/// Holds all islands that are due in a kick at a time by its timing, velocities before which are
+/// `before`. Returns the contacts that have ended.
+pub(crate) fn hold<const D: usize>(
+    (islands, copies): (&mut [Island<D>], &Copies<D>),
+    setting: &Setting<D>,
+    motion: &mut Kicked<D>,
+    (before, time, timing): (&[[f64; D]], f64, Timing),
+    receive: Receive<D>,
+    books: &mut Books,
+) -> Vec<Record> {
+    let is_due = |island: &Island<D>| island.timing(timing).is_some();
+    let due = islands.iter().filter(|island| is_due(island));
+    let parts = parts(due.map(|island| island.live.len()), motion.velocity.len());
+    let of_all = &*books;
+    let hold = |island: &mut Island<D>, motion: &mut Kicked<D>| {
+        if let Some((interval, drift)) = island.timing(timing) {
+            let timing = (time, interval, drift);
+            island.hold(setting, motion, before, timing, of_all.beside());
+        }
+    };
+    if parts > 1 {
+        let now = &*motion;
+        // Those without contacts look at their open pairs.
+        let weight = |island: &Island<D>| usize::from(is_due(island)) * (1 + island.live.len());
+        share_out(islands, parts, &weight, &|part| {
+            if part.iter().any(is_due) {
+                copies.lend(now.velocity, |velocity| {
+                    let mut motion = now.with(velocity);
+                    part.iter_mut().for_each(|island| hold(island, &mut motion));
+                });
+            }
+        });
+    } else {
+        islands.iter_mut().for_each(|island| hold(island, motion));
+    }
+    let due = islands.iter().filter(|island| is_due(island));
+    books.add(due.clone().map(|island| island.held.books()));
+    for hold in due.map(|island| &island.held) {
+        hold.redo(motion.velocity);
+        for solved in hold.solved() {
+            solved.operator.deliver(&solved.impulse, &mut *receive);
+        }
+    }
+    let due = islands.iter_mut().filter(|island| is_due(island));
+    due.flat_map(|island| island.held.ended()).collect()
+}
+
+/// Drifts all islands that are due from a `time` on, each for its `duration`: those whose pairs
+/// touch see all others as they were before, and nodes of no island as they are after.
+pub(crate) fn drift<const D: usize, I: Interior<D>>(
+    islands: &mut [Island<D>],
+    setting: &Setting<D>,
+    motion: &mut Motion<D>,
+    (bodies, (time, duration)): ((&I, &[bool]), (f64, DriftOf)),
+    receivers: &mut Receivers<D>,
+    books: &mut Books,
+) {
+    let due = |island: &Island<D>| duration(*island.nodes.first()?);
+    let meetings = islands.iter_mut().enumerate();
+    let mut meetings: Vec<Meeting<D>> = meetings
+        .filter_map(|(number, island)| {
+            let duration = due(island).filter(|_| !island.flies_freely())?;
+            Some(Meeting {
+                number,
+                island,
+                duration,
+            })
+        })
+        .collect();
+    let met = meet(&mut meetings, setting, motion, (bodies, time), books);
+    let mut meeting = met.iter().map(|met| met.number).peekable();
+    for (number, island) in islands.iter_mut().enumerate() {
+        if meeting.next_if_eq(&number).is_none()
+            && let Some(duration) = due(island)
+        {
+            island.go(motion, duration);
+        }
+    }
+    for met in &met {
+        books.impact_loss -= met.trail.redo(motion, setting.inertia.mass());
+        for (node, impulse) in &met.of_contacts {
+            (receivers.of_contacts)(*node, impulse);
+        }
+        for (node, impulse) in &met.on_held {
+            (receivers.on_held)(*node, impulse);
+        }
+    }
+}
+
+/// An island, by its number, before a drift of `duration` seconds in which pairs of it touch.
+struct Meeting<'a, const D: usize> {
+    number: usize,
+    island: &'a mut Island<D>,
+    duration: f64,
+}
+
+/// What has become of it.
+struct Met<const D: usize> {
+    number: usize,
+    trail: Trail<D>,
+    /// Impulses of contacts, and of elements on nodes that are held, N·s.
+    of_contacts: Vec<(u32, [f64; D])>,
+    on_held: Vec<(u32, [f64; D])>,
+    books: Books,
+}
+
+/// Drifts islands whose pairs touch, from a `time` on; nodes stay.
+fn meet<const D: usize, I: Interior<D>>(
+    meetings: &mut [Meeting<D>],
+    setting: &Setting<D>,
+    motion: &mut Motion<D>,
+    ((interior, taken), time): ((&I, &[bool]), f64),
+    books: &mut Books,
+) -> Vec<Met<D>> {
+    let pairs = meetings.iter().map(|meeting| meeting.island.pairs());
+    let parts = parts(pairs, motion.velocity.len());
+    let of_all = &*books;
+    let drift = |meeting: &mut Meeting<D>, motion: &mut Motion<D>| {
+        let island = &mut *meeting.island;
+        let mut met = Met {
+            number: meeting.number,
+            trail: Trail::new(&island.nodes, motion),
+            of_contacts: Vec::new(),
+            on_held: Vec::new(),
+            books: of_all.beside(),
+        };
+        let bodies = &mut Bodies {
+            interior,
+            touch: I::Touch::default(),
+            taken,
+            trail: &mut met.trail,
+        };
+        let receivers = &mut Receivers {
+            of_contacts: &mut |node, impulse| met.of_contacts.push((node, *impulse)),
+            on_held: &mut |node, impulse| met.on_held.push((node, *impulse)),
+        };
+        let timing = (time, meeting.duration);
+        island.drift(setting, motion, timing, bodies, receivers, &mut met.books);
+        met.books.watch.lap(Stage::Geometry);
+        met.trail.undo(motion);
+        met
+    };
+    let met: Vec<Met<D>> = if parts > 1 {
+        let now = &*motion;
+        let of_part = |part: &mut [Meeting<D>]| {
+            let mut copied = now.copied();
+            let mut motion = copied.motion(now.rest);
+            let met = part.iter_mut().map(|meeting| drift(meeting, &mut motion));
+            met.collect::<Vec<_>>()
+        };
+        let each = meetings.par_chunks_mut(meetings.len().div_ceil(parts));
+        each.flat_map_iter(of_part).collect()
+    } else {
+        let met = meetings.iter_mut().map(|meeting| drift(meeting, motion));
+        met.collect()
+    };
+    books.add(met.iter().map(|met| &met.books));
+    met
+}
+
+/// Works on so many parts of the islands on all threads: of equal weight, as far as islands let
+/// them be.
+fn share_out<const D: usize>(
+    islands: &mut [Island<D>],
+    parts: usize,
+    weight: &(impl Fn(&Island<D>) -> usize + Sync),
+    work: &(impl Fn(&mut [Island<D>]) + Sync),
+) {
+    if parts == 1 {
+        work(islands);
+        return;
+    }
+    let left = parts / 2;
+    let all: usize = islands.iter().map(weight).sum();
+    let mut so_far = 0;
+    let has_its_middle_beyond = |island: &Island<D>| {
+        let own = weight(island);
+        so_far += own;
+        (2 * so_far - own) * parts > 2 * all * left
+    };
+    let middle = islands.iter().position(has_its_middle_beyond);
+    let (first, others) = islands.split_at_mut(middle.unwrap_or(islands.len()));
+    rayon::join(
+        || share_out(first, left, weight, work),
+        || share_out(others, parts - left, weight, work),
+    );
+}
+
+/// Into how many parts islands with so many contacts are worth to be put, where each has all
+/// `nodes` for itself.
+fn parts(contacts: impl Iterator<Item = usize>, nodes: usize) -> usize {
+    let threads = rayon::current_num_threads();
+    if threads == 1 {
+        return 1;
+    }
+    let (mut islands, mut all, mut most) = (0, 0, 0);
+    for contacts in contacts {
+        (islands, all, most) = (islands + 1, all + contacts, most.max(contacts));
+    }
+    if all - most < CALLED_FOR {
+        return 1;
+    }
+    (PARTS * threads)
+        .min(NODES_A_CONTACT * all / nodes.max(1))
+        .min(islands)
+}

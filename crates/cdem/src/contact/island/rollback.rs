@@ -1,0 +1,140 @@
+//! What the drift of one island has changed: undone, for other islands to see its nodes as they
+//! were, and done again.
+
+use std::collections::BTreeSet;
+
+use crate::math::vector::{add_scaled, dot, sub};
+use crate::model::kinematics::{Motion, NodeState};
+
+/// Nodes that an island moves, and how they were before and after.
+#[derive(Debug)]
+pub(crate) struct Trail<const D: usize> {
+    /// Those of the island, sorted, so many, then those beyond.
+    nodes: Vec<u32>,
+    own: usize,
+    beyond: BTreeSet<u32>,
+    before: Vec<NodeState<D>>,
+    after: Vec<NodeState<D>>,
+}
+
+impl<const D: usize> Trail<D> {
+    /// Of an island of these nodes.
+    pub(super) fn new(nodes: &[u32], motion: &Motion<D>) -> Self {
+        Self {
+            nodes: nodes.to_vec(),
+            own: nodes.len(),
+            beyond: BTreeSet::new(),
+            before: nodes.iter().map(|&node| motion.state(node)).collect(),
+            after: Vec::new(),
+        }
+    }
+
+    /// Goes on to nodes, of which those that are new have not been moved yet.
+    pub(crate) fn reach(&mut self, nodes: &[u32], motion: &Motion<D>) {
+        for &node in nodes {
+            let is_own = self.nodes[..self.own].binary_search(&node).is_ok();
+            if !is_own && self.beyond.insert(node) {
+                self.nodes.push(node);
+                self.before.push(motion.state(node));
+            }
+        }
+    }
+
+    /// Takes the nodes back to where they were.
+    pub(super) fn undo(&mut self, motion: &mut Motion<D>) {
+        self.after.clear();
+        let after = self.nodes.iter().map(|&node| motion.state(node));
+        self.after.extend(after);
+        for (&node, before) in self.nodes.iter().zip(&self.before) {
+            motion.set_state(node, *before);
+        }
+    }
+
+    /// Moves the nodes once more, those that another island has moved too by what they have
+    /// changed by. Returns the energy that both changes of velocity make together and neither
+    /// island knows of, J; `mass` is that of all nodes, kg.
+    pub(super) fn redo(&self, motion: &mut Motion<D>, mass: &[f64]) -> f64 {
+        let mut energy = 0.0;
+        let changes = self.before.iter().zip(&self.after);
+        for (&node, (before, after)) in self.nodes.iter().zip(changes) {
+            let mut state = motion.state(node);
+            let [.., velocity] = &state;
+            let changes = [sub(velocity, &before[2]), sub(&after[2], &before[2])];
+            energy += mass[node as usize] * dot(&changes[0], &changes[1]);
+            for ((now, before), after) in state.iter_mut().zip(before).zip(after) {
+                change(now, [before, after]);
+            }
+            motion.set_state(node, state);
+        }
+        energy
+    }
+}
+
+/// Has what was so before become what it was after; or changes it by as much, where something
+/// else has changed it.
+pub(super) fn change<const D: usize>(now: &mut [f64; D], [before, after]: [&[f64; D]; 2]) {
+    if now == before {
+        *now = *after;
+    } else {
+        add_scaled(now, 1.0, &sub(after, before));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Node 2 lies beyond both islands, which know each other's nodes as they were: it goes where
+    /// both send it, whoever comes first, and the energy of all is what is told.
+    #[test]
+    fn islands_that_move_the_same_node_move_it_together() {
+        let (rest, mass) = ([[0.0; 2]; 4], [1.0, 2.0, 3.0, 4.0]);
+        let start = |k: u32| [0.125, 0.25, 0.5].map(|x| [x, x + f64::from(k)]);
+        let states = || (0..4).map(start).collect::<Vec<_>>();
+        // Displacement stays, what round-off has kept from it and velocity change.
+        let moved = |node: u32, times: f64| {
+            let [displacement, carry, velocity] = start(node);
+            let change = |vector: [f64; 2], by: f64| vector.map(|x| x + times * by);
+            [displacement, change(carry, 0.0625), change(velocity, 0.75)]
+        };
+        let all = |motion: &Motion<2>| (0..4).map(|k| motion.state(k)).collect::<Vec<_>>();
+        let mut fields: [Vec<[f64; 2]>; 3] =
+            [0, 1, 2].map(|which| states().iter().map(|state| state[which]).collect());
+        let [displacement, carry, velocity] = &mut fields;
+        let mut motion = Motion {
+            rest: &rest,
+            displacement,
+            carry,
+            velocity,
+        };
+        let mut trails: Vec<Trail<2>> = Vec::new();
+        for own in [0, 3] {
+            let mut trail = Trail::new(&[own], &motion);
+            trail.reach(&[own, 2], &motion);
+            trail.reach(&[2], &motion);
+            for node in [own, 2] {
+                motion.set_state(node, moved(node, 1.0));
+            }
+            trail.undo(&mut motion);
+            assert_eq!(all(&motion), states());
+            trails.push(trail);
+        }
+        let expected: Vec<_> = (0..4)
+            .zip([1.0, 0.0, 2.0, 1.0])
+            .map(|(k, n)| moved(k, n))
+            .collect();
+        for _ in 0..2 {
+            let told: f64 = trails
+                .iter()
+                .map(|trail| trail.redo(&mut motion, &mass))
+                .sum();
+            assert_eq!(told, mass[2] * 2.0 * 0.75 * 0.75);
+            assert_eq!(all(&motion), expected);
+            states()
+                .iter()
+                .zip(0..)
+                .for_each(|(state, node)| motion.set_state(node, *state));
+            trails.reverse();
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! The features around a contact point: which pairs a touch may belong to, and
+//! which of the six types it is.
+//!
+//! The types are told as with shrunken edges (Li, Tang, Wang 2015, section 2):
+//! a corner drawn a little along an edge or into a face shows whether the edge
+//! or the face lies in the plane of contact too, and on what. Only directions
+//! count, so that the result does not depend on how far is a little.
+
+use smallvec::{SmallVec, smallvec};
+
+use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::{FLUSH, Pair, Pairs, Positions, Surface};
+use crate::math::vector::{add, cross, dot, norm, scale, sub};
+use crate::output::ContactKind;
+
+/// The features of one block within the tolerance of a contact point.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Place {
+    vertex: Option<u32>,
+    /// Sharp ones.
+    edges: Few,
+    pub(super) triangles: Few,
+}
+
+/// Numbers of features around a point: as many as there mostly are take no memory of their own.
+pub(super) type Few = SmallVec<[u32; 8]>;
+
+/// What of a block lies in the plane of a contact, seen from its point.
+#[derive(Default)]
+struct Support {
+    /// Unit directions of sharp edges.
+    rays: SmallVec<[[f64; 3]; 4]>,
+    /// Corners of faces: pairs of unit directions, counter-clockwise about the
+    /// normal of contact.
+    sectors: SmallVec<[Sector; 4]>,
+}
+
+/// Two unit directions, at a right angle at most.
+type Sector = [[f64; 3]; 2];
+
+impl Place {
+    fn at_vertex(shell: &Shell, vertex: u32, at: Positions<3>) -> Self {
+        let edges = shell.skin.edges_at(vertex).iter().copied();
+        Self {
+            vertex: Some(vertex),
+            edges: edges
+                .filter(|&edge| shell.skin.is_sharp(edge, at))
+                .collect(),
+            triangles: shell.skin.triangles_at(vertex).into(),
+        }
+    }
+
+    /// Around a point of an edge.
+    fn on_edge(shell: &Shell, edge: u32, foot: f64, at: Positions<3>, tolerance: f64) -> Self {
+        let length = shell.length(edge, at);
+        let end = shell.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
+        if foot.min(1.0 - foot) * length <= tolerance && end < shell.skin.vertex_count {
+            return Self::at_vertex(shell, end, at);
+        }
+        let sides = shell.skin.edges[edge as usize].sides;
+        Self {
+            vertex: None,
+            edges: smallvec![edge],
+            triangles: sides.into_iter().flatten().collect(),
+        }
+    }
+
+    /// Around the foot of a vertex on a triangle.
+    fn on_triangle(
+        shell: &Shell,
+        (vertex, triangle): (u32, u32),
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> Self {
+        let facing = shell.facing(vertex, triangle, at);
+        let foot = shell.skin.point(vertex, at);
+        let own = &shell.skin.triangles[triangle as usize];
+        let is_near = |corner: u32| {
+            let apart = sub(&shell.skin.point(corner, at), &foot);
+            corner < shell.skin.vertex_count && norm(&apart) <= 2.0 * tolerance
+        };
+        if let Some(corner) = own.corners.into_iter().find(|&corner| is_near(corner)) {
+            return Self::at_vertex(shell, corner, at);
+        }
+        let mut place = Self {
+            triangles: smallvec![triangle],
+            ..Self::default()
+        };
+        for k in (0..3).filter(|&k| facing.inside(k) <= tolerance) {
+            place.triangles.extend(shell.skin.across(triangle, k));
+            if shell.skin.is_sharp(own.edges[k], at) {
+                place.edges.push(own.edges[k]);
+            }
+        }
+        place
+    }
+
+    /// The places of main and target around a pair's contact point.
+    pub(crate) fn both(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> [Self; 2] {
+        match shell.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => [
+                Self::at_vertex(shell, vertex, at),
+                Self::on_triangle(shell, (vertex, triangle), at, tolerance),
+            ],
+            Meeting::Crossing { main, target } => {
+                let foot = shell
+                    .crossing(main, target, at)
+                    .map_or([0.5; 2], |c| c.foot);
+                [
+                    Self::on_edge(shell, main, foot[0], at, tolerance),
+                    Self::on_edge(shell, target, foot[1], at, tolerance),
+                ]
+            }
+        }
+    }
+
+    /// The pairs that a touch of `pair` may belong to: those of all features
+    /// around its point. None but itself in the middle of features.
+    pub(crate) fn pairs(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> Pairs {
+        let [main, target] = Self::both(shell, pair, at, tolerance);
+        let mut pairs = Pairs::new();
+        for (one, other) in [(&main, &target), (&target, &main)] {
+            if let Some(vertex) = one.vertex {
+                let triangles = other.triangles.iter();
+                pairs.extend(triangles.map(|&triangle| Shell::face_pair(vertex, triangle)));
+            }
+        }
+        for &edge in &main.edges {
+            pairs.extend(
+                target
+                    .edges
+                    .iter()
+                    .map(|&other| shell.edge_pair(edge, other)),
+            );
+        }
+        pairs
+    }
+
+    /// The type of a contact between the places of main and target.
+    pub(crate) fn kind(
+        shell: &Shell,
+        pair: Pair,
+        places: &[Self; 2],
+        at: Positions<3>,
+    ) -> ContactKind {
+        let Some(normal) = shell.normal(pair, at) else {
+            return ContactKind::EdgeEdge;
+        };
+        let [main, target] = places
+            .each_ref()
+            .map(|place| place.support(shell, pair, &normal, at));
+        if main.meets(&target, &normal) || target.meets(&main, &normal) {
+            return ContactKind::FaceFace;
+        }
+        if main.follows(&target) {
+            return ContactKind::EdgeEdge;
+        }
+        if main.enters(&target, &normal) || target.enters(&main, &normal) {
+            return ContactKind::EdgeFace;
+        }
+        let [one, other] = places.each_ref().map(|place| place.dimension(shell, at));
+        match (one.min(other), one.max(other)) {
+            (0, 0) => ContactKind::VertexVertex,
+            (0, 1) => ContactKind::VertexEdge,
+            (0, _) => ContactKind::VertexFace,
+            _ => ContactKind::EdgeEdge,
+        }
+    }
+
+    pub(crate) fn is_at_vertex(&self) -> bool {
+        self.vertex.is_some()
+    }
+
+    /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
+    fn dimension(&self, shell: &Shell, at: Positions<3>) -> u32 {
+        let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
+            let [one, other] = [one, other].map(|edge| shell.skin.away(vertex, edge, at));
+            norm(&cross(&one, &other)) <= FLUSH * norm(&one) * norm(&other)
+                && dot(&one, &other) < 0.0
+        };
+        match (self.vertex, self.edges.as_slice()) {
+            (_, []) => 2,
+            (Some(vertex), &[one, other]) if is_straight(vertex, [one, other]) => 1,
+            (Some(_), _) => 0,
+            (None, _) => 1,
+        }
+    }
+
+    fn support(&self, shell: &Shell, pair: Pair, normal: &[f64; 3], at: Positions<3>) -> Support {
+        let mut support = Support::default();
+        let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
+        for &edge in &self.edges {
+            let ways: SmallVec<[_; 2]> = match self.vertex {
+                Some(vertex) => smallvec![unit(shell.skin.away(vertex, edge, at))],
+                None => {
+                    let [a, b] = shell.skin.edge(edge, at);
+                    smallvec![unit(sub(&b, &a)), unit(sub(&a, &b))]
+                }
+            };
+            let in_plane = ways
+                .into_iter()
+                .filter(|way| dot(way, normal).abs() <= FLUSH);
+            support.rays.extend(in_plane);
+        }
+        for &triangle in &self.triangles {
+            let own = shell.skin.normal(triangle, at);
+            if norm(&cross(&own, normal)) > FLUSH {
+                continue;
+            }
+            let sectors = self.sectors(shell, (pair, triangle), &own, at);
+            support
+                .sectors
+                .extend(sectors.into_iter().map(|[one, other]| {
+                    if dot(&cross(&one, &other), normal) >= 0.0 {
+                        [one, other]
+                    } else {
+                        [other, one]
+                    }
+                }));
+        }
+        support
+    }
+
+    /// How far a triangle reaches around the point of contact: its corner, half
+    /// a plane from its edge, or everywhere; as sectors of a right angle at most.
+    fn sectors(
+        &self,
+        shell: &Shell,
+        (pair, triangle): (Pair, u32),
+        normal: &[f64; 3],
+        at: Positions<3>,
+    ) -> SmallVec<[Sector; 4]> {
+        let own = &shell.skin.triangles[triangle as usize];
+        let points = shell.skin.triangle(triangle, at);
+        let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
+        if let Some(vertex) = self.vertex {
+            let corner = own.corners.iter().position(|&corner| corner == vertex);
+            let k = corner.unwrap_or(0);
+            let to = |j: usize| unit(sub(&points[(k + j) % 3], &points[k]));
+            return smallvec![[to(1), to(2)]];
+        }
+        let point = shell.point(pair, at);
+        let facing = crate::contact::surface::boundary_3d::Facing::new(&point, &points);
+        let (k, _) = facing.outside();
+        let along = unit(sub(&points[(k + 1) % 3], &points[k]));
+        let inward = cross(normal, &along);
+        let [back, out] = [scale(-1.0, &along), scale(-1.0, &inward)];
+        let mut sectors = smallvec![[along, inward], [inward, back]];
+        let at_edge = self.edges.contains(&own.edges[k]) || self.triangles.len() > 1;
+        if !at_edge {
+            sectors.extend([[back, out], [out, along]]);
+        }
+        sectors
+    }
+}
+
+impl Support {
+    /// Whether a direction lies in a sector, by more than `margin`.
+    fn contains(sector: &Sector, ray: &[f64; 3], normal: &[f64; 3], margin: f64) -> bool {
+        dot(&cross(&sector[0], ray), normal) > margin
+            && dot(&cross(ray, &sector[1]), normal) > margin
+    }
+
+    /// Whether a face of one lies on a face of the other.
+    fn meets(&self, other: &Self, normal: &[f64; 3]) -> bool {
+        self.sectors.iter().any(|[start, end]| {
+            let middle = add(start, end);
+            let middle = scale(1.0 / norm(&middle), &middle);
+            other.sectors.iter().any(|sector| {
+                [start, end, &middle]
+                    .into_iter()
+                    .any(|ray| Self::contains(sector, ray, normal, FLUSH))
+            })
+        })
+    }
+
+    /// Whether an edge of one lies along an edge of the other.
+    fn follows(&self, other: &Self) -> bool {
+        let same =
+            |one: &[f64; 3], two: &[f64; 3]| dot(one, two) > 0.0 && norm(&cross(one, two)) <= FLUSH;
+        self.rays
+            .iter()
+            .any(|ray| other.rays.iter().any(|two| same(ray, two)))
+    }
+
+    /// Whether an edge of one lies on a face of the other.
+    fn enters(&self, other: &Self, normal: &[f64; 3]) -> bool {
+        self.rays.iter().any(|ray| {
+            let mut sectors = other.sectors.iter();
+            sectors.any(|sector| Self::contains(sector, ray, normal, -FLUSH))
+        })
+    }
+}

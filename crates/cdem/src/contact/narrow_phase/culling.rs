@@ -1,0 +1,89 @@
+//! Which pairs their surroundings keep apart, and for how long.
+//!
+//! A corner in front of a face may touch it only if no edge of the corner leads into
+//! the block behind the face; two edges may only if they are sharp, and no face beside
+//! one leads into the other's block. What keeps a pair apart turns as nodes move: with s
+//! the smallest length that bears on it, by no more than a few times their way over s.
+//! So each pair has a length by which its nodes must have moved against each other
+//! before it may touch.
+
+use crate::contact::narrow_phase::edge_edge::distance;
+use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::{FLUSH, Nearness, Positions};
+use crate::math::vector::{norm, sub};
+
+/// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
+/// add up to their size s. Ways w₁ and w₂ turn an edge by 2w₁/s and the triangle by
+/// 2w₂/s at first order; twice that holds however far they go.
+const TURNS: f64 = 4.0;
+
+/// The same of faces against the common normal of two edges, with s times the sine of
+/// the angle between these: 2w/s for a face, 2√2 w₁/s for one beside its own edge, and
+/// 2 (w₁ + w₂)/s for the normal.
+const TURNS_OF_EDGES: f64 = 8.0;
+
+/// The same of the normal against the sum of four normals of faces, which says on which
+/// side of an edge the other's block lies: 4 · 2 (w₁ + w₂)/s for the normal, and 4w/s for
+/// the two faces of either edge.
+const TURNS_OF_SIDES: f64 = 16.0;
+
+impl Shell {
+    /// Of a vertex no farther from a triangle than reach and tolerance, about.
+    pub(crate) fn nearness_facing(
+        &self,
+        vertex: u32,
+        triangle: u32,
+        at: Positions<3>,
+        (reach, tolerance): (f64, f64),
+    ) -> Nearness {
+        let range = reach.max(tolerance);
+        let facing = self.facing(vertex, triangle, at);
+        if facing.gap > range || facing.gap < -range - tolerance || facing.outside().1 > range {
+            return Nearness::Apart;
+        }
+        let edges = self.skin.edges_at(vertex).iter();
+        let lengths = edges.map(|&edge| self.length(edge, at));
+        let smallest = lengths.chain(facing.heights).fold(f64::MAX, f64::min);
+        let turn = -self.lowest_edge(vertex, &facing.normal, at) - FLUSH;
+        until_turned(turn * smallest / TURNS, (reach, tolerance))
+    }
+
+    /// Of two edges, no farther from each other than reach and tolerance, about.
+    pub(crate) fn nearness_crossing(
+        &self,
+        edges: [u32; 2],
+        at: Positions<3>,
+        (reach, tolerance): (f64, f64),
+    ) -> Nearness {
+        let [main, target] = edges.map(|edge| self.skin.edge(edge, at));
+        if distance(&main, &target) > reach.max(tolerance) + tolerance {
+            return Nearness::Apart;
+        }
+        let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
+        let sharpens = |k: usize| self.skin.sharpens_after(edges[k], lengths[k], at);
+        let sharpens = f64::max(sharpens(0), sharpens(1));
+        if reach <= sharpens {
+            return Nearness::Lacks(sharpens);
+        }
+        let Some(crossing) = self.crossing(edges[0], edges[1], at) else {
+            return Nearness::Near;
+        };
+        let smallest = edges.map(|edge| self.skin.ridge(edge, at).least_height);
+        let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
+        let turn = -self.lowest_side(edges, &crossing.normal, at) - FLUSH;
+        let turn = f64::min(turn / TURNS_OF_EDGES, crossing.outward / TURNS_OF_SIDES);
+        until_turned(turn * smallest, (reach, tolerance))
+    }
+}
+
+/// Nearness of a pair that cannot touch before ways of its nodes have added up to
+/// `turned`, m; ≤ 0 where nothing is to turn.
+fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> Nearness {
+    if reach.max(tolerance) >= turned {
+        Nearness::Near
+    } else {
+        // Whatever the reach then: what touches at a corner may do so with any feature
+        // there within the tolerance.
+        Nearness::Lacks(turned - tolerance)
+    }
+}

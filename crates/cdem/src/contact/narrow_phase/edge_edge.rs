@@ -1,0 +1,198 @@
+//! An edge against an edge.
+
+use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+/// How far an end of the shorter of two edges may lie aside of the other, over the
+/// tolerance of contact, where they still count as parallel: they meet at their ends
+/// then, up to that much late.
+const ASIDE: f64 = 0.1;
+
+/// Sine of the angle below which two edges count as parallel in any case: round-off of
+/// their feet and normal is ε over the sine.
+const PARALLEL: f64 = 1e-7;
+
+/// Two lines and their common normal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    /// Unit normal of both, out of the target.
+    pub(crate) normal: [f64; 3],
+    /// Distance of the main line from the target's along the normal, m.
+    pub(crate) gap: f64,
+    /// Where the lines are nearest, over the lengths of main and target edge.
+    pub(crate) foot: [f64; 2],
+    /// Sine of the angle between the edges.
+    pub(super) sine: f64,
+    /// That times their lengths, m²: the gap times this is the volume of the four ends.
+    pub(crate) area: f64,
+    /// How far the normal and what points out of the target go the same way.
+    pub(crate) outward: f64,
+    /// Whether the normal is main direction × target direction, or opposite.
+    pub(crate) forward: bool,
+}
+
+/// Two lines that are not parallel, of which nobody knows on which side the blocks lie.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lines {
+    /// Where they are nearest, over the lengths of main and target edge.
+    pub(crate) foot: [f64; 2],
+    /// Main direction × target direction, m², and its size.
+    area: [f64; 3],
+    size: f64,
+    /// Sine of the angle between the edges.
+    sine: f64,
+    /// From the start of the target edge to that of the main one, m.
+    from: [f64; 3],
+}
+
+impl Lines {
+    /// The lines through two edges; `None` where they are parallel, for contact within
+    /// `tolerance`, m.
+    pub(crate) fn new(
+        main: &[[f64; 3]; 2],
+        target: &[[f64; 3]; 2],
+        tolerance: f64,
+    ) -> Option<Self> {
+        let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+        let area = cross(&along, &other);
+        let size = norm(&area);
+        let lengths = [norm(&along), norm(&other)];
+        let sine = size / (lengths[0] * lengths[1]);
+        let aside = sine * f64::min(lengths[0], lengths[1]);
+        if aside <= ASIDE * tolerance || sine <= PARALLEL {
+            return None;
+        }
+        let from = sub(&main[0], &target[0]);
+        let square = size * size;
+        Some(Self {
+            foot: [
+                -dot(&cross(&from, &other), &area) / square,
+                -dot(&cross(&from, &along), &area) / square,
+            ],
+            area,
+            size,
+            sine,
+            from,
+        })
+    }
+
+    /// The crossing of edges of which `outward` points out of the target and into the main
+    /// block.
+    pub(crate) fn between(&self, outward: &[f64; 3]) -> Crossing {
+        let forward = dot(&self.area, outward) >= 0.0;
+        let normal = scale(if forward { 1.0 } else { -1.0 } / self.size, &self.area);
+        Crossing {
+            normal,
+            gap: dot(&self.from, &normal),
+            foot: self.foot,
+            sine: self.sine,
+            area: self.size,
+            outward: dot(&normal, outward),
+            forward,
+        }
+    }
+}
+
+impl Crossing {
+    /// How far outside the edges, of these lengths, the feet lie, m; ≤ 0 within.
+    pub(crate) fn outside(&self, lengths: [f64; 2]) -> f64 {
+        let beyond = |k: usize| (-self.foot[k]).max(self.foot[k] - 1.0) * lengths[k];
+        beyond(0).max(beyond(1))
+    }
+}
+
+/// The material of two edges at the points `foot`, as their ends move: what the velocity
+/// of each of these adds to the relative velocity of the points, main less target, the
+/// target's moved with the rotation of the two edges to the main's point, so that no rigid
+/// motion of all four adds anything.
+///
+/// With m normal to both directions d₁, d₂, a rotation ω changes them by
+/// ω·(d₁×m) = m·d₁', ω·(d₂×m) = m·d₂' and ω·m = (m×d₂)·d₂'/|d₂|².
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pivot {
+    normal: [f64; 3],
+    foot: [f64; 2],
+    /// Of the main point from the target's, m.
+    offset: [f64; 3],
+    /// ω in terms of m·d₁', m·d₂' and (m×d₂)·d₂': the dual basis of d₁×m, d₂×m and m.
+    by_main: [f64; 3],
+    by_target: [f64; 3],
+    about_normal: [f64; 3],
+    /// m×d₂.
+    beside: [f64; 3],
+}
+
+impl Pivot {
+    /// Of edges that have turned parallel the rotation about the others is not to be seen.
+    pub(super) fn new(
+        main: &[[f64; 3]; 2],
+        target: &[[f64; 3]; 2],
+        (foot, normal): (&[f64; 2], &[f64; 3]),
+        are_parallel: bool,
+    ) -> Self {
+        let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+        let mut offset = sub(&main[0], &target[0]);
+        add_scaled(&mut offset, foot[0], &along);
+        add_scaled(&mut offset, -foot[1], &other);
+        let (one, two) = (cross(&along, normal), cross(&other, normal));
+        let volume = dot(&one, &cross(&two, normal));
+        let inverse = if are_parallel { 0.0 } else { 1.0 / volume };
+        Self {
+            normal: *normal,
+            foot: *foot,
+            offset,
+            by_main: scale(inverse, &cross(&two, normal)),
+            by_target: scale(inverse, &cross(normal, &one)),
+            about_normal: scale(1.0 / dot(&other, &other), normal),
+            beside: cross(normal, &other),
+        }
+    }
+
+    /// Of the main point from the target's, m.
+    pub(super) fn offset(&self) -> &[f64; 3] {
+        &self.offset
+    }
+
+    /// What each end adds along a direction: of the main edge, then of the target.
+    pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 4] {
+        let moment = cross(&self.offset, direction);
+        let turn_main = scale(dot(&self.by_main, &moment), &self.normal);
+        let mut turn_target = scale(dot(&self.by_target, &moment), &self.normal);
+        let about_normal = dot(&self.about_normal, &moment);
+        add_scaled(&mut turn_target, about_normal, &self.beside);
+        let row = |weight: f64, sign: f64, turn: &[f64; 3]| {
+            let mut row = scale(weight, direction);
+            add_scaled(&mut row, -sign, turn);
+            row
+        };
+        let [one, other] = self.foot;
+        [
+            row(1.0 - one, -1.0, &turn_main),
+            row(one, 1.0, &turn_main),
+            row(other - 1.0, -1.0, &turn_target),
+            row(-other, 1.0, &turn_target),
+        ]
+    }
+}
+
+/// Distance of two edges, m (\[Ericson2005\], section 5.1.9).
+pub(crate) fn distance(main: &[[f64; 3]; 2], target: &[[f64; 3]; 2]) -> f64 {
+    let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
+    let from = sub(&main[0], &target[0]);
+    let (a, e, f) = (dot(&along, &along), dot(&other, &other), dot(&other, &from));
+    let (b, c) = (dot(&along, &other), dot(&along, &from));
+    let denominator = a * e - b * b;
+    let mut s = if denominator > 0.0 {
+        ((b * f - c * e) / denominator).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let mut t = (b * s + f) / e;
+    if !(0.0..=1.0).contains(&t) {
+        t = t.clamp(0.0, 1.0);
+        s = ((b * t - c) / a).clamp(0.0, 1.0);
+    }
+    let mut apart = from;
+    add_scaled(&mut apart, s, &along);
+    add_scaled(&mut apart, -t, &other);
+    norm(&apart)
+}

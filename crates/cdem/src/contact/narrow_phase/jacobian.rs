@@ -1,0 +1,100 @@
+//! Relative motion of the two points of a contact, as its nodes move.
+
+use crate::contact::narrow_phase::edge_edge::{Lines, Pivot};
+use crate::contact::narrow_phase::point_triangle::Material;
+use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::{Operator, Positions};
+use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+impl Shell {
+    /// Of a vertex and the point at `foot` of a triangle.
+    pub(crate) fn relate_facing(
+        &self,
+        operator: &mut Operator<3>,
+        (vertex, triangle): (u32, u32),
+        foot: &[f64; 2],
+        at: Positions<3>,
+    ) {
+        let p = self.skin.point(vertex, at);
+        let points = self.skin.triangle(triangle, at);
+        let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
+        let material = Material::new(&p, &points, &weights);
+        let frame = frame(material.normal(), &sub(&points[1], &points[0]));
+        let corners = self.skin.triangles[triangle as usize].corners;
+        let corners = [vertex, corners[0], corners[1], corners[2]];
+        let rows = |direction: &[f64; 3]| {
+            let [a, b, c] = material.rows(direction).map(|row| scale(-1.0, &row));
+            [*direction, a, b, c]
+        };
+        self.assemble(operator, frame, material.offset(), (corners, rows));
+    }
+
+    /// Of the points at `foot` of two edges.
+    pub(crate) fn relate_crossing(
+        &self,
+        operator: &mut Operator<3>,
+        [main, target]: [u32; 2],
+        (foot, along): (&[f64; 2], Option<&[f64; 3]>),
+        at: Positions<3>,
+    ) {
+        let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
+        let outward = along.copied();
+        let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
+        let lines = Lines::new(&one, &other, self.skin.tolerance);
+        let crossing = lines.map(|lines| lines.between(&outward));
+        let along = sub(&one[1], &one[0]);
+        let are_parallel = crossing.is_none();
+        let normal = crossing.map_or_else(
+            || {
+                let outward = self.skin.outward(target, at);
+                scale(1.0 / norm(&outward), &outward)
+            },
+            |crossing| crossing.normal,
+        );
+        let pivot = Pivot::new(&one, &other, (foot, &normal), are_parallel);
+        let [main, target] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
+        let corners = [main[0], main[1], target[0], target[1]];
+        let frame = frame(&normal, &along);
+        let rows = |direction: &[f64; 3]| pivot.rows(direction);
+        self.assemble(operator, frame, pivot.offset(), (corners, rows));
+    }
+
+    /// Makes an operator that of what each of four corners adds along the directions of a
+    /// frame.
+    fn assemble(
+        &self,
+        operator: &mut Operator<3>,
+        frame: [[f64; 3]; 3],
+        offset: &[f64; 3],
+        (corners, of_direction): ([u32; 4], impl Fn(&[f64; 3]) -> [[f64; 3]; 4]),
+    ) {
+        operator.frame = frame;
+        operator.offset = frame.map(|direction| dot(&direction, offset));
+        operator.count = 0;
+        let rows = frame.map(|direction| of_direction(&direction));
+        for (c, corner) in corners.into_iter().enumerate() {
+            let nodes = self.skin.nodes_of_corner(corner);
+            let share = 1.0 / nodes.len() as f64;
+            for &node in nodes {
+                let known = operator.nodes().iter().position(|&other| other == node);
+                let k = known.unwrap_or(operator.count);
+                if known.is_none() {
+                    operator.nodes[k] = node;
+                    operator.rows[k] = [[0.0; 3]; 3];
+                    operator.count += 1;
+                }
+                for r in 0..3 {
+                    add_scaled(&mut operator.rows[k][r], share, &rows[r][c]);
+                }
+            }
+        }
+    }
+}
+
+/// A unit normal and two unit tangents, the first in the plane of `along`.
+pub(super) fn frame(normal: &[f64; 3], along: &[f64; 3]) -> [[f64; 3]; 3] {
+    let mut tangent = *along;
+    add_scaled(&mut tangent, -dot(along, normal), normal);
+    let tangent = scale(1.0 / norm(&tangent), &tangent);
+    [*normal, tangent, cross(normal, &tangent)]
+}

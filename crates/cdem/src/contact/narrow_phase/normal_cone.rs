@@ -1,0 +1,220 @@
+//! What lies around the features of a pair: whether it lets them touch, and where a
+//! point that leaves them goes on.
+
+use crate::contact::narrow_phase::point_triangle::Facing;
+use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::{
+    FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, beyond_reentrant,
+};
+use crate::math::vector::{add, cross, dot, norm, scale, sub};
+use crate::mesh::distance_to;
+
+impl Shell {
+    /// Whether the foot of a vertex lies on a triangle, or beyond its edges
+    /// - by what a vertex may be that is up to `depth` in the face on the other side of a
+    ///   [re-entrant](beyond_reentrant) one;
+    /// - where the vertex is within `depth` of the triangle and a face of it lies flush on
+    ///   that: the rims of two faces that end together wind about each other, all but
+    ///   parallel.
+    pub(crate) fn lies_on(
+        &self,
+        (vertex, triangle): (u32, u32),
+        facing: &Facing,
+        at: Positions<3>,
+        depth: f64,
+    ) -> bool {
+        let is_near = || {
+            let points = self.skin.triangle(triangle, at);
+            distance_to(&points, self.skin.point(vertex, at)) <= depth
+        };
+        (0..3).all(|k| {
+            let inside = facing.inside(k);
+            let slack = FOOT_ROUND_OFF * facing.heights[k];
+            let edge = self.skin.triangles[triangle as usize].edges[k];
+            inside >= -slack
+                || inside >= -slack - beyond_reentrant(self.skin.turn(edge, at), depth)
+                || inside >= -slack - depth
+                    && is_near()
+                    && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
+        })
+    }
+
+    /// Whether the feet of two edges that cross lie on them, or beyond an end at which a
+    /// [re-entrant](beyond_reentrant) edge begins by what one may be that is up to `depth`
+    /// in a face beside that.
+    pub(crate) fn cross_on(
+        &self,
+        edges: [u32; 2],
+        foot: &[f64; 2],
+        at: Positions<3>,
+        depth: f64,
+    ) -> bool {
+        edges.iter().zip(foot).all(|(&edge, &foot)| {
+            let beyond = (-foot).max(foot - 1.0) - FOOT_ROUND_OFF;
+            let end = self.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
+            let beyond = beyond * self.length(edge, at);
+            beyond <= 0.0
+                || beyond <= FARTHEST_BEYOND * depth
+                    && beyond <= beyond_reentrant(self.least_turn(end, at), depth)
+        })
+    }
+
+    /// Whether two triangles look at each other, as those of a re-entrant corner.
+    pub(crate) fn face_each_other(&self, triangles: [u32; 2], at: Positions<3>) -> bool {
+        let faces = |from: u32, to: u32| {
+            let [a, b, c] = self.skin.triangle(to, at);
+            let middle = scale(1.0 / 3.0, &add(&add(&a, &b), &c));
+            let way = sub(&middle, &self.skin.triangle(from, at)[0]);
+            dot(&way, &self.skin.normal(from, at)) > FLUSH * norm(&way)
+        };
+        let [one, other] = triangles;
+        let edges = triangles.map(|triangle| self.skin.triangles[triangle as usize].edges);
+        match edges[0].iter().find(|edge| edges[1].contains(edge)) {
+            Some(&shared) if one != other => self.skin.turn(shared, at) < -FLUSH,
+            _ => faces(one, other) && faces(other, one),
+        }
+    }
+
+    /// The same of two edges that meet in a corner, the rims of such triangles, and of
+    /// what bears on each along the `outward` normals.
+    pub(crate) fn rims_face_each_other(
+        &self,
+        edges: [u32; 2],
+        outward: [[f64; 3]; 2],
+        at: Positions<3>,
+    ) -> bool {
+        let [ends, others] = edges.map(|edge| self.skin.edges[edge as usize].ends);
+        let Some(&corner) = ends.iter().find(|end| others.contains(end)) else {
+            return false;
+        };
+        let rises = |edge: u32, normal: &[f64; 3]| {
+            let away = self.skin.away(corner, edge, at);
+            dot(&away, normal) > FLUSH * norm(&away)
+        };
+        edges[0] != edges[1] && rises(edges[1], &outward[0]) && rises(edges[0], &outward[1])
+    }
+
+    /// The least turn of the edges that begin at a corner, rad.
+    fn least_turn(&self, corner: u32, at: Positions<3>) -> f64 {
+        let edges = self.skin.edges_at(corner).iter();
+        let turns = edges.map(|&edge| self.skin.turn(edge, at));
+        turns.fold(f64::MAX, f64::min)
+    }
+
+    /// Whether an edge of a vertex lies in the plane of a triangle, and leads to
+    /// its side of edge `k`.
+    fn leads_onto(
+        &self,
+        vertex: u32,
+        (triangle, k): (u32, usize),
+        normal: &[f64; 3],
+        at: Positions<3>,
+    ) -> bool {
+        let points = self.skin.triangle(triangle, at);
+        let along = sub(&points[(k + 1) % 3], &points[k]);
+        let inward = cross(normal, &scale(1.0 / norm(&along), &along));
+        self.skin.edges_at(vertex).iter().any(|&edge| {
+            let away = self.skin.away(vertex, edge, at);
+            let slack = FLUSH * norm(&away);
+            dot(&away, normal).abs() <= slack && dot(&away, &inward) > slack
+        })
+    }
+
+    /// The lowest an edge from a vertex leads over a plane with this normal: the sine
+    /// of its angle with it.
+    pub(crate) fn lowest_edge(&self, vertex: u32, normal: &[f64; 3], at: Positions<3>) -> f64 {
+        let edges = self.skin.edges_at(vertex).iter();
+        let heights = edges.map(|&edge| {
+            let away = self.skin.away(vertex, edge, at);
+            dot(&away, normal) / norm(&away)
+        });
+        heights.fold(f64::MAX, f64::min)
+    }
+
+    /// The lowest a face beside a main edge leads over a plane with this normal, or one
+    /// beside a target edge under it: the sine of its angle with it.
+    pub(crate) fn lowest_side(&self, edges: [u32; 2], normal: &[f64; 3], at: Positions<3>) -> f64 {
+        let of = |(edge, sign): (u32, f64)| {
+            let sides = self.skin.directions_into_sides(edge, at);
+            let heights = sides.into_iter().flatten();
+            heights.map(move |into| sign * dot(&into, normal))
+        };
+        let both = edges.into_iter().zip([1.0, -1.0]);
+        both.flat_map(of).fold(f64::MAX, f64::min)
+    }
+
+    /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
+    /// the surface turns by a right angle or more there.
+    pub(crate) fn next_triangle(
+        &self,
+        vertex: u32,
+        triangle: u32,
+        at: Positions<3>,
+    ) -> Option<Pair> {
+        let (k, _) = self.facing(vertex, triangle, at).outside();
+        let next = self.skin.across(triangle, k)?;
+        let pair = Self::face_pair(vertex, next);
+        let turn = dot(&self.skin.normal(triangle, at), &self.skin.normal(next, at));
+        (turn > 0.0 && self.admits(pair, at)).then_some(pair)
+    }
+
+    /// A point that leaves one of two edges at an end goes on along that edge from there
+    /// on which it lies, or nearly, if it turns by less than half a right angle.
+    pub(crate) fn next_edge(
+        &self,
+        edges: [u32; 2],
+        foot: &[f64; 2],
+        at: Positions<3>,
+    ) -> Option<Pair> {
+        let beyond = |k: usize| (-foot[k]).max(foot[k] - 1.0) * self.length(edges[k], at);
+        let k = usize::from(beyond(1) > beyond(0));
+        let end = self.skin.edges[edges[k] as usize].ends[usize::from(foot[k] > 0.5)];
+        let back = self.skin.away(end, edges[k], at);
+        let straight = |edge: u32| {
+            let on = self.skin.away(end, edge, at);
+            -dot(&on, &back) / (norm(&on) * norm(&back))
+        };
+        let length = self.length(edges[1 - k], at);
+        let beside = self.skin.edges_at(end).iter().copied();
+        let others = beside.filter(|&edge| {
+            edge != edges[k]
+                && straight(edge) > std::f64::consts::FRAC_1_SQRT_2
+                && self.skin.is_sharp_under(edge, length, at)
+        });
+        // The rim of a thin plate bends, and on its narrow side a diagonal goes on too.
+        let pairs = others.map(|edge| self.edge_pair(edge, edges[1 - k]));
+        let outside = |pair: &Pair| self.project(*pair, at).outside;
+        let admitted = pairs.filter(|&pair| self.admits(pair, at));
+        admitted.min_by(|one, other| outside(one).total_cmp(&outside(other)))
+    }
+
+    /// Where two edges have left each other at an end of either: that end before the face
+    /// beside the other edge on which it has borne, and whether it is one of the target.
+    pub(crate) fn end_on_face(
+        &self,
+        edges: [u32; 2],
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> Option<(Pair, bool)> {
+        let crossing = self.crossing(edges[0], edges[1], at)?;
+        let beyond = |k: usize| {
+            let foot = crossing.foot[k];
+            (-foot).max(foot - 1.0) * self.length(edges[k], at)
+        };
+        let k = usize::from(beyond(1) > beyond(0));
+        let end = self.skin.edges[edges[k] as usize].ends[usize::from(crossing.foot[k] > 0.5)];
+        if end >= self.skin.vertex_count {
+            return None;
+        }
+        let sides = self.skin.edges[edges[1 - k] as usize].sides?;
+        let bears = |triangle: &u32| {
+            let pair = Self::face_pair(end, *triangle);
+            let normal = self.skin.normal(*triangle, at);
+            norm(&cross(&normal, &crossing.normal)) <= FLUSH
+                && self.project(pair, at).outside <= tolerance
+                && self.admits(pair, at)
+        };
+        let triangle = sides.into_iter().find(bears)?;
+        Some((Self::face_pair(end, triangle), k == 1))
+    }
+}

@@ -1,0 +1,118 @@
+//! A vertex against a triangle.
+
+use crate::contact::surface::triangulation::scaled_normal;
+use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
+
+/// Distance of the point `p` from the plane of a triangle, m; negative inside.
+pub(crate) fn gap(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> f64 {
+    let (normal, _) = scaled_normal(triangle);
+    dot(&sub(p, &triangle[0]), &normal)
+}
+
+/// A point and the plane of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facing {
+    /// Outward unit normal of the triangle.
+    pub(crate) normal: [f64; 3],
+    /// Distance of the point from the plane, m; negative inside.
+    pub(crate) gap: f64,
+    /// Weights of the three corners at the foot of the point.
+    pub(crate) weights: [f64; 3],
+    /// Heights of the triangle over its edges, m: the k-th edge goes from
+    /// corner k to the next.
+    pub(crate) heights: [f64; 3],
+}
+
+impl Facing {
+    /// The point `p` before a triangle.
+    pub(crate) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> Self {
+        let [a, b, c] = triangle;
+        let (normal, twice) = scaled_normal(triangle);
+        let part =
+            |one: &[f64; 3], other: &[f64; 3]| dot(&cross(&sub(one, p), &sub(other, p)), &normal);
+        let weights = [part(b, c) / twice, part(c, a) / twice, part(a, b) / twice];
+        Self {
+            normal,
+            gap: dot(&sub(p, a), &normal),
+            weights,
+            heights: std::array::from_fn(|k| {
+                twice / norm(&sub(&triangle[(k + 1) % 3], &triangle[k]))
+            }),
+        }
+    }
+
+    /// Distance of the foot from the line of edge `k`, m; negative beyond it.
+    pub(super) fn inside(&self, k: usize) -> f64 {
+        self.weights[(k + 2) % 3] * self.heights[k]
+    }
+
+    /// The edge beyond which the foot lies farthest, and how far, m; ≤ 0 within.
+    pub(crate) fn outside(&self) -> (usize, f64) {
+        let beyond = (0..3).map(|k| (k, -self.inside(k)));
+        beyond
+            .max_by(|one, other| one.1.total_cmp(&other.1))
+            .unwrap_or((0, 0.0))
+    }
+}
+
+/// The material of a triangle at some point, as its corners move: what the velocity of
+/// each of them adds to its velocity.
+///
+/// The normal turns by n' = −Σ (n·v) ∇N, and the triangle about it by half the
+/// curl of v: both exact for a rigid motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Material {
+    normal: [f64; 3],
+    /// Weights of the corners, and their gradients in the plane, 1/m.
+    weights: [f64; 3],
+    gradients: [[f64; 3]; 3],
+    /// Of the point from where the weights are, m.
+    offset: [f64; 3],
+}
+
+impl Material {
+    /// At the point `p`, that with these `weights` moved along.
+    pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3], weights: &[f64; 3]) -> Self {
+        let [a, b, c] = triangle;
+        let (normal, twice) = scaled_normal(triangle);
+        let mut offset = *p;
+        for (corner, weight) in triangle.iter().zip(weights) {
+            add_scaled(&mut offset, -weight, corner);
+        }
+        // On the edge that a corner faces its weight is 0.
+        let gradient =
+            |from: &[f64; 3], to: &[f64; 3]| scale(1.0 / twice, &cross(&normal, &sub(to, from)));
+        Self {
+            normal,
+            weights: *weights,
+            gradients: [gradient(b, c), gradient(c, a), gradient(a, b)],
+            offset,
+        }
+    }
+
+    /// Outward unit normal of the triangle.
+    pub(super) fn normal(&self) -> &[f64; 3] {
+        &self.normal
+    }
+
+    /// Of the point from where the weights are, m.
+    pub(super) fn offset(&self) -> &[f64; 3] {
+        &self.offset
+    }
+
+    /// What each corner adds along a direction.
+    pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 3] {
+        let moment = cross(&self.offset, direction);
+        let (tilt, spin) = (
+            cross(&self.normal, &moment),
+            0.5 * dot(&self.normal, &moment),
+        );
+        std::array::from_fn(|k| {
+            let gradient = &self.gradients[k];
+            let mut row = scale(self.weights[k], direction);
+            add_scaled(&mut row, dot(gradient, &tilt), &self.normal);
+            add_scaled(&mut row, spin, &cross(&self.normal, gradient));
+            row
+        })
+    }
+}

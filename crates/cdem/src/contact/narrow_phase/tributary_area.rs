@@ -1,0 +1,407 @@
+//! The area that a contact point of flush faces stands for.
+//!
+//! Two flush facets lie on each other over a polygon, whose corners are vertices
+//! of either and crossings of their edges: contact points, but for crossings of
+//! flat edges. They share its area; where a polygon among flat edges has none,
+//! those of the facets' own vertices do that touch, by their shape functions; where
+//! none touches, the crossings at the rim of the main facet; where it has none, those
+//! at the rim of the other. So the shares of all contacts of a joint add up to its area,
+//! unless two facets in the middle of one have neither.
+
+use smallvec::SmallVec;
+
+use crate::contact::narrow_phase::classification::Few;
+use crate::contact::narrow_phase::classification::Place;
+use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
+use crate::math::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
+
+/// A facet in the plane of a contact.
+struct Patch {
+    /// Its vertices, by number and place.
+    vertices: SmallVec<[u32; 4]>,
+    corners: SmallVec<[[f64; 2]; 4]>,
+    /// Whether each of its edges is sharp.
+    sharp: SmallVec<[bool; 4]>,
+}
+
+/// What facets have in common: of two quadrilaterals it has eight corners at most.
+type Polygon = SmallVec<[[f64; 2]; 8]>;
+
+/// Coordinates in the plane of a contact.
+struct Plane {
+    origin: [f64; 3],
+    axes: [[f64; 3]; 2],
+}
+
+impl Plane {
+    fn new(origin: [f64; 3], normal: &[f64; 3], along: &[f64; 3]) -> Self {
+        let [_, one, two] = crate::contact::narrow_phase::jacobian::frame(normal, along);
+        Self {
+            origin,
+            axes: [one, two],
+        }
+    }
+
+    fn at(&self, x: &[f64; 3]) -> [f64; 2] {
+        let from = sub(x, &self.origin);
+        self.axes.each_ref().map(|axis| dot(axis, &from))
+    }
+}
+
+impl Patch {
+    /// A facet, counter-clockwise about the normal of contact.
+    fn new(shell: &Shell, facet: u32, plane: &Plane, at: Positions<3>) -> Self {
+        let mut vertices = SmallVec::from_slice(shell.skin.facet(facet));
+        let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
+            .iter()
+            .map(|&vertex| plane.at(&shell.skin.point(vertex, at)))
+            .collect();
+        if area(&corners) < 0.0 {
+            vertices.reverse();
+            corners.reverse();
+        }
+        let next = vertices.iter().cycle().skip(1);
+        let edges = vertices.iter().zip(next);
+        let sharp = edges.map(|(&one, &other): (&u32, &u32)| {
+            let edge = shell.skin.edge_between(one, other);
+            edge.is_some_and(|edge| shell.skin.is_sharp(edge, at))
+        });
+        Self {
+            sharp: sharp.collect(),
+            vertices,
+            corners,
+        }
+    }
+
+    /// Whether a point is a vertex of the patch.
+    fn has_vertex(&self, point: &[f64; 2], tolerance: f64) -> bool {
+        let mut corners = self.corners.iter();
+        corners.any(|corner| norm(&sub(corner, point)) <= tolerance)
+    }
+
+    /// Its sharp edges, from end to end.
+    fn sharp_edges(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        let next = self.corners.iter().cycle().skip(1);
+        let edges = self.corners.iter().zip(next).zip(&self.sharp);
+        edges.filter_map(|((&a, &b), &sharp)| sharp.then_some([a, b]))
+    }
+
+    fn has_on_sharp_edge(&self, point: &[f64; 2], tolerance: f64) -> bool {
+        let next = self.corners.iter().cycle().skip(1);
+        let mut edges = self.corners.iter().zip(next).zip(&self.sharp);
+        edges.any(|((a, b), &sharp)| {
+            let along = sub(b, a);
+            sharp && cross2(&along, &sub(point, a)).abs() <= tolerance * norm(&along)
+        })
+    }
+
+    /// Whether a point lies on the patch.
+    fn holds(&self, point: &[f64; 2], tolerance: f64) -> bool {
+        let next = self.corners.iter().cycle().skip(1);
+        self.corners.iter().zip(next).all(|(a, b)| {
+            let along = sub(b, a);
+            cross2(&along, &sub(point, a)) >= -tolerance * norm(&along)
+        })
+    }
+
+    /// Value of a vertex's shape function at a point: on a triangle that of the
+    /// element; on a quadrilateral that of the four triangles about its mean.
+    fn weight(&self, vertex: u32, point: &[f64; 2]) -> f64 {
+        let count = self.corners.len();
+        let Some(own) = self.vertices.iter().position(|&other| other == vertex) else {
+            return 0.0;
+        };
+        if count == 3 {
+            let [a, b] = [1, 2].map(|k| self.corners[(own + k) % 3]);
+            return cross2(&sub(&b, &a), &sub(point, &a)) / (2.0 * area(&self.corners));
+        }
+        let mean = mean(&self.corners);
+        for k in 0..count {
+            let [a, b] = [self.corners[k], self.corners[(k + 1) % count]];
+            let whole = cross2(&sub(&b, &a), &sub(&mean, &a));
+            let of_a = cross2(&sub(&mean, &b), &sub(point, &b)) / whole;
+            let of_b = cross2(&sub(&a, &mean), &sub(point, &mean)) / whole;
+            let of_mean = 1.0 - of_a - of_b;
+            if of_a >= -1e-9 && of_b >= -1e-9 && of_mean >= -1e-9 {
+                let direct = match own {
+                    _ if own == k => of_a,
+                    _ if own == (k + 1) % count => of_b,
+                    _ => 0.0,
+                };
+                return direct + of_mean / count as f64;
+            }
+        }
+        0.0
+    }
+}
+
+impl Shell {
+    /// Tributary area of a contact between the places of main and target, m²: 0
+    /// where no faces lie on each other.
+    pub(crate) fn share(
+        &self,
+        pair: Pair,
+        places: &[Place; 2],
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> f64 {
+        let Some(normal) = self.normal(pair, at) else {
+            return 0.0;
+        };
+        let point = self.point(pair, at);
+        let [main, target] = places
+            .each_ref()
+            .map(|place| self.flush_facets(&place.triangles, &normal, at));
+        let (Some(&first), Some(_)) = (main.first(), target.first()) else {
+            return 0.0;
+        };
+        let [a, b, ..] = self.skin.facet(first) else {
+            return 0.0;
+        };
+        let along = sub(&self.skin.point(*b, at), &self.skin.point(*a, at));
+        let plane = Plane::new(point, &normal, &along);
+        let vertex = match self.meeting(pair) {
+            Meeting::Facing { vertex, .. } => Some(vertex),
+            Meeting::Crossing { .. } => None,
+        };
+        let mut sum = 0.0;
+        for &facet in &main {
+            let one = Patch::new(self, facet, &plane, at);
+            let beneath = self.beneath(&one, &target, (&normal, &plane), at);
+            for other in &beneath {
+                let piece = clip(&one.corners, &other.corners);
+                if area(&piece) <= tolerance * tolerance {
+                    continue;
+                }
+                sum += share_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
+                    let above = self.beneath(other, &main, (&normal, &plane), at);
+                    let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
+                    let among = touching_weight(sides, &mean(&piece), tolerance);
+                    let weight = match vertex {
+                        Some(vertex) => {
+                            // It is among those that touch, be it told so or not.
+                            let own = one.weight(vertex, &mean(&piece));
+                            if own > 0.0 { own / among.max(own) } else { 0.0 }
+                        }
+                        None if among == 0.0 => {
+                            weight_of_crossing(&crossings(&one, &beneath, tolerance), tolerance)
+                        }
+                        None => 0.0,
+                    };
+                    area(&piece) * weight
+                });
+            }
+        }
+        if vertex.is_none() {
+            let sides = [main.as_slice(), target.as_slice()];
+            sum += self.share_of_others(sides, (&normal, &plane), at, tolerance);
+        }
+        sum
+    }
+
+    /// What a crossing at the rim of the `target` facets has of the pieces that they share
+    /// with main facets without any contact, m².
+    fn share_of_others(
+        &self,
+        [main, target]: [&[u32]; 2],
+        (normal, plane): (&[f64; 3], &Plane),
+        at: Positions<3>,
+        tolerance: f64,
+    ) -> f64 {
+        let mut sum = 0.0;
+        for &facet in target {
+            let other = Patch::new(self, facet, plane, at);
+            let above = self.beneath(&other, main, (normal, plane), at);
+            let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
+            if weight == 0.0 {
+                continue;
+            }
+            for one in &above {
+                let piece = clip(&one.corners, &other.corners);
+                if area(&piece) <= tolerance * tolerance
+                    || share_of_corner(&piece, [one, &other], tolerance).is_some()
+                {
+                    continue;
+                }
+                let beneath = self.beneath(one, target, (normal, plane), at);
+                let sides = [(one, beneath.as_slice()), (&other, above.as_slice())];
+                if touching_weight(sides, &mean(&piece), tolerance) == 0.0
+                    && crossings(one, &beneath, tolerance).is_empty()
+                {
+                    sum += area(&piece) * weight;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Facets of triangles that lie in the plane of a contact, each once.
+    fn flush_facets(&self, triangles: &[u32], normal: &[f64; 3], at: Positions<3>) -> Few {
+        let flush = |triangle: &&u32| {
+            let own = self.skin.normal(**triangle, at);
+            norm(&cross(&own, normal)) <= FLUSH
+        };
+        let of = |triangle: &u32| self.skin.triangles[*triangle as usize].facet;
+        let mut facets: Few = triangles.iter().filter(flush).map(of).collect();
+        facets.sort_unstable();
+        facets.dedup();
+        facets
+    }
+
+    /// The flush facets, from those given on, that a patch lies on.
+    fn beneath(
+        &self,
+        patch: &Patch,
+        from: &[u32],
+        (normal, plane): (&[f64; 3], &Plane),
+        at: Positions<3>,
+    ) -> Vec<Patch> {
+        let mut waiting = Few::from_slice(from);
+        let mut known = waiting.clone(); // sorted, as those given are
+        let mut found = Vec::new();
+        let mut next = 0;
+        while let Some(&facet) = waiting.get(next) {
+            next += 1;
+            let other = Patch::new(self, facet, plane, at);
+            if area(&clip(&patch.corners, &other.corners)) <= 0.0 && next > from.len() {
+                continue;
+            }
+            for &vertex in &other.vertices {
+                let neighbours = self.flush_facets(self.skin.triangles_at(vertex), normal, at);
+                for facet in neighbours {
+                    if let Err(place) = known.binary_search(&facet) {
+                        known.insert(place, facet);
+                        waiting.push(facet);
+                    }
+                }
+            }
+            found.push(other);
+        }
+        found
+    }
+}
+
+/// What the contact at the origin has of the piece that two patches share: 0
+/// where it is none of the piece's corners; `None` where no corner is a contact.
+fn share_of_corner(piece: &[[f64; 2]], [one, other]: [&Patch; 2], tolerance: f64) -> Option<f64> {
+    let touches = |point: &[f64; 2]| {
+        one.has_vertex(point, tolerance)
+            || other.has_vertex(point, tolerance)
+            || one.has_on_sharp_edge(point, tolerance) && other.has_on_sharp_edge(point, tolerance)
+    };
+    let middle = mean(piece);
+    let count = piece.len();
+    let beside = |k: usize| 0.5 * area(&[middle, piece[k], piece[(k + 1) % count]]);
+    let (mut own, mut left) = (0.0, 0.0);
+    let (mut here, mut touching) = (0_u32, 0_u32);
+    for (k, corner) in piece.iter().enumerate() {
+        let share = beside(k) + beside((k + count - 1) % count);
+        if !touches(corner) {
+            left += share;
+            continue;
+        }
+        touching += 1;
+        if norm(corner) <= tolerance {
+            own += share;
+            here += 1;
+        }
+    }
+    (touching > 0).then(|| own + left * f64::from(here) / f64::from(touching))
+}
+
+/// Sum of the shape functions at a point of those vertices of two patches that touch;
+/// with each patch come those that it lies on.
+fn touching_weight(sides: [(&Patch, &[Patch]); 2], point: &[f64; 2], tolerance: f64) -> f64 {
+    let mut sum = 0.0;
+    for (patch, beneath) in sides {
+        for (&own, corner) in patch.vertices.iter().zip(&patch.corners) {
+            if beneath.iter().any(|other| other.holds(corner, tolerance)) {
+                sum += patch.weight(own, point);
+            }
+        }
+    }
+    sum
+}
+
+/// Crossings of a patch's sharp edges with those of the patches that it lies on, each once.
+fn crossings(patch: &Patch, beneath: &[Patch], tolerance: f64) -> Vec<[f64; 2]> {
+    let mut crossings: Vec<[f64; 2]> = Vec::new();
+    for own in patch.sharp_edges() {
+        for other in beneath.iter().flat_map(Patch::sharp_edges) {
+            let is_known = |point: &[f64; 2]| {
+                let mut known = crossings.iter();
+                known.any(|one| norm(&sub(one, point)) <= tolerance)
+            };
+            crossings.extend(crossing(own, other).filter(|point| !is_known(point)));
+        }
+    }
+    crossings
+}
+
+/// The share of the contact at the origin among crossings: 0 where it is none of them.
+fn weight_of_crossing(crossings: &[[f64; 2]], tolerance: f64) -> f64 {
+    let is_here = |point: &[f64; 2]| norm(point) <= tolerance;
+    if crossings.iter().any(is_here) {
+        1.0 / crossings.len() as f64
+    } else {
+        0.0
+    }
+}
+
+/// Where two segments cross.
+fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+    let (along, other) = (sub(&b, &a), sub(&d, &c));
+    let above = [a, b].map(|end| cross2(&other, &sub(&end, &c)));
+    let beside = [c, d].map(|end| cross2(&along, &sub(&end, &a)));
+    (above[0] * above[1] < 0.0 && beside[0] * beside[1] < 0.0).then(|| {
+        let mut point = a;
+        add_scaled(&mut point, above[0] / (above[0] - above[1]), &along);
+        point
+    })
+}
+
+/// Area of a polygon, m²; positive counter-clockwise.
+fn area(polygon: &[[f64; 2]]) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    let sum: f64 = polygon.iter().zip(next).map(|(a, b)| cross2(a, b)).sum();
+    0.5 * sum
+}
+
+/// Area that two convex polygons have in common, m².
+#[cfg(test)]
+pub(crate) fn common_area(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
+    area(&clip(one, other))
+}
+
+fn mean<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
+    let mut sum = [0.0; D];
+    for point in points {
+        add_scaled(&mut sum, 1.0, point);
+    }
+    scale(1.0 / points.len() as f64, &sum)
+}
+
+/// The part of a convex polygon inside another, both counter-clockwise
+/// \[Sutherland1974\].
+fn clip(polygon: &[[f64; 2]], window: &[[f64; 2]]) -> Polygon {
+    let mut rest = Polygon::from_slice(polygon);
+    for (a, b) in window.iter().zip(window.iter().cycle().skip(1)) {
+        let along = sub(b, a);
+        let inside = |p: &[f64; 2]| cross2(&along, &sub(p, a));
+        let mut kept = Polygon::new();
+        for (p, q) in rest.iter().zip(rest.iter().cycle().skip(1)) {
+            let [from, to] = [inside(p), inside(q)];
+            if from >= 0.0 {
+                kept.push(*p);
+            }
+            if from * to < 0.0 {
+                let mut cut = *p;
+                add_scaled(&mut cut, from / (from - to), &sub(q, p));
+                kept.push(cut);
+            }
+        }
+        rest = kept;
+    }
+    rest
+}

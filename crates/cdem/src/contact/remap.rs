@@ -1,0 +1,458 @@
+//! Contact goes on when the mesh of blocks changes.
+
+use rayon::prelude::*;
+
+use crate::contact::constraint::contact_point::{Live, Record};
+use crate::contact::detection::candidates::Search;
+use crate::contact::detection::clusters::Patches;
+use crate::contact::detection::initial_overlap::ordered;
+use crate::contact::island::{Island, MISS};
+use crate::contact::solver::gauss_seidel::shear_norm;
+use crate::contact::surface::{Feature, Pair, Positions, Surface};
+use crate::contact::{Contacts, Moment};
+use crate::math::vector::{add_scaled, dot, norm, scale, sub};
+use crate::mesh::Mesh;
+use crate::model::inverse_mass::Inertia;
+
+/// Overlap that a change of mesh may make, over the tolerance: what gaps may miss at the end
+/// of any drift.
+const SLIGHT_OVERLAP: f64 = MISS;
+
+/// Contacts of a block that are lifted one after the other, at most.
+const LIFTS: usize = 64;
+
+/// Pairs whose touch a thread foresees, at least: to wake it takes as long.
+const FORESEEN: usize = 32;
+
+/// Two blocks that are about to touch, or touch.
+#[derive(Clone, Debug)]
+pub(crate) struct Place<const D: usize> {
+    pub(crate) blocks: [u32; 2],
+    /// Where at rest, m, and a node of the feature there: of main and target.
+    pub(crate) rest: [[f64; D]; 2],
+    pub(crate) nodes: [u32; 2],
+    /// Whether each feature is an edge in space.
+    pub(crate) are_edges: [bool; 2],
+    /// Where, and out of the target.
+    pub(crate) point: [f64; D],
+    pub(crate) normal: [f64; D],
+    /// How fast the two come nearer, m/s.
+    pub(crate) speed: f64,
+    /// Until they touch, s.
+    pub(crate) wait: f64,
+    /// When the contact began, s; of one that is about to be, nothing.
+    pub(crate) since: Option<f64>,
+    /// How far it has slipped since, m; and does in a second now, m/s.
+    pub(crate) slip: f64,
+    pub(crate) slip_rate: f64,
+}
+
+/// Where open pairs will touch, by their blocks: kept for its storage.
+#[derive(Debug, Default)]
+pub(crate) struct Foreseen<const D: usize> {
+    places: Vec<Place<D>>,
+    /// When each pair near will touch, s from now; those that will; the closed pairs, sorted.
+    waits: Vec<Option<f64>>,
+    touching: Vec<(Pair, f64)>,
+    closed: Vec<Pair>,
+}
+
+impl<const D: usize> Foreseen<D> {
+    /// The places of any two blocks that will touch.
+    pub(crate) fn of_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[Place<D>])> {
+        let same = |one: &Place<D>, other: &Place<D>| ordered(one.blocks) == ordered(other.blocks);
+        let places = self.places.chunk_by(same);
+        places.map(|places| (ordered(places[0].blocks), places))
+    }
+}
+
+impl<const D: usize> Contacts<D> {
+    /// Finds where open pairs will touch within `duration` seconds at constant velocities.
+    pub(crate) fn foresee(
+        &self,
+        at: Positions<D>,
+        velocity: &[[f64; D]],
+        rest: Positions<D>,
+        duration: f64,
+        foreseen: &mut Foreseen<D>,
+    ) {
+        let closed = &mut foreseen.closed;
+        closed.clear();
+        closed.extend(self.live().map(|live| live.pair));
+        closed.sort_unstable();
+        let surface = &*self.terms.surface;
+        let wait = |&pair: &Pair| {
+            let is_closed = closed.binary_search(&pair).is_ok();
+            if is_closed || !surface.may_touch(pair, at, at.after(velocity, duration)) {
+                return None;
+            }
+            surface.time_of_impact(pair, at, velocity, duration, self.terms.tolerance)
+        };
+        let near = self.near.par_iter().with_min_len(FORESEEN);
+        near.map(wait).collect_into_vec(&mut foreseen.waits);
+        let place = |&(pair, wait): &(Pair, f64)| {
+            let then = at.after(velocity, wait);
+            let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
+            let operator = surface.operator(pair, &foot, then);
+            let speed = -operator.relative_velocity(0, velocity);
+            Place {
+                speed,
+                wait,
+                ..self.place(pair, &foot, (then, rest), operator.frame[0])
+            }
+        };
+        let near = self.near.iter().zip(&foreseen.waits);
+        foreseen.touching.clear();
+        let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
+        foreseen.touching.extend(touching);
+        let touching = foreseen.touching.par_iter().with_min_len(FORESEEN);
+        touching.map(place).collect_into_vec(&mut foreseen.places);
+        foreseen.places.sort_by_key(|place| ordered(place.blocks));
+    }
+
+    /// Where closed pairs touch.
+    pub(crate) fn present<'a>(
+        &'a self,
+        at: Positions<'a, D>,
+        velocity: &'a [[f64; D]],
+        rest: Positions<'a, D>,
+    ) -> impl Iterator<Item = Place<D>> + 'a {
+        let surface = &*self.terms.surface;
+        let place = move |live: &Live<D>| {
+            let operator = live.operator(surface, at);
+            Place {
+                since: Some(live.record.time_on),
+                slip: live.record.slip,
+                slip_rate: shear_norm(&operator.relative_velocities(velocity)),
+                ..self.place(live.pair, &live.foot, (at, rest), operator.frame[0])
+            }
+        };
+        self.live().map(place)
+    }
+
+    fn place(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        (at, rest): (Positions<D>, Positions<D>),
+        normal: [f64; D],
+    ) -> Place<D> {
+        let surface = &*self.terms.surface;
+        let nodes = [
+            surface.main_nodes(pair.main),
+            surface.target_nodes(pair.target),
+        ];
+        let nodes = nodes.map(|nodes| nodes[0]);
+        let marks = surface.marks(pair, foot, rest);
+        Place {
+            blocks: nodes.map(|node| self.terms.block_of[node as usize]),
+            are_edges: marks.map(|mark| matches!(mark.on, Feature::Edge(_))),
+            rest: marks.map(|mark| mark.place),
+            nodes,
+            point: surface.point(pair, at),
+            normal,
+            speed: 0.0,
+            wait: 0.0,
+            since: None,
+            slip: 0.0,
+            slip_rate: 0.0,
+        }
+    }
+
+    /// Nodes of features that would come into what is beside them by these `moves` of all
+    /// nodes, m, or leave what they touch.
+    pub(crate) fn harmed(&self, at: Positions<D>, moves: &[[f64; D]]) -> Vec<bool> {
+        let tolerance = self.terms.tolerance;
+        let ways: Vec<f64> = moves.iter().map(norm).collect();
+        let mut margins = vec![tolerance; self.fixed.len()];
+        for (way, &block) in ways.iter().zip(&self.terms.block_of) {
+            let margin = &mut margins[block as usize];
+            *margin = margin.max(way + tolerance);
+        }
+        let margin = |block: u32| margins[block as usize];
+        let may_meet = self.terms.may_meet(&self.fixed);
+        let goes = |block: u32| margin(block) > tolerance;
+        let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
+        let surface = &*self.terms.surface;
+        let patches = &self.terms.patches;
+        let mut closed: Vec<Pair> = self.live().map(|live| live.pair).collect();
+        closed.sort_unstable();
+        let mut harmed = vec![false; moves.len()];
+        for pair in patches.overlapping(surface, at, &margin, &wanted) {
+            let sides = [
+                surface.main_nodes(pair.main),
+                surface.target_nodes(pair.target),
+            ];
+            let longest = |nodes: &[u32]| {
+                let of = nodes.iter().map(|&node| ways[node as usize]);
+                of.fold(0.0, f64::max)
+            };
+            let of_sides = sides.map(longest);
+            let reach = of_sides[0] + of_sides[1] + 2.0 * tolerance;
+            if of_sides == [0.0; 2] || surface.apart(pair, at) > reach {
+                continue;
+            }
+            let projection = surface.project(pair, at);
+            let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+            let change = surface
+                .operator(pair, &foot, at)
+                .relative_velocity(0, moves);
+            let after = projection.gap + change;
+            let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
+            let leaves = change > tolerance && closed.binary_search(&pair).is_ok();
+            // Edges that are parallel have no gap.
+            if enters || leaves || after.is_nan() {
+                for (nodes, way) in sides.iter().zip(of_sides) {
+                    let nodes = nodes.iter();
+                    nodes.for_each(|&node| harmed[node as usize] |= way > 0.0);
+                }
+            }
+        }
+        harmed
+    }
+
+    /// The least move of a block besides these `moves` of all nodes, m, with which none of its
+    /// contacts overlaps more; `None` where there is none, or a longer one than the tolerance.
+    pub(crate) fn lift(
+        &self,
+        block: u32,
+        at: Positions<D>,
+        moves: &[[f64; D]],
+    ) -> Option<[f64; D]> {
+        let of_block = self
+            .live()
+            .filter(|live| live.record.blocks.contains(&block));
+        let gaps = of_block.map(|live| {
+            let operator = live.operator(&*self.terms.surface, at);
+            let main = self.terms.surface.main_nodes(live.pair.main)[0];
+            let is_main = self.terms.block_of[main as usize] == block;
+            let out = scale(if is_main { 1.0 } else { -1.0 }, &operator.frame[0]);
+            (operator.relative_velocity(0, moves), out)
+        });
+        let gaps: Vec<(f64, [f64; D])> = gaps.collect();
+        let mut shift = [0.0; D];
+        for _ in 0..LIFTS {
+            let after = gaps
+                .iter()
+                .map(|(change, out)| (change + dot(out, &shift), out));
+            match after.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((least, out)) if least < 0.0 => add_scaled(&mut shift, -least, out),
+                _ => return (norm(&shift) <= self.terms.tolerance).then_some(shift),
+            }
+            if norm(&shift) > self.terms.tolerance {
+                return None;
+            }
+        }
+        // What is left is round-off, or the next look says that it is not.
+        Some(shift)
+    }
+
+    /// Goes on with the surface of another mesh of the same blocks, of which some have
+    /// `changed`: contacts go on where they are; those of points that there are no more
+    /// where their blocks touch nearest to these, as far as they do.
+    pub(crate) fn remesh(
+        &mut self,
+        (old, new): (Sight<D>, Sight<D>),
+        mesh: &Mesh<D>,
+        surface: Box<dyn Surface<D>>,
+        changed: &[bool],
+        inertia: &Inertia<D>,
+        time: f64,
+    ) {
+        // The next kick sees another surface.
+        self.books.penetration = self.max_penetration(old.at);
+        let before = self.exchange_surface(mesh, surface);
+        self.search = Search::default();
+        self.near.clear();
+        self.joins.clear();
+        self.grouped = false;
+        let all = self.islands.iter_mut();
+        let all: Vec<Live<D>> = all.flat_map(|island| island.live.drain(..)).collect();
+        let carry = Carry {
+            before: &*before,
+            after: &*self.terms.surface,
+            sights: [old, new],
+            mesh,
+            changed,
+        };
+        let (mut kept, mut lost) = (Vec::new(), Vec::new());
+        for live in all {
+            match carry.carried(live) {
+                Ok(live) => kept.push(live),
+                Err(of) => lost.push(of),
+            }
+        }
+        // Of several that are one now, one that still holds by its strength goes on.
+        kept.sort_by_key(|live| (live.pair, !live.joint));
+        kept.dedup_by(|next, first| {
+            let same = next.pair == first.pair;
+            if same {
+                self.ended.push(next.record.ended(time));
+            }
+            same
+        });
+        self.islands = vec![Island {
+            live: kept,
+            ..Island::default()
+        }];
+        self.begin_anew(lost, new.at, inertia, time);
+    }
+
+    /// Takes the surface of another mesh of the same blocks; returns the old one.
+    pub(crate) fn exchange_surface(
+        &mut self,
+        mesh: &Mesh<D>,
+        surface: Box<dyn Surface<D>>,
+    ) -> Box<dyn Surface<D>> {
+        let before = std::mem::replace(&mut self.terms.surface, surface);
+        self.formed = None;
+        let nodes = mesh.nodes.len();
+        self.terms.block_of = vec![0; nodes];
+        for (number, block) in (0..).zip(&mesh.blocks) {
+            let nodes = block.nodes.start as usize..block.nodes.end as usize;
+            self.terms.block_of[nodes].fill(number);
+        }
+        self.terms.halvings = mesh.halvings_at_nodes();
+        self.terms.patches = Patches::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
+        self.in_island = vec![false; nodes];
+        (self.place, self.island_of) = (vec![0; nodes], vec![0; nodes]);
+        before
+    }
+
+    /// Contacts of blocks that have `lost` some begin where these blocks touch, and are the
+    /// nearest of those from now on.
+    fn begin_anew(
+        &mut self,
+        mut lost: Vec<Lost<D>>,
+        at: Positions<D>,
+        inertia: &Inertia<D>,
+        time: f64,
+    ) {
+        if lost.is_empty() {
+            return;
+        }
+        let mut blocks: Vec<[u32; 2]> = lost
+            .iter()
+            .map(|of| ordered(of.live.record.blocks))
+            .collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        let within = self.terms.tolerance;
+        let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
+        let mut pairs = self
+            .terms
+            .blocks(&self.fixed)
+            .pairs_within(at, within, &wanted);
+        let setting = self.terms.setting(inertia);
+        let surface = setting.surface;
+        pairs.retain(|&pair| {
+            let projection = surface.project(pair, at);
+            projection.gap.abs() <= within
+                && projection.outside <= within
+                && surface.admits(pair, at)
+                && surface.presses(pair, at, within)
+        });
+        let island = &mut self.islands[0];
+        let kept = island.live.len();
+        island.touch(&setting, Moment::still(at), &pairs, time);
+        for live in &mut island.live[kept..] {
+            live.fresh = false;
+            match Lost::nearest(&lost, live, surface.point(live.pair, at)) {
+                Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
+                None => self.books.touches += 1,
+            }
+        }
+        self.ended
+            .extend(lost.into_iter().map(|of| of.live.record.ended(time)));
+    }
+}
+
+/// A contact of a point that there is no more.
+struct Lost<const D: usize> {
+    live: Live<D>,
+    /// Where it was, m.
+    point: [f64; D],
+}
+
+impl<const D: usize> Lost<D> {
+    /// The nearest to a contact of the same blocks at a point, m.
+    fn nearest(all: &[Self], live: &Live<D>, point: [f64; D]) -> Option<usize> {
+        let blocks = ordered(live.record.blocks);
+        let same = (0..all.len()).filter(|&i| ordered(all[i].live.record.blocks) == blocks);
+        let apart = |i: usize| norm(&sub(&all[i].point, &point));
+        same.min_by(|&i, &j| apart(i).total_cmp(&apart(j)))
+    }
+}
+
+impl<const D: usize> Live<D> {
+    /// Is another from now on, at a point and in a direction of its own.
+    fn follow_on(&mut self, other: &Self) {
+        self.joint = other.joint;
+        self.record = Record {
+            area: self.record.area,
+            blocks: self.record.blocks,
+            ..other.record.clone()
+        };
+    }
+}
+
+/// Contacts from one surface to another.
+struct Carry<'a, const D: usize> {
+    before: &'a dyn Surface<D>,
+    after: &'a dyn Surface<D>,
+    /// Before and after.
+    sights: [Sight<'a, D>; 2],
+    /// After.
+    mesh: &'a Mesh<D>,
+    /// Which blocks have another mesh.
+    changed: &'a [bool],
+}
+
+impl<const D: usize> Carry<'_, D> {
+    /// A contact where it was, if its point is still there.
+    fn carried(&self, mut live: Live<D>) -> Result<Live<D>, Lost<D>> {
+        let [old, new] = self.sights;
+        let blocks = live.record.blocks;
+        let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
+        let marks = self.before.marks(live.pair, &live.foot, old.rest);
+        let Some((pair, foot)) = self.after.at_marks(&marks, nodes, new.rest) else {
+            let point = self.before.point(live.pair, old.at);
+            return Err(Lost { live, point });
+        };
+        let frames = [
+            live.operator(self.before, old.at).frame,
+            self.after.operator(pair, &foot, new.at).frame,
+        ];
+        for vector in live.in_frame() {
+            *vector = turned(vector, &frames);
+        }
+        live.offset = turned(&live.offset, &frames);
+        if blocks.iter().any(|&block| self.changed[block as usize]) {
+            live.foot = foot;
+        }
+        (live.pair, live.normal) = (pair, frames[1][0]);
+        Ok(live)
+    }
+}
+
+/// A mesh as it lies: now, and at rest.
+#[derive(Clone, Copy)]
+pub(crate) struct Sight<'a, const D: usize> {
+    pub(crate) at: Positions<'a, D>,
+    pub(crate) rest: Positions<'a, D>,
+}
+
+/// A vector in one frame in another, its first component as it is.
+fn turned<const D: usize>(vector: &[f64; D], [old, new]: &[[[f64; D]; D]; 2]) -> [f64; D] {
+    let mut whole = [0.0; D];
+    for r in 1..D {
+        add_scaled(&mut whole, vector[r], &old[r]);
+    }
+    std::array::from_fn(|r| {
+        if r == 0 {
+            vector[0]
+        } else {
+            dot(&whole, &new[r])
+        }
+    })
+}

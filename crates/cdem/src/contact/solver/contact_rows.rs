@@ -1,0 +1,481 @@
+//! A contact as its island sees it: what the velocities of nodes mean to it, and what
+//! its impulses do to them.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::contact::solver::colouring::Values;
+use crate::contact::solver::gauss_seidel::{Constraint, Limit, shear_norm, shear_square};
+use crate::contact::solver::inverse_mass_columns::{Columns, Lever};
+use crate::contact::solver::simd_block::{Factors, Pack, Packs};
+use crate::contact::solver::system::SHARE;
+use crate::contact::surface::Operator;
+use crate::math::vector::{dot, sub};
+use crate::model::inverse_mass::Mobility;
+
+/// Inverse mass of a row whose nodes are held, over what it would be of free
+/// ones: round-off.
+const HELD: f64 = 1e-12;
+
+/// A vector as the registers hold it: components that there are not are 0.
+type Wide = [f64; 4];
+
+/// The components that there are.
+#[inline(always)]
+fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
+    std::array::from_fn(|c| wide[c])
+}
+
+/// What contacts have to do with the nodes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Terms<const D: usize, P> {
+    /// Relative velocities as functions of nodal velocities.
+    pub(super) operators: Vec<Term<D>>,
+    /// Velocities that impulses make, 1/kg, for each of a contact's packs in turn, row by row.
+    pub(super) gains: Vec<[P; D]>,
+    /// Instead, of contacts that move their packs by columns: of each operator, which these are.
+    pub(super) levers: Vec<Lever<D>>,
+    pub(super) columns: Columns<D, P>,
+}
+
+/// What the velocity of a node adds to a relative velocity.
+#[derive(Clone, Debug)]
+pub(super) struct Term<const D: usize> {
+    /// In which of its contact's packs its numbers begin, where in that, and how far they are
+    /// apart.
+    pub(super) slot: u32,
+    pub(super) lane: u32,
+    pub(super) stride: u32,
+    /// What each of its components adds, row by row: for nothing has to be added up across a
+    /// register then.
+    pub(super) columns: [Wide; D],
+}
+
+/// A contact in its system.
+#[derive(Clone, Debug)]
+pub(super) struct Point<const D: usize> {
+    /// Its constraint.
+    pub(super) number: u32,
+    /// Its part of the terms.
+    pub(super) operators: Range<usize>,
+    pub(super) gains: Range<usize>,
+    /// Relative velocity in each row for a unit normal impulse, 1/kg.
+    pub(super) by_normal: [f64; D],
+    /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
+    /// nodes are held. One for all tangents keeps the friction disc a disc.
+    pub(super) compliance: [f64; 2],
+    /// 1 over that in each row, kg; 0 where the nodes are held along it.
+    pub(super) inertia: [f64; D],
+    pub(super) target: [f64; D],
+    pub(super) limit: Limit,
+    pub(super) impulse: [f64; D],
+    /// The impulse that its solve began with, N·s.
+    pub(super) start: [f64; D],
+    pub(super) borne: [f64; D],
+    /// What its last visit has changed of the impulse, N·s.
+    pub(super) step: [f64; D],
+    /// Square of the largest change of a relative velocity in that, m²/s²; infinite if it
+    /// bears nothing.
+    pub(super) change: f64,
+    /// Direction of search between sweeps, N·s.
+    pub(super) direction: [f64; D],
+}
+
+/// How much of what a change of its impulse does a contact holds back.
+#[derive(Clone, Copy)]
+pub(super) struct Reluctance {
+    share: f64,
+    /// That and all of it, and 1 over both.
+    whole: f64,
+    give: f64,
+}
+
+impl Reluctance {
+    pub(super) fn new(share: f64) -> Self {
+        Self {
+            share,
+            whole: 1.0 + share,
+            give: 1.0 / (1.0 + share),
+        }
+    }
+}
+
+/// Nodes of a contact, with their rows and whether they are held in all components.
+pub(super) fn nodes_of<'a, const D: usize>(
+    operator: &'a Operator<D>,
+    mobility: Mobility<'a, D>,
+) -> impl Iterator<Item = (usize, u32, bool)> + 'a {
+    let nodes = operator.nodes().iter().enumerate();
+    nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_held(node as usize)))
+}
+
+impl<const D: usize, P: Pack> Terms<D, P> {
+    /// Forgets all contacts, but no columns.
+    pub(super) fn clear(&mut self) {
+        self.operators.clear();
+        self.gains.clear();
+        self.levers.clear();
+    }
+
+    /// Relative velocity of a contact whose nodes have these velocities, m/s.
+    #[inline(always)]
+    pub(super) fn relative(&self, point: &Point<D>, velocity: &Values<P>) -> [f64; D] {
+        // Component by component, as an addition waits for the one before.
+        let mut sums = [[0.0; 4]; D];
+        for term in &self.operators[point.operators.clone()] {
+            let first = (term.slot as usize, term.lane as usize);
+            let node: [f64; D] = velocity.numbers(first, term.stride as usize);
+            for c in 0..D {
+                for r in 0..4 {
+                    sums[c][r] += node[c] * term.columns[c][r];
+                }
+            }
+        }
+        let mut sum = sums[0];
+        for other in &sums[1..] {
+            for r in 0..4 {
+                sum[r] += other[r];
+            }
+        }
+        truncated(&sum)
+    }
+
+    /// Adds the velocities that an impulse of a contact makes, m/s.
+    #[inline(always)]
+    pub(super) fn push<S: Simd>(
+        &self,
+        simd: S,
+        point: &Point<D>,
+        impulse: &[f64; D],
+        velocity: &mut impl Packs<P>,
+    ) {
+        if P::BY_COLUMNS {
+            for (term, lever) in self.by_columns(point) {
+                let on_node = lever.on_node(term, impulse);
+                lever.push(simd, &self.columns, &on_node, velocity);
+            }
+            return;
+        }
+        let factors = Factors::new(simd, impulse);
+        velocity.change(&self.gains[point.gains.clone()], |pack, rows| {
+            pack.add_scaled(simd, &factors, rows);
+        });
+    }
+
+    /// Operators of a contact that moves its packs by columns, and how.
+    #[inline(always)]
+    pub(super) fn by_columns(
+        &self,
+        point: &Point<D>,
+    ) -> impl Iterator<Item = (&Term<D>, &Lever<D>)> {
+        let own = point.operators.clone();
+        self.operators[own.clone()].iter().zip(&self.levers[own])
+    }
+}
+
+/// Works out the velocities that impulses of a contact with these rows make, 1/kg: those of
+/// the nodes of one mass matrix are next to each other, and so are what these move.
+#[inline(always)]
+fn respond<S: Simd, const D: usize, P: Pack>(
+    simd: S,
+    mut gains: &mut [[P; D]],
+    operator: &Operator<D>,
+    mobility: Mobility<D>,
+) {
+    let (inertia, nodes) = (mobility.inertia, operator.nodes());
+    let mut first = 0;
+    while first < nodes.len() {
+        let coupled = inertia.coupled(nodes[first] as usize);
+        let is_coupled = |node: &&u32| coupled.contains(&(**node as usize));
+        let own = first..first + nodes[first..].iter().take_while(is_coupled).count();
+        let share = mobility.share(nodes[first]);
+        first = own.end;
+        if own.clone().all(|k| inertia.is_held(nodes[k] as usize)) {
+            continue;
+        }
+        if coupled.len() == 1 {
+            let (gain, rest) = gains.split_at_mut(1);
+            let inverse = inertia.alone(nodes[own.start] as usize);
+            for (row, gain) in operator.rows[own.start].iter().zip(&mut gain[0]) {
+                let made: [f64; D] = std::array::from_fn(|c| share * (inverse[c] * row[c]));
+                *gain = P::of(&made);
+            }
+            gains = rest;
+            continue;
+        }
+        let (of_own, rest) = gains.split_at_mut(D * coupled.len().div_ceil(P::WIDTH));
+        for (number, gain) in of_own.iter_mut().enumerate() {
+            let (first, c) = (P::WIDTH * (number / D), number % D);
+            let mut made = [P::default(); D];
+            for k in own.clone() {
+                let column = P::of(&inertia.column(nodes[k] as usize, c)[first..]);
+                for r in 0..D {
+                    let row = Factors::new(simd, &[operator.rows[k][r][c]]);
+                    made[r].add_scaled(simd, &row, &[column]);
+                }
+            }
+            let share = Factors::new(simd, &[share]);
+            for r in 0..D {
+                gain[r] = P::default();
+                gain[r].add_scaled(simd, &share, &[made[r]]);
+            }
+        }
+        gains = rest;
+    }
+}
+
+/// Points that take their constraints' operators, with what impulses do: their parts of
+/// operators, gains and levers follow each other as they do.
+pub(super) struct Filling<'a, const D: usize, P> {
+    pub(super) points: &'a mut [Point<D>],
+    pub(super) operators: &'a mut [Term<D>],
+    pub(super) gains: &'a mut [[P; D]],
+    pub(super) levers: &'a mut [Lever<D>],
+    pub(super) columns: &'a Columns<D, P>,
+    pub(super) constraints: &'a [Constraint<D>],
+    pub(super) mobility: Mobility<'a, D>,
+}
+
+impl<const D: usize, P: Pack> Filling<'_, D, P> {
+    /// Fills them, on as many threads as it is worth.
+    pub(super) fn run(self) {
+        if self.points.len() <= SHARE {
+            return Arch::new().dispatch(self);
+        }
+        let (points, more) = self.points.split_at_mut(self.points.len() / 2);
+        let ends = [points[0].operators.start, points[0].gains.start];
+        let operators = self.operators;
+        let count = more[0].operators.start - ends[0];
+        let (operators, others) = operators.split_at_mut(count);
+        let (gains, other_gains) = self.gains.split_at_mut(more[0].gains.start - ends[1]);
+        let (levers, other_levers) = self.levers.split_at_mut(levers_of::<P>(count));
+        let first = Self {
+            points,
+            operators,
+            gains,
+            levers,
+            ..self
+        };
+        let second = Self {
+            points: more,
+            operators: others,
+            gains: other_gains,
+            levers: other_levers,
+            ..self
+        };
+        rayon::join(|| first.run(), || second.run());
+    }
+}
+
+impl<const D: usize, P: Pack> WithSimd for Filling<'_, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (mut operators, mut gains, mut levers) = (self.operators, self.gains, self.levers);
+        for point in self.points {
+            let (own, rest) = operators.split_at_mut(point.operators.len());
+            let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
+            let (own_levers, rest_levers) = levers.split_at_mut(levers_of::<P>(own.len()));
+            let operator = &self.constraints[point.number as usize].operator;
+            let unheld = take(own, operator, self.mobility);
+            let seen = if P::BY_COLUMNS {
+                let moved = nodes_of(operator, self.mobility).filter(|(.., held)| !held);
+                for (lever, (_, node, _)) in own_levers.iter_mut().zip(moved) {
+                    lever.share = self.mobility.share(node);
+                }
+                seen_by_columns(own, own_levers, self.columns)
+            } else {
+                respond(simd, own_gains, operator, self.mobility);
+                seen_by_gains(own, own_gains)
+            };
+            point.weigh(&seen, &unheld);
+            (operators, gains, levers) = (rest, rest_gains, rest_levers);
+        }
+    }
+}
+
+/// Takes an operator. Returns the inverse mass in each row if no node were held, 1/kg.
+#[inline(always)]
+fn take<const D: usize>(
+    operators: &mut [Term<D>],
+    operator: &Operator<D>,
+    mobility: Mobility<D>,
+) -> [f64; D] {
+    let mut unheld = [0.0; D];
+    let mut terms = operators.iter_mut();
+    for (k, node, held) in nodes_of(operator, mobility) {
+        let rows = &operator.rows[k];
+        let inverse = 1.0 / mobility.inertia.mass()[node as usize];
+        for r in 0..D {
+            unheld[r] += dot(&rows[r], &rows[r]) * inverse;
+        }
+        if !held && let Some(term) = terms.next() {
+            for c in 0..D {
+                for r in 0..D {
+                    term.columns[c][r] = rows[r][c];
+                }
+            }
+        }
+    }
+    unheld
+}
+
+/// How many levers there are of so many operators.
+const fn levers_of<P: Pack>(operators: usize) -> usize {
+    if P::BY_COLUMNS { operators } else { 0 }
+}
+
+/// Relative velocity in each row for a unit impulse in each other, 1/kg.
+#[inline(always)]
+fn seen_by_gains<const D: usize, P: Pack>(operators: &[Term<D>], gains: &[[P; D]]) -> [Wide; D] {
+    let mut seen = [[0.0; 4]; D];
+    for term in operators {
+        for c in 0..D {
+            let lane = term.lane as usize + c * term.stride as usize;
+            let gain = &gains[term.slot as usize + lane / P::WIDTH];
+            for s in 0..D {
+                let gain = gain[s].numbers()[lane % P::WIDTH];
+                for r in 0..4 {
+                    seen[s][r] += gain * term.columns[c][r];
+                }
+            }
+        }
+    }
+    seen
+}
+
+/// The same of a contact that moves its packs by columns.
+#[inline(always)]
+fn seen_by_columns<const D: usize, P: Pack>(
+    operators: &[Term<D>],
+    levers: &[Lever<D>],
+    columns: &Columns<D, P>,
+) -> [Wide; D] {
+    let mut seen = [[0.0; 4]; D];
+    for (s, seen) in seen.iter_mut().enumerate() {
+        let mut unit = [0.0; D];
+        unit[s] = 1.0;
+        for (term, lever) in operators.iter().zip(levers) {
+            let on_node = lever.on_node(term, &unit);
+            for other in operators.iter().zip(levers) {
+                lever.add_to_rows(columns, &on_node, other, seen);
+            }
+        }
+    }
+    seen
+}
+
+impl<const D: usize> Point<D> {
+    /// Takes the relative velocity `own` in each row for a unit impulse in each other, 1/kg.
+    #[inline(always)]
+    fn weigh(&mut self, own: &[Wide; D], unheld: &[f64; D]) {
+        self.by_normal = truncated(&own[0]);
+        // Between nodes that are held along the row there is nothing to push.
+        let seen = |r: usize| {
+            if own[r][r] <= HELD * unheld[r] {
+                0.0
+            } else {
+                own[r][r]
+            }
+        };
+        self.compliance = [seen(0), (1..D).map(seen).fold(0.0, f64::max)];
+        self.inertia = std::array::from_fn(|r| {
+            if seen(r) > 0.0 {
+                1.0 / self.compliance[r.min(1)]
+            } else {
+                0.0
+            }
+        });
+    }
+
+    /// Whether an impulse in row `r` moves anything.
+    pub(super) fn moves(&self, r: usize) -> bool {
+        self.inertia[r] > 0.0
+    }
+
+    /// A `share` of the relative velocities that the change to an impulse since the start
+    /// makes alone, m/s.
+    #[inline(always)]
+    fn held_back(&self, impulse: &[f64; D], share: f64) -> [f64; D] {
+        let change = |r: usize| impulse[r] - self.start[r];
+        std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
+    }
+
+    /// The largest relative velocity that it misses for a `reluctance`, m/s: none along
+    /// what is at its bound.
+    pub(super) fn misses(&self, reluctance: f64) -> f64 {
+        let mut missed = self.held_back(&self.impulse, reluctance);
+        if self.impulse[0] <= -self.limit.tension {
+            return 0.0;
+        }
+        if self.limit.slips(&self.impulse) {
+            missed[1..].fill(0.0);
+        }
+        missed[0].abs().max(shear_norm(&missed))
+    }
+
+    /// A change of its impulse as an energy, J.
+    #[inline(always)]
+    pub(super) fn square(&self, step: &[f64; D]) -> f64 {
+        let mut square = 0.0;
+        for r in 0..D {
+            square += self.compliance[r.min(1)] * step[r] * step[r];
+        }
+        square
+    }
+
+    /// The impulse that has gone on by a `ratio` of the last direction, which is then what has
+    /// changed since it was one.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, ratio: f64) -> [f64; D] {
+        let mut impulse = self.impulse;
+        for r in 0..D {
+            let ahead = ratio * self.direction[r];
+            self.direction[r] = ahead + self.step[r];
+            impulse[r] += ahead;
+        }
+        impulse
+    }
+
+    /// The impulse, after the `old` one, with which this contact alone would do what is asked
+    /// of it at a relative velocity, held back by a `reluctance` to change it, the normal
+    /// first; the square of the largest change of relative velocity, m²/s².
+    #[inline(always)]
+    pub(super) fn relaxed(
+        &self,
+        old: &[f64; D],
+        relative: &[f64; D],
+        reluctance: Reluctance,
+    ) -> ([f64; D], f64) {
+        let mut impulse = *old;
+        let Reluctance { share, whole, give } = reluctance;
+        let back = if share > 0.0 {
+            self.held_back(old, share)
+        } else {
+            [0.0; D]
+        };
+        let (normal, tangent) = (whole * self.compliance[0], whole * self.compliance[1]);
+        if normal > 0.0 {
+            let wanted = self.target[0] - relative[0] - back[0];
+            let closed = old[0] + wanted * (give * self.inertia[0]);
+            // What is no number stays so, and is found.
+            let opens = closed < -self.limit.tension;
+            impulse[0] = if opens { -self.limit.tension } else { closed };
+        }
+        let push = impulse[0] - old[0];
+        let change = (push * normal) * (push * normal);
+        let bound = self.limit.shear(impulse[0]);
+        if tangent == 0.0 || (bound == 0.0 && old[1..].iter().all(|&x| x == 0.0)) {
+            return (impulse, change);
+        }
+        for r in 1..D {
+            let wanted = self.target[r] - relative[r] - back[r] - self.by_normal[r] * push;
+            impulse[r] += wanted * (give * self.inertia[r]);
+        }
+        self.limit.cut(&mut impulse);
+        let sheared = shear_square(&sub(&impulse, old)) * (tangent * tangent);
+        (impulse, if sheared <= change { change } else { sheared })
+    }
+}

@@ -1,0 +1,391 @@
+//! Contacts that share nodes, solved together: projected Gauss–Seidel over an
+//! island, on velocities (design, section 5).
+
+use crate::contact::solver::simd_block::Pack;
+use crate::contact::solver::system::{Swept, System};
+use crate::contact::surface::Operator;
+use crate::math::vector::sub;
+
+/// Bounds of a contact's impulse.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Limit {
+    /// Coulomb: tan φ.
+    pub(crate) friction: f64,
+    /// Shear impulse carried without normal impulse, c·A·δ, N·s.
+    pub(crate) cohesion: f64,
+    /// Tensile impulse carried, σ_t·A·δ, N·s.
+    pub(crate) tension: f64,
+}
+
+impl Limit {
+    /// Whether the shear of an impulse is at its limit.
+    pub(super) fn slips<const D: usize>(&self, impulse: &[f64; D]) -> bool {
+        shear_norm(impulse) >= self.shear(impulse[0]) * (1.0 - 1e-12)
+    }
+
+    /// Cuts the shear of an impulse back to its limit (10).
+    #[inline(always)]
+    pub(super) fn cut<const D: usize>(&self, impulse: &mut [f64; D]) {
+        let (square, bound) = (shear_square(impulse), self.shear(impulse[0]));
+        if square > bound * bound {
+            let share = share(bound, square);
+            for r in 1..D {
+                impulse[r] *= share;
+            }
+        }
+    }
+
+    /// The shear limit (7) at a normal impulse, N·s.
+    #[inline(always)]
+    pub(super) fn shear(&self, normal: f64) -> f64 {
+        (normal * self.friction + self.cohesion).max(0.0)
+    }
+}
+
+/// What a bound is of a length whose square is known. Most contacts stick: none of those is to
+/// wait for a root.
+#[cold]
+fn share(bound: f64, square: f64) -> f64 {
+    bound / square.sqrt()
+}
+
+/// One contact of an island.
+#[derive(Clone, Debug)]
+pub(crate) struct Constraint<const D: usize> {
+    /// Relative velocity as a function of nodal velocities.
+    pub(crate) operator: Operator<D>,
+    /// Relative velocity asked for, row by row, m/s.
+    pub(crate) target: [f64; D],
+    /// Bounds of the impulse.
+    pub(crate) limit: Limit,
+    /// Impulse in the operator's frame, N·s: start value in, solution out.
+    pub(crate) impulse: [f64; D],
+    /// What of it the velocities have already: in an impact, the last kick's, so that
+    /// the bounds are those of both together, and what a parting contact takes back of
+    /// its normal impulse it takes back of its shear.
+    pub(crate) borne: [f64; D],
+}
+
+impl<const D: usize> Default for Constraint<D> {
+    /// Of no nodes: nothing is asked of it, and it bears nothing.
+    fn default() -> Self {
+        Self {
+            operator: Operator::default(),
+            target: [0.0; D],
+            limit: Limit::default(),
+            impulse: [0.0; D],
+            borne: [0.0; D],
+        }
+    }
+}
+
+impl<const D: usize> Constraint<D> {
+    /// What a solve has added to the impulse that was borne, N·s.
+    pub(crate) fn added(&self) -> [f64; D] {
+        sub(&self.impulse, &self.borne)
+    }
+
+    /// Whether the contact bears no more, and parts by more than `least`, m/s.
+    pub(crate) fn opens(&self, velocity: &[[f64; D]], least: f64) -> bool {
+        self.impulse[0] <= -self.limit.tension
+            && self.operator.relative_velocity(0, velocity) - self.target[0] > least
+    }
+
+    /// Whether the shear impulse is at its limit, and not enough: the tangent
+    /// misses the velocity asked for by more than `least`, m/s.
+    pub(crate) fn slips(&self, velocity: &[[f64; D]], least: f64) -> bool {
+        if !self.limit.slips(&self.impulse) {
+            return false;
+        }
+        let mut missing = [0.0; D];
+        for r in 1..D {
+            missing[r] = self.operator.relative_velocity(r, velocity) - self.target[r];
+        }
+        shear_norm(&missing) > least
+    }
+}
+
+/// Length of the tangential part.
+#[inline(always)]
+pub(crate) fn shear_norm<const D: usize>(impulse: &[f64; D]) -> f64 {
+    shear_square(impulse).sqrt()
+}
+
+/// Square of the length of the tangential part.
+#[inline(always)]
+pub(super) fn shear_square<const D: usize>(impulse: &[f64; D]) -> f64 {
+    let mut square = 0.0;
+    for r in 1..D {
+        square += impulse[r] * impulse[r];
+    }
+    square
+}
+
+/// Residual at which a solve is done: change of relative velocity in a sweep
+/// over the largest that the impulses make. What is left is a position error
+/// of 1e-8 of a kick's displacement, far below the positions' own round-off,
+/// and the next step corrects it.
+pub(crate) const RESIDUAL: f64 = 1e-8;
+
+/// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
+/// not get on.
+const PATIENCE: u32 = 8;
+const STALLED: f64 = 0.2;
+
+/// Steps of the first descent; each next one may take twice as many.
+const DESCENT: u32 = 16;
+
+/// How often it is doubled, at most.
+const LONGEST: u32 = 7;
+
+/// Share of the residual to which a descent and the sweeps after it must come, or the next
+/// but one is not made: impulses that contacts which contradict each other could only
+/// balance far away are not looked for.
+const WORTH: f64 = 0.5;
+const TRIES: u32 = 2;
+
+/// What a contact takes for itself of the velocity that a change of its impulse makes,
+/// once descents are no longer worth it: the change from what the solve began with is
+/// held back by that share (proximal point, \[Rockafellar1976\]). Of all impulses that do,
+/// or all but do where they contradict each other, those nearest to the start's are
+/// found: the last kick's, or none in an impact. What is missed for it the next kick
+/// finds, and is nearer.
+const RELUCTANCE: f64 = 1e-3;
+
+/// Sweeps with reluctance, at most.
+const LAST: u32 = 128;
+
+/// Contacts of an island in which none sleeps, and whose impacts are solved as far as kicks.
+pub(crate) const FEW: usize = 128;
+
+/// What a visit may have changed of a relative velocity, over that at which a solve is done,
+/// of a contact that falls asleep.
+const DOZES: f64 = 0.3;
+
+/// Round-off of a relative velocity, over the largest velocity in it.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
+
+/// Most sweeps and steps of descents of a solve.
+const MAX_EFFORT: u32 = 2000;
+
+impl<const D: usize, P: Pack> System<D, P> {
+    /// Finds the impulses of the constraints that were loaded and adds them to
+    /// the velocities. Returns the residual: the largest change of a relative velocity
+    /// in the last sweep, or what [`RELUCTANCE`] misses of one, over the largest that
+    /// the impulses make. It is done at one of `done`, and a change below `least`, m/s, is
+    /// none.
+    pub(crate) fn solve(
+        &mut self,
+        constraints: &mut [Constraint<D>],
+        velocity: &mut [[f64; D]],
+        (done, least): (f64, f64),
+    ) -> f64 {
+        self.begin(constraints, |node| velocity[node as usize]);
+        let residual = self.iterate(done, least);
+        self.end();
+        for (node, solved) in self.velocities() {
+            velocity[node as usize] = solved;
+        }
+        for point in &self.points {
+            constraints[point.number as usize].impulse = point.impulse;
+        }
+        residual
+    }
+
+    /// The same for nodes at rest: those that are moved, and their velocities, m/s.
+    pub(crate) fn solve_from_rest(
+        &mut self,
+        constraints: &[Constraint<D>],
+        least: f64,
+    ) -> Vec<(u32, [f64; D])> {
+        self.begin(constraints, |_| [0.0; D]);
+        self.iterate(RESIDUAL, least);
+        self.end();
+        self.velocities().collect()
+    }
+
+    /// Finds the impulses; returns the residual.
+    fn iterate(&mut self, done: f64, least: f64) -> f64 {
+        let mut course = Course {
+            done,
+            least: least.max(ROUND_OFF * self.fastest()),
+            ..Course::default()
+        };
+        self.wake_all();
+        let (residual, scale) = if self.points.len() <= FEW {
+            self.follow(&mut course, 0.0)
+        } else {
+            self.wake_and_follow(&mut course)
+        };
+        if residual.is_nan() {
+            return f64::INFINITY; // the run stops at the end of the step
+        }
+        if course.reluctance == 0.0 {
+            return residual;
+        }
+        let points = self.points.iter();
+        let missed = points.map(|point| point.misses(course.reluctance));
+        residual.max(missed.fold(0.0, f64::max) / scale)
+    }
+
+    /// A sweep over all contacts tells which are awake: those that it changes. With
+    /// these alone the solve goes on until they are right, and begins anew; it ends with
+    /// a sweep over all. Returns its residual, and its scale, m/s.
+    fn wake_and_follow(&mut self, course: &mut Course) -> (f64, f64) {
+        course.dozes = DOZES * course.done;
+        let mut before = f64::INFINITY;
+        loop {
+            self.wake_all();
+            let (residual, Swept { scale, .. }) = self.sweep_to(course);
+            course.effort += 1;
+            if residual.is_nan() || residual <= course.done || course.is_over() {
+                return (residual, scale);
+            }
+            // Contacts that contradict each other would wake each other for ever.
+            if residual > WORTH * before {
+                course.dozes = 0.0;
+            }
+            before = residual;
+            self.follow(course, scale);
+        }
+    }
+
+    /// Goes on with the contacts awake until they are right, or the course is over; those
+    /// that hardly change, or hardly do any more, fall asleep. `scale` is that of all, m/s.
+    /// Returns the residual of the last sweep, and its scale.
+    ///
+    /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
+    /// \[Silcowitz2010\] and, where that does not get on, by
+    /// descents along the faces of the bounds; where those do not, with
+    /// [`RELUCTANCE`].
+    fn follow(&mut self, course: &mut Course, scale: f64) -> (f64, f64) {
+        let (done, least) = (course.done, course.least);
+        let mut directions = std::mem::take(&mut self.directions);
+        directions.begin(self);
+        self.doze(course.dozes * scale);
+        let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
+        let mut in_vain = 0;
+        let last_sweep = loop {
+            let (of_own, swept) = self.sweep_to(course);
+            let own = swept.scale;
+            let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
+            course.effort += 1;
+            course.last += u32::from(course.reluctance > 0.0);
+            sweeps += 1;
+            if residual.is_nan() || residual <= done || course.is_over() {
+                break (residual, scale);
+            }
+            let pause = sweeps % PATIENCE == 0;
+            if course.reluctance > 0.0 || !pause || residual <= STALLED * last {
+                last = if pause { residual } else { last };
+                // What a descent has set right may be wrong again after the next sweep.
+                if sweeps > 1 {
+                    self.doze(course.dozes * scale);
+                }
+                directions.advance(self, swept.square);
+                continue;
+            }
+            in_vain = if residual <= WORTH * best {
+                0
+            } else {
+                in_vain + 1
+            };
+            if residual <= best {
+                best = residual;
+                directions.keep(self);
+            } else {
+                directions.restore(self);
+            }
+            let left = (MAX_EFFORT - LAST).saturating_sub(course.effort);
+            if in_vain < TRIES && left > 0 {
+                let steps = left.min(DESCENT << course.descents);
+                course.effort += self.descend(steps, least.max(done * scale), scale);
+                course.descents = LONGEST.min(course.descents + 1);
+            } else {
+                // The last sweeps: whom they concern is seen anew.
+                course.reluctance = RELUCTANCE;
+                self.wake_all();
+            }
+            directions.begin(self);
+            (sweeps, last) = (0, f64::INFINITY);
+        };
+        self.directions = directions;
+        last_sweep
+    }
+
+    /// A sweep: its residual, that at which the solve is done at most where nothing
+    /// changes and no number where something is none, and what it has done.
+    fn sweep_to(&mut self, course: &Course) -> (f64, Swept) {
+        let swept = self.sweep(course.reluctance);
+        let Swept { change, scale, .. } = swept;
+        let residual = if !(change + scale).is_finite() {
+            f64::NAN
+        } else if change <= course.least {
+            (change / scale).min(course.done) // of round-off alone it says nothing
+        } else {
+            change / scale
+        };
+        (residual, swept)
+    }
+}
+
+/// Where a solve is to come to, and how far it has.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    /// Residual to come to, and the change of a relative velocity that is none, m/s.
+    done: f64,
+    least: f64,
+    /// What of its relative velocity a contact changes that falls asleep, over the scale.
+    dozes: f64,
+    /// Sweeps and steps of descents.
+    effort: u32,
+    /// How often descents have got longer.
+    descents: u32,
+    reluctance: f64,
+    /// Sweeps with that.
+    last: u32,
+}
+
+impl Course {
+    /// Whether nothing more is tried.
+    fn is_over(&self) -> bool {
+        self.last >= LAST || self.effort >= MAX_EFFORT
+    }
+}
+
+/// What a solve has found on the way from sweep to sweep.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Directions<const D: usize> {
+    /// Square of the last sweep's change, J.
+    square: f64,
+    /// Impulses to come back to, by the places of contacts, N·s.
+    kept: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Directions<D> {
+    fn begin<P: Pack>(&mut self, system: &mut System<D, P>) {
+        self.kept.resize(system.points.len(), [0.0; D]);
+        self.square = 0.0;
+        system.forget_directions();
+    }
+
+    fn keep<P: Pack>(&mut self, system: &System<D, P>) {
+        for (place, point) in system.awake() {
+            self.kept[place] = point.impulse;
+        }
+    }
+
+    fn restore<P: Pack>(&self, system: &mut System<D, P>) {
+        system.add(|place, point| sub(&self.kept[place], &point.impulse));
+    }
+
+    /// Goes on along the last direction after a sweep, whose change, of this square, stands for
+    /// a gradient.
+    fn advance<P: Pack>(&mut self, system: &mut System<D, P>, square: f64) {
+        // A change that grows says that bounds have changed hands: start anew.
+        let goes_on = square <= self.square && self.square > 0.0;
+        let ratio = if goes_on { square / self.square } else { 0.0 };
+        self.square = square;
+        system.advance(ratio);
+    }
+}

@@ -1,0 +1,175 @@
+//! Columns of M⁻¹: what an impulse on a node of a large block makes of the others.
+//!
+//! Gains of each contact with such a block would be more numbers than come into the caches; the
+//! columns of a node are there once, for all of its contacts. They hold the nodes that contacts
+//! touch, and those that none does, which get their velocities when the impulses are known.
+
+use std::ops::Range;
+
+use pulp::Simd;
+
+use crate::contact::solver::contact_rows::Term;
+use crate::contact::solver::simd_block::{Factors, Pack, Packs};
+use crate::model::inverse_mass::Inertia;
+
+/// Columns of nodes that contacts touch, by the order in which these were added.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Columns<const D: usize, P> {
+    /// Velocities that unit impulses make of the nodes of the block that contacts touch, 1/kg,
+    /// in packs of a component.
+    packs: Vec<P>,
+    /// The same of its other nodes.
+    beyond: Vec<f64>,
+    /// Where those of each component of each node begin.
+    starts: Vec<[Start; D]>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Start {
+    packs: u32,
+    beyond: u32,
+}
+
+impl<const D: usize, P: Pack> Columns<D, P> {
+    pub(super) fn clear(&mut self) {
+        self.packs.clear();
+        self.beyond.clear();
+        self.starts.clear();
+    }
+
+    /// Adds those of the nodes of a block that contacts touch; `others` are its other nodes.
+    pub(super) fn add(&mut self, inertia: &Inertia<D>, touched: &[u32], others: &[u32]) {
+        let mut entries = Vec::with_capacity(touched.len());
+        for &node in touched {
+            let node = node as usize;
+            let first = inertia.coupled(node).start;
+            let mut starts = [Start::default(); D];
+            for c in 0..D {
+                let alike = inertia.first_alike(node, c);
+                if alike < c {
+                    starts[c] = starts[alike];
+                    continue;
+                }
+                starts[c] = Start {
+                    packs: self.packs.len() as u32,
+                    beyond: self.beyond.len() as u32,
+                };
+                let column = inertia.column(node, c);
+                let entry = |other: u32| column[other as usize - first];
+                entries.clear();
+                entries.extend(touched.iter().map(|&other| entry(other)));
+                self.packs.extend(entries.chunks(P::WIDTH).map(P::of));
+                self.beyond.extend(others.iter().map(|&other| entry(other)));
+            }
+            self.starts.push(starts);
+        }
+    }
+
+    /// Adds the velocities that impulses on the nodes of a block make of those that no contact
+    /// touches, m/s; `touched` says which of all nodes they are on.
+    pub(super) fn move_others(
+        &self,
+        (touched, impulses): (Range<usize>, &[[f64; D]]),
+        others: &mut [[f64; D]],
+    ) {
+        for (starts, impulse) in self.starts[touched.clone()].iter().zip(&impulses[touched]) {
+            for c in 0..D {
+                let column = &self.beyond[starts[c].beyond as usize..];
+                for (velocity, entry) in others.iter_mut().zip(column) {
+                    velocity[c] += entry * impulse[c];
+                }
+            }
+        }
+    }
+}
+
+/// A node of a contact, as what moves its block.
+#[derive(Clone, Debug)]
+pub(super) struct Lever<const D: usize> {
+    /// Its number among the nodes that contacts touch.
+    pub(super) node: u32,
+    /// First pack of its block among those of the contact, and how many a component has.
+    slot: u32,
+    count: u32,
+    /// Where its columns begin, by component.
+    columns: [u32; D],
+    /// What damping leaves of an impulse.
+    pub(super) share: f64,
+}
+
+impl<const D: usize> Lever<D> {
+    /// Of a node whose block has these packs from a slot on.
+    pub(super) fn new<P: Pack>(
+        columns: &Columns<D, P>,
+        node: usize,
+        (slot, packs): (usize, usize),
+    ) -> Self {
+        Self {
+            node: node as u32,
+            slot: slot as u32,
+            count: (packs / D) as u32,
+            columns: columns.starts[node].map(|start| start.packs),
+            share: 1.0,
+        }
+    }
+
+    /// Whether the block of another node of the contact is that of this one.
+    fn moves(&self, other: &Self) -> bool {
+        self.slot == other.slot
+    }
+
+    /// What damping leaves of an impulse of the contact on the node, N·s.
+    #[inline(always)]
+    pub(super) fn on_node(&self, term: &Term<D>, impulse: &[f64; D]) -> [f64; D] {
+        let mut own = [0.0; D];
+        for c in 0..D {
+            for r in 0..D {
+                own[c] += impulse[r] * term.columns[c][r];
+            }
+            own[c] *= self.share;
+        }
+        own
+    }
+
+    /// Adds the velocities that an impulse on the node makes, m/s.
+    #[inline(always)]
+    pub(super) fn push<S: Simd, P: Pack>(
+        &self,
+        simd: S,
+        columns: &Columns<D, P>,
+        on_node: &[f64; D],
+        velocity: &mut impl Packs<P>,
+    ) {
+        for c in 0..D {
+            let factor = Factors::new(simd, &[on_node[c]]);
+            let column = &columns.packs[self.columns[c] as usize..][..self.count as usize];
+            for (k, entries) in column.iter().enumerate() {
+                let own = velocity.pack(self.slot as usize + D * k + c);
+                own.add_scaled(simd, &factor, std::array::from_ref(entries));
+            }
+        }
+    }
+
+    /// Adds the relative velocity in each row that an impulse on the node makes of another node
+    /// of the contact, 1/kg.
+    #[inline(always)]
+    pub(super) fn add_to_rows<P: Pack>(
+        &self,
+        columns: &Columns<D, P>,
+        on_node: &[f64; D],
+        (term, other): (&Term<D>, &Self),
+        rows: &mut [f64; 4],
+    ) {
+        if !self.moves(other) {
+            return;
+        }
+        let pack = (term.slot - other.slot) as usize / D;
+        for c in 0..D {
+            let entries = &columns.packs[self.columns[c] as usize + pack];
+            let velocity = entries.numbers()[term.lane as usize] * on_node[c];
+            for r in 0..4 {
+                rows[r] += velocity * term.columns[c][r];
+            }
+        }
+    }
+}

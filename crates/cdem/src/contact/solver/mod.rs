@@ -1,0 +1,115 @@
+//! The solver of an island, with packs as its masses couple nodes.
+
+pub(crate) mod active_set_cg;
+pub(crate) mod colouring;
+pub(crate) mod contact_rows;
+pub(crate) mod dof_map;
+pub(crate) mod gauss_seidel;
+pub(crate) mod inverse_mass_columns;
+pub(crate) mod nonlinear_cg;
+pub(crate) mod simd_block;
+pub(crate) mod system;
+#[cfg(test)]
+mod tests;
+
+use crate::contact::solver::gauss_seidel::Constraint;
+use crate::contact::solver::simd_block::{OfBlock, OfNode};
+use crate::contact::solver::system::System;
+use crate::model::inverse_mass::{Inertia, Mobility};
+
+/// Nodes that one mass matrix couples, at most, where gains of each contact are fewer bytes than
+/// processors wait for: two packs of a component.
+const SMALL: usize = 16;
+
+/// Contacts that share nodes, solved together.
+#[derive(Clone, Debug)]
+pub(crate) enum Solver<const D: usize> {
+    /// No mass matrix couples nodes that contacts move.
+    Nodes(System<D, OfNode>),
+    /// Mass matrices couple a few of them.
+    Blocks(System<D, OfBlock<false>>),
+    /// One couples more than [`SMALL`].
+    LargeBlocks(System<D, OfBlock<true>>),
+}
+
+/// All that is done with a system, whatever its packs.
+macro_rules! with {
+    ($solver:expr, $system:ident => $work:expr) => {
+        match $solver {
+            Solver::Nodes($system) => $work,
+            Solver::Blocks($system) => $work,
+            Solver::LargeBlocks($system) => $work,
+        }
+    };
+}
+
+impl<const D: usize> Default for Solver<D> {
+    fn default() -> Self {
+        Self::Nodes(System::default())
+    }
+}
+
+impl<const D: usize> Solver<D> {
+    /// Takes the geometry of the constraints.
+    pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
+        let coupled = Self::most_coupled(constraints, mobility.inertia);
+        let fits = match self {
+            Self::Nodes(_) => coupled == 1,
+            Self::Blocks(_) => (2..=SMALL).contains(&coupled),
+            Self::LargeBlocks(_) => coupled > SMALL,
+        };
+        if !fits {
+            *self = match coupled {
+                1 => Self::Nodes(System::default()),
+                2..=SMALL => Self::Blocks(System::default()),
+                _ => Self::LargeBlocks(System::default()),
+            };
+        }
+        with!(self, system => system.load(constraints, mobility));
+    }
+
+    /// The most nodes that one mass matrix couples to a node that contacts move; looked for until
+    /// more of them change nothing.
+    fn most_coupled(constraints: &[Constraint<D>], inertia: &Inertia<D>) -> usize {
+        let enough = if inertia.most_coupled() > SMALL {
+            SMALL + 1
+        } else {
+            2
+        };
+        let mut most = 1;
+        for &node in constraints.iter().flat_map(|c| c.operator.nodes()) {
+            if most >= enough {
+                break;
+            }
+            if !inertia.is_held(node as usize) {
+                most = most.max(inertia.coupled(node as usize).len());
+            }
+        }
+        most
+    }
+
+    /// Finds the impulses of the constraints that were loaded and adds them to the velocities,
+    /// m/s, as [`System::solve`] says. Returns the residual.
+    pub(crate) fn solve(
+        &mut self,
+        constraints: &mut [Constraint<D>],
+        velocity: &mut [[f64; D]],
+        precision: (f64, f64),
+    ) -> f64 {
+        with!(self, system => system.solve(constraints, velocity, precision))
+    }
+
+    /// The same for nodes at rest: those that are moved, and their velocities, m/s.
+    pub(crate) fn solve_from_rest(
+        &mut self,
+        constraints: &[Constraint<D>],
+        least: f64,
+    ) -> Vec<(u32, [f64; D])> {
+        with!(self, system => system.solve_from_rest(constraints, least))
+    }
+
+    /// Nodes that may be moved, and all that mass matrices couple to these, sorted.
+    pub(crate) fn nodes(&self) -> &[u32] {
+        with!(self, system => system.nodes())
+    }
+}

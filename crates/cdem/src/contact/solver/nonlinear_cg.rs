@@ -1,0 +1,211 @@
+//! Where the velocities of an island are going while its solver goes along directions of
+//! search: what these do to the nodes is known without asking the contacts, as each sweep has
+//! added its part of it. A step along them takes each pack of nodes once.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::contact::solver::colouring::Colours;
+use crate::contact::solver::contact_rows::{Point, Terms};
+use crate::contact::solver::simd_block::{Listed, Pack};
+use crate::math::vector::scale;
+
+/// Packs that a thread takes at once, at most.
+const PACKS: usize = 8192;
+
+/// What the directions of the contacts awake do to the velocities of nodes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Heading<P> {
+    /// That, and the velocities before the last sweep, m/s.
+    heading: Vec<P>,
+    before: Vec<P>,
+    /// How far along its direction each impulse has yet to go: velocities have.
+    ratio: f64,
+    /// Contacts of which all packs go; those of fewer are listed.
+    of_contacts: usize,
+    are_listed: bool,
+    listed: Vec<u32>,
+    is_listed: Vec<bool>,
+}
+
+impl<P: Pack> Heading<P> {
+    /// Goes nowhere from these velocities, m/s, those of the nodes of all contacts.
+    pub(super) fn begin(&mut self, colours: &Colours, velocity: &[P]) {
+        self.heading.resize(velocity.len(), P::default());
+        self.before.resize(velocity.len(), P::default());
+        self.ratio = 0.0;
+        self.list(colours);
+        if !self.are_listed {
+            self.heading.fill(P::default());
+            self.before.copy_from_slice(velocity);
+        }
+        for &pack in &self.listed {
+            let pack = pack as usize;
+            (self.heading[pack], self.before[pack]) = (P::default(), velocity[pack]);
+        }
+    }
+
+    /// Goes on with the nodes of the contacts awake, once these are half as many as before.
+    pub(super) fn narrow(&mut self, colours: &Colours) {
+        if 2 * colours.awake().len() < self.of_contacts {
+            self.list(colours);
+        }
+    }
+
+    fn list(&mut self, colours: &Colours) {
+        let awake = colours.awake();
+        self.of_contacts = awake.len();
+        self.are_listed = awake.len() < colours.order().len();
+        self.listed.clear();
+        if !self.are_listed {
+            return;
+        }
+        self.is_listed.clear();
+        self.is_listed.resize(self.before.len(), false);
+        for pack in awake
+            .iter()
+            .flat_map(|&place| colours.nodes(place as usize))
+        {
+            if !std::mem::replace(&mut self.is_listed[*pack as usize], true) {
+                self.listed.push(*pack);
+            }
+        }
+    }
+
+    /// Leaves out a contact with these packs: its direction, and what it did in the last sweep.
+    pub(super) fn leave<const D: usize>(
+        &mut self,
+        packs: &[u32],
+        (terms, point): (&Terms<D, P>, &Point<D>),
+    ) {
+        let back = scale(-1.0, &point.direction);
+        Arch::new().dispatch(Leave {
+            packs,
+            terms,
+            point,
+            changes: [(&back, &mut self.heading), (&point.step, &mut self.before)],
+        });
+    }
+
+    /// Has velocities go on by a `ratio` of the heading after a sweep.
+    pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [P]) {
+        self.ratio = ratio;
+        let packs = [velocity, &mut self.heading, &mut self.before];
+        if self.are_listed {
+            let listed = Some(&*self.listed);
+            Arch::new().dispatch(Advance {
+                ratio,
+                packs,
+                listed,
+            });
+        } else {
+            advance_all(ratio, packs);
+        }
+    }
+
+    /// By which ratio of its direction each impulse has to go on, from now on by none.
+    pub(super) fn take_ratio(&mut self) -> f64 {
+        std::mem::take(&mut self.ratio)
+    }
+}
+
+/// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since
+/// it was one.
+#[inline(always)]
+fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
+    let [velocity, heading, before] = packs;
+    let (velocity, heading) = (velocity.numbers_mut(), heading.numbers_mut());
+    let before = before.numbers_mut();
+    for c in 0..P::WIDTH {
+        let ahead = ratio * heading[c];
+        heading[c] = ahead + (velocity[c] - before[c]);
+        velocity[c] += ahead;
+        before[c] = velocity[c];
+    }
+}
+
+/// The same for all packs.
+fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
+    if velocity.len() > PACKS {
+        let middle = velocity.len() / 2;
+        let (velocity, more) = velocity.split_at_mut(middle);
+        let (heading, further) = heading.split_at_mut(middle);
+        let (before, others) = before.split_at_mut(middle);
+        let (own, rest) = ([velocity, heading, before], [more, further, others]);
+        rayon::join(|| advance_all(ratio, own), || advance_all(ratio, rest));
+        return;
+    }
+    Arch::new().dispatch(Advance {
+        ratio,
+        packs: [velocity, heading, before],
+        listed: None,
+    });
+}
+
+/// Packs that go on, all or those listed, with whatever instructions the machine has.
+struct Advance<'a, P> {
+    ratio: f64,
+    /// Their velocities, headings, and velocities before.
+    packs: [&'a mut [P]; 3],
+    listed: Option<&'a [u32]>,
+}
+
+impl<P: Pack> WithSimd for Advance<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let [velocity, heading, before] = self.packs;
+        if let Some(listed) = self.listed {
+            for &pack in listed {
+                let pack = pack as usize;
+                let own = [&mut velocity[pack], &mut heading[pack], &mut before[pack]];
+                advance(self.ratio, own);
+            }
+            return;
+        }
+        for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
+            advance(self.ratio, [velocity, heading, before]);
+        }
+    }
+}
+
+/// What impulses of a contact do to its packs, each to values of its own.
+struct Leave<'a, const D: usize, P> {
+    packs: &'a [u32],
+    terms: &'a Terms<D, P>,
+    point: &'a Point<D>,
+    changes: [(&'a [f64; D], &'a mut [P]); 2],
+}
+
+impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (impulse, all) in self.changes {
+            let numbers = self.packs;
+            let values = &mut Listed { numbers, all };
+            self.terms.push(simd, self.point, impulse, values);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::solver::simd_block::OfNode;
+
+    #[test]
+    fn many_packs_go_as_each_would() {
+        let start = |k: usize| [0.0, 1.0, 2.0].map(|of| OfNode::of(&[(k as f64 + of).sin(); 4]));
+        let count = 3 * PACKS + 1;
+        let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
+        let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);
+        advance_all(0.7, [&mut velocity, &mut heading, &mut before]);
+        for k in 0..count {
+            let [mut one, mut of_one, mut once] = start(k);
+            advance(0.7, [&mut one, &mut of_one, &mut once]);
+            assert_eq!((one, of_one, once), (velocity[k], heading[k], before[k]));
+        }
+    }
+}

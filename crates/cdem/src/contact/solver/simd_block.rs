@@ -1,0 +1,148 @@
+//! Numbers of the nodes of an island that its solver changes side by side.
+
+use std::fmt::Debug;
+
+use bytemuck::{Pod, Zeroable};
+use pulp::Simd;
+
+/// Numbers side by side: the components of one node, or one component of nodes that one mass
+/// matrix couples.
+pub(crate) trait Pack: Pod + Debug + Default + Send + Sync {
+    /// How many there are.
+    const WIDTH: usize = size_of::<Self>() / size_of::<f64>();
+
+    /// Whether contacts move them by the [columns](crate::contact::solver::inverse_mass_columns::Columns) of their nodes, and
+    /// not by gains of their own.
+    const BY_COLUMNS: bool = false;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[f64] {
+        bytemuck::cast_slice(std::slice::from_ref(self))
+    }
+
+    #[inline(always)]
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        bytemuck::cast_slice_mut(std::slice::from_mut(self))
+    }
+
+    /// Adds multiples of others.
+    fn add_scaled<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        factors: &Factors<S, N>,
+        all: &[Self; N],
+    );
+
+    /// The first of some numbers, and 0 behind the last.
+    #[inline(always)]
+    fn of(numbers: &[f64]) -> Self {
+        let mut pack = Self::default();
+        if let Some(all) = numbers.get(..Self::WIDTH) {
+            pack.numbers_mut().copy_from_slice(all);
+        } else {
+            pack.numbers_mut()[..numbers.len()].copy_from_slice(numbers);
+        }
+        pack
+    }
+}
+
+/// Packs of a contact, to be changed.
+pub(super) trait Packs<P> {
+    /// That with a number, from 0.
+    fn pack(&mut self, number: usize) -> &mut P;
+
+    /// Changes each in turn, given what there is `of_each`.
+    fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut P, &T));
+}
+
+/// Some of all packs, by their numbers.
+pub(super) struct Listed<'a, P> {
+    pub(super) numbers: &'a [u32],
+    pub(super) all: &'a mut [P],
+}
+
+impl<P: Pack> Packs<P> for Listed<'_, P> {
+    #[inline(always)]
+    fn pack(&mut self, number: usize) -> &mut P {
+        &mut self.all[self.numbers[number] as usize]
+    }
+
+    #[inline(always)]
+    fn change<T>(&mut self, of_each: &[T], mut change: impl FnMut(&mut P, &T)) {
+        for (&number, own) in self.numbers.iter().zip(of_each) {
+            change(&mut self.all[number as usize], own);
+        }
+    }
+}
+
+/// Numbers that packs are multiplied by, each once and in a register.
+pub(crate) struct Factors<S: Simd, const N: usize> {
+    numbers: [f64; N],
+    registers: [S::f64s; N],
+}
+
+impl<S: Simd, const N: usize> Factors<S, N> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, numbers: &[f64; N]) -> Self {
+        let mut registers = [simd.splat_f64s(0.0); N];
+        for n in 0..N {
+            registers[n] = simd.splat_f64s(numbers[n]);
+        }
+        Self {
+            numbers: *numbers,
+            registers,
+        }
+    }
+}
+
+/// The components of one node, and 0: where masses are lumped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C, align(32))]
+pub(crate) struct OfNode([f64; 4]);
+
+/// A component of as many nodes as the widest registers hold, and a multiple of what the others
+/// do; or, of a node alone that contacts move by gains, its components.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(crate) struct OfBlock<const BY_COLUMNS: bool>(Row);
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Row([f64; 8]);
+
+impl Pack for OfNode {
+    #[inline(always)]
+    fn add_scaled<S: Simd, const N: usize>(
+        &mut self,
+        _: S,
+        factors: &Factors<S, N>,
+        all: &[Self; N],
+    ) {
+        for n in 0..N {
+            for c in 0..4 {
+                self.0[c] += factors.numbers[n] * all[n].0[c];
+            }
+        }
+    }
+}
+
+impl<const BY_COLUMNS: bool> Pack for OfBlock<BY_COLUMNS> {
+    const BY_COLUMNS: bool = BY_COLUMNS;
+
+    /// Told register by register: compilers would gather numbers of several packs into one.
+    #[inline(always)]
+    fn add_scaled<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        factors: &Factors<S, N>,
+        all: &[Self; N],
+    ) {
+        const { assert!(8 % S::F64_LANES == 0) };
+        for n in 0..N {
+            let registers = S::as_mut_simd_f64s(&mut self.0.0).0.iter_mut();
+            for (own, other) in registers.zip(S::as_simd_f64s(&all[n].0.0).0) {
+                *own = simd.add_f64s(*own, simd.mul_f64s(factors.registers[n], *other));
+            }
+        }
+    }
+}

@@ -1,0 +1,551 @@
+//! An island on its own: what the impulses of its contacts do to each other.
+//!
+//! Storage is kept from solve to solve.
+//! Contacts mostly stay, so they are numbered and coloured only when their nodes
+//! change. Nodes of contacts that are held do not take part: their velocities go into what is
+//! asked for.
+
+use pulp::{Scalar, Simd};
+
+use crate::contact::solver::active_set_cg::Face;
+use crate::contact::solver::colouring::{Colours, NodesOf, Values, Visit, larger};
+use crate::contact::solver::contact_rows::{Filling, Point, Reluctance, Term, Terms, nodes_of};
+use crate::contact::solver::dof_map::{Seat, Seating};
+use crate::contact::solver::gauss_seidel::{Constraint, Directions, Limit};
+use crate::contact::solver::inverse_mass_columns::Lever;
+use crate::contact::solver::nonlinear_cg::Heading;
+use crate::contact::solver::simd_block::{Listed, Pack};
+use crate::math::vector::{add_scaled, dot, norm, sub};
+use crate::model::inverse_mass::Mobility;
+
+/// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
+/// some tens of them.
+pub(crate) const SHARE: usize = 256;
+
+/// Contacts that share nodes, their nodes numbered anew and side by side.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct System<const D: usize, P> {
+    /// Nodes of each contact, and whether they are held, and `None` behind the last:
+    /// what the numbers are for; and after how many changes of what is held.
+    known: Vec<Option<(u32, bool)>>,
+    changes: u64,
+    /// The nodes that impulses may move.
+    seating: Seating,
+    /// Velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
+    /// are what [colours](Colours) know as nodes.
+    pub(super) velocity: Vec<P>,
+    /// Velocities of the nodes without a seat, m/s, and what a solve has added to the impulses on
+    /// those with one, N·s.
+    others: Vec<[f64; D]>,
+    on_nodes: Vec<[f64; D]>,
+    /// Nodes of contacts that are held, and their largest speed, m/s.
+    held: Vec<HeldNode>,
+    held_speed: f64,
+    /// Where they are going.
+    heading: Heading<P>,
+    /// In which order contacts are visited.
+    pub(super) colours: Colours,
+    /// The contacts, by their places in that order.
+    pub(super) points: Vec<Point<D>>,
+    terms: Terms<D, P>,
+    /// Nodes that contacts move, sorted, and packs of each contact: what numbering takes, for its
+    /// storage.
+    moved: Vec<u32>,
+    packs_of: NodesOf,
+    /// Scratch of the solver.
+    pub(super) directions: Directions<D>,
+    pub(super) face: Face<D, P>,
+}
+
+/// A node of a contact that is held.
+#[derive(Clone, Copy, Debug)]
+struct HeldNode {
+    /// Place of the contact, and the node's number among those of its constraint.
+    place: usize,
+    of_constraint: usize,
+    node: u32,
+}
+
+impl<const D: usize, P: Pack> System<D, P> {
+    /// Takes the geometry of the constraints.
+    pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
+        if !self.fits(constraints, mobility) {
+            self.number(constraints, mobility);
+        }
+        let filling = Filling {
+            points: &mut self.points,
+            operators: &mut self.terms.operators,
+            gains: &mut self.terms.gains,
+            levers: &mut self.terms.levers,
+            columns: &self.terms.columns,
+            constraints,
+            mobility,
+        };
+        filling.run();
+    }
+
+    /// Whether the constraints are between the nodes that they were.
+    fn fits(&self, constraints: &[Constraint<D>], mobility: Mobility<D>) -> bool {
+        let mut known = self.known.iter();
+        let same = |constraint: &Constraint<D>| {
+            let mut nodes = nodes_of(&constraint.operator, mobility);
+            nodes.all(|(_, node, held)| known.next() == Some(&Some((node, held))))
+                && known.next() == Some(&None)
+        };
+        self.changes == mobility.inertia.changes()
+            && self.points.len() == constraints.len()
+            && constraints.iter().all(same)
+    }
+
+    /// Numbers the nodes and orders the contacts.
+    fn number(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
+        self.known.clear();
+        self.changes = mobility.inertia.changes();
+        let moved = &mut self.moved;
+        moved.clear();
+        for constraint in constraints {
+            for (_, node, held) in nodes_of(&constraint.operator, mobility) {
+                self.known.push(Some((node, held)));
+                if !held {
+                    moved.push(node);
+                }
+            }
+            self.known.push(None);
+        }
+        moved.sort_unstable();
+        moved.dedup();
+        self.seating
+            .seat(moved, mobility.inertia, &mut self.terms.columns);
+        let seating = &self.seating;
+        self.packs_of.clear();
+        for Constraint { operator, .. } in constraints {
+            let add = |packs: &mut Vec<u32>| seating.add_packs(operator, mobility, packs);
+            self.packs_of.push(add);
+        }
+        self.colours.arrange(seating.packs(), &self.packs_of);
+        let packs_of = std::mem::take(&mut self.packs_of);
+        self.arrange(constraints, &packs_of, mobility);
+        self.packs_of = packs_of;
+    }
+
+    /// Makes room for the contacts, in their order.
+    fn arrange(
+        &mut self,
+        constraints: &[Constraint<D>],
+        packs_of: &NodesOf,
+        mobility: Mobility<D>,
+    ) {
+        self.points.clear();
+        self.held.clear();
+        self.terms.clear();
+        for place in 0..constraints.len() {
+            let number = self.colours.order()[place];
+            let list = packs_of.of(number as usize);
+            let start = [self.terms.operators.len(), self.terms.gains.len()];
+            for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
+                if held {
+                    self.held.push(HeldNode {
+                        place,
+                        of_constraint: k,
+                        node,
+                    });
+                } else {
+                    self.add_node(node, list);
+                }
+            }
+            if !P::BY_COLUMNS {
+                let gains = list.iter().map(|_| [P::default(); D]);
+                self.terms.gains.extend(gains);
+            }
+            self.points.push(Point {
+                number,
+                operators: start[0]..self.terms.operators.len(),
+                gains: start[1]..self.terms.gains.len(),
+                by_normal: [0.0; D],
+                compliance: [0.0; 2],
+                inertia: [0.0; D],
+                target: [0.0; D],
+                limit: Limit::default(),
+                impulse: [0.0; D],
+                start: [0.0; D],
+                borne: [0.0; D],
+                step: [0.0; D],
+                change: 0.0,
+                direction: [0.0; D],
+            });
+        }
+    }
+
+    /// Adds a node to the contact that moves the packs of this list.
+    fn add_node(&mut self, node: u32, list: &[u32]) {
+        let (place, seat, packs) = self.seating.find(node);
+        let first = seat.number(0);
+        let slot = list.iter().position(|&pack| pack == packs.start);
+        let slot = slot.expect("a list of all packs");
+        self.terms.operators.push(Term {
+            slot: (slot + first / P::WIDTH - packs.start as usize) as u32,
+            lane: (first % P::WIDTH) as u32,
+            stride: seat.stride,
+            columns: [[0.0; 4]; D],
+        });
+        if P::BY_COLUMNS {
+            let lever = Lever::new(&self.terms.columns, place, (slot, packs.len()));
+            self.terms.levers.push(lever);
+        }
+    }
+
+    /// Begins a solve: impulses, bounds, and the velocities without impulses.
+    pub(super) fn begin(
+        &mut self,
+        constraints: &[Constraint<D>],
+        velocity: impl Fn(u32) -> [f64; D],
+    ) {
+        self.velocity.clear();
+        self.velocity
+            .resize(self.colours.node_count(), P::default());
+        let numbers = bytemuck::cast_slice_mut::<P, f64>(&mut self.velocity);
+        for (node, seat) in self.seating.seated() {
+            for (c, component) in velocity(node).into_iter().enumerate() {
+                numbers[seat.number(c)] = component;
+            }
+        }
+        self.others.clear();
+        let others = self.seating.others().iter();
+        self.others.extend(others.map(|&node| velocity(node)));
+        self.colours.wake_all();
+        self.push(|_, point| {
+            let constraint = &constraints[point.number as usize];
+            point.target = constraint.target;
+            point.limit = constraint.limit;
+            point.borne = constraint.borne;
+            point.impulse = std::array::from_fn(|r| {
+                if point.moves(r) {
+                    constraint.impulse[r]
+                } else {
+                    constraint.borne[r]
+                }
+            });
+            point.start = point.impulse;
+            sub(&point.impulse, &point.borne)
+        });
+        self.add_held(constraints, velocity);
+    }
+
+    /// Ends a solve: nodes without a seat get their velocities.
+    pub(super) fn end(&mut self) {
+        if self.others.is_empty() {
+            return;
+        }
+        self.on_nodes.clear();
+        self.on_nodes.resize(self.seating.seated().len(), [0.0; D]);
+        for point in &self.points {
+            let made = sub(&point.impulse, &point.borne);
+            for (term, lever) in self.terms.by_columns(point) {
+                let own = &mut self.on_nodes[lever.node as usize];
+                add_scaled(own, 1.0, &lever.on_node(term, &made));
+            }
+        }
+        for group in self.seating.groups() {
+            let others = &mut self.others[group.others.clone()];
+            let impulses = (group.seats.clone(), &*self.on_nodes);
+            self.terms.columns.move_others(impulses, others);
+        }
+    }
+
+    /// Takes what nodes that are held do from what is asked of the others; notes how fast they
+    /// are.
+    fn add_held(&mut self, constraints: &[Constraint<D>], velocity: impl Fn(u32) -> [f64; D]) {
+        self.held_speed = 0.0;
+        for held in &self.held {
+            let point = &mut self.points[held.place];
+            let operator = &constraints[point.number as usize].operator;
+            let velocity = velocity(held.node);
+            self.held_speed = self.held_speed.max(norm(&velocity));
+            for r in 0..D {
+                point.target[r] -= dot(&operator.rows[held.of_constraint][r], &velocity);
+            }
+        }
+    }
+
+    /// Adds to the velocities what impulses do that each contact awake has of its own, N·s.
+    fn push(&mut self, impulse: impl Fn(usize, &mut Point<D>) -> [f64; D] + Sync) {
+        let push = Push {
+            terms: &self.terms,
+            impulse,
+        };
+        self.colours
+            .pass(&mut self.points, &mut self.velocity, &push);
+    }
+
+    /// The largest speed of a node, m/s.
+    pub(super) fn fastest(&self) -> f64 {
+        let squares = self
+            .velocities()
+            .map(|(_, velocity)| dot(&velocity, &velocity));
+        squares.fold(0.0, f64::max).sqrt().max(self.held_speed)
+    }
+
+    /// Nodes that may be moved, sorted.
+    pub(crate) fn nodes(&self) -> &[u32] {
+        self.seating.nodes()
+    }
+
+    /// Nodes that are moved and their velocities, m/s; of those without a seat those of the
+    /// [end](Self::end).
+    pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
+        let numbers = bytemuck::cast_slice::<P, f64>(&self.velocity);
+        let of = |seat: Seat| std::array::from_fn(|c| numbers[seat.number(c)]);
+        let seated = self
+            .seating
+            .seated()
+            .map(move |(node, seat)| (node, of(seat)));
+        let others = self.seating.others().iter().copied();
+        seated.chain(others.zip(self.others.iter().copied()))
+    }
+
+    /// Has all contacts take part in what follows.
+    pub(super) fn wake_all(&mut self) {
+        self.colours.wake_all();
+    }
+
+    /// Leaves those out of what follows whose relative velocities changed by less than
+    /// `least` in the last sweep, m/s: directions go on without theirs.
+    pub(super) fn doze(&mut self, least: f64) {
+        if least == 0.0 {
+            return;
+        }
+        let (points, heading) = (&self.points, &mut self.heading);
+        let terms = &self.terms;
+        self.colours.doze(|place, packs| {
+            let point = &points[place];
+            let stays = point.change >= least * least;
+            if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
+                heading.leave(packs, (terms, point));
+            }
+            stays
+        });
+        self.heading.narrow(&self.colours);
+    }
+
+    /// The contacts that take part, by their places.
+    pub(super) fn awake(&self) -> impl ExactSizeIterator<Item = (usize, &Point<D>)> {
+        let places = self.colours.awake().iter();
+        places.map(|&place| (place as usize, &self.points[place as usize]))
+    }
+
+    /// The packs of those, sorted.
+    pub(super) fn awake_packs(&self, packs: &mut Vec<u32>) {
+        packs.clear();
+        for &place in self.colours.awake() {
+            packs.extend_from_slice(self.colours.nodes(place as usize));
+        }
+        packs.sort_unstable();
+        packs.dedup();
+    }
+
+    /// One sweep of Gauss–Seidel with some [`Reluctance`].
+    pub(super) fn sweep(&mut self, reluctance: f64) -> Swept {
+        let sweep = Sweep {
+            terms: &self.terms,
+            ratio: self.heading.take_ratio(),
+            reluctance: Reluctance::new(reluctance),
+        };
+        let [change, scale, square] =
+            self.colours
+                .pass(&mut self.points, &mut self.velocity, &sweep);
+        Swept {
+            change: change.sqrt(),
+            scale: scale.max(f64::MIN_POSITIVE),
+            square,
+        }
+    }
+
+    /// Relative velocities of the contacts awake without what held nodes add, m/s, by
+    /// their places.
+    pub(super) fn relative_velocities(&self, velocity: &mut [P], relative: &mut [[f64; D]]) {
+        let relate = Relate {
+            terms: &self.terms,
+            points: &self.points,
+        };
+        self.colours.pass(relative, velocity, &relate);
+    }
+
+    /// Has the next [`advance`](Self::advance) go nowhere.
+    pub(super) fn forget_directions(&mut self) {
+        for &place in self.colours.awake() {
+            let point = &mut self.points[place as usize];
+            (point.direction, point.step) = ([0.0; D], [0.0; D]);
+        }
+        self.heading.begin(&self.colours, &self.velocity);
+    }
+
+    /// Has each contact awake go on by a `ratio` of its last direction after a sweep: the
+    /// velocities now, all at once, and each impulse in the next sweep, which sets it right
+    /// where it is then beyond a bound.
+    pub(super) fn advance(&mut self, ratio: f64) {
+        self.heading.advance(ratio, &mut self.velocity);
+    }
+
+    /// Adds to the impulse of each contact awake what `change` says of it, and what that
+    /// does to the velocities.
+    pub(super) fn add(&mut self, change: impl Fn(usize, &Point<D>) -> [f64; D] + Sync) {
+        self.push(|place, point| {
+            let change = change(place, point);
+            add_scaled(&mut point.impulse, 1.0, &change);
+            change
+        });
+    }
+
+    /// The same for one contact.
+    pub(super) fn add_to(&mut self, place: usize, change: &[f64; D]) {
+        let point = &mut self.points[place];
+        add_scaled(&mut point.impulse, 1.0, change);
+        let velocity = &mut Listed {
+            numbers: self.colours.nodes(place),
+            all: &mut self.velocity,
+        };
+        self.terms.push(Scalar::new(), point, change, velocity);
+    }
+
+    /// Velocities that impulses of the contacts awake make alone, m/s: of each what
+    /// `direct` makes of its own. Returns the largest that it returns.
+    pub(super) fn respond<T: Send>(
+        &self,
+        own: &mut [T],
+        velocity: &mut [P],
+        direct: impl Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
+    ) -> f64 {
+        let respond = Respond {
+            terms: &self.terms,
+            points: &self.points,
+            direct,
+        };
+        let [largest] = self.colours.pass(own, velocity, &respond);
+        largest
+    }
+}
+
+/// What a sweep has done.
+pub(super) struct Swept {
+    /// The largest change of a relative velocity, and the largest that a normal impulse of
+    /// the substep makes, m/s.
+    pub(super) change: f64,
+    pub(super) scale: f64,
+    /// The square of its change, J.
+    pub(super) square: f64,
+}
+
+/// A visit of Gauss–Seidel, at velocities that have gone on by a ratio of the directions.
+struct Sweep<'a, const D: usize, P> {
+    terms: &'a Terms<D, P>,
+    ratio: f64,
+    reluctance: Reluctance,
+}
+
+impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        _: usize,
+        point: &mut Point<D>,
+        mut velocity: Values<P>,
+    ) -> [f64; 3] {
+        let relative = self.terms.relative(point, &velocity);
+        let old = point.advance(self.ratio);
+        let (impulse, change) = point.relaxed(&old, &relative, self.reluctance);
+        let mut step = [0.0; D];
+        // Number by number: what is written as a whole and read in parts waits for that.
+        for r in 0..D {
+            step[r] = impulse[r] - old[r];
+            (point.impulse[r], point.step[r]) = (impulse[r], step[r]);
+        }
+        // What bears nothing may have to at any time, and does not sleep.
+        let is_open = impulse[0] <= -point.limit.tension;
+        point.change = if is_open { f64::INFINITY } else { change };
+        if step != [0.0; D] {
+            self.terms.push(simd, point, &step, &mut velocity);
+        }
+        let normal = impulse[0].abs().max(point.borne[0].abs());
+        [change, normal * point.compliance[0], point.square(&step)]
+    }
+
+    #[inline(always)]
+    fn together(one: [f64; 3], other: [f64; 3]) -> [f64; 3] {
+        [
+            larger(one[0], other[0]),
+            larger(one[1], other[1]),
+            one[2] + other[2],
+        ]
+    }
+}
+
+/// A visit that makes an impulse known.
+struct Push<'a, const D: usize, P, F> {
+    terms: &'a Terms<D, P>,
+    impulse: F,
+}
+
+impl<const D: usize, P: Pack, F> Visit<Point<D>, P, 0> for Push<'_, D, P, F>
+where
+    F: Fn(usize, &mut Point<D>) -> [f64; D] + Sync,
+{
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        place: usize,
+        point: &mut Point<D>,
+        mut velocity: Values<P>,
+    ) -> [f64; 0] {
+        let impulse = (self.impulse)(place, point);
+        self.terms.push(simd, point, &impulse, &mut velocity);
+        []
+    }
+}
+
+/// A visit that takes a relative velocity.
+struct Relate<'a, const D: usize, P> {
+    terms: &'a Terms<D, P>,
+    points: &'a [Point<D>],
+}
+
+impl<const D: usize, P: Pack> Visit<[f64; D], P, 0> for Relate<'_, D, P> {
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &self,
+        _: S,
+        place: usize,
+        own: &mut [f64; D],
+        velocity: Values<P>,
+    ) -> [f64; 0] {
+        *own = self.terms.relative(&self.points[place], &velocity);
+        []
+    }
+}
+
+/// A visit that makes known what becomes of something of a contact.
+struct Respond<'a, const D: usize, P, F> {
+    terms: &'a Terms<D, P>,
+    points: &'a [Point<D>],
+    direct: F,
+}
+
+impl<const D: usize, P: Pack, T, F> Visit<T, P, 1> for Respond<'_, D, P, F>
+where
+    F: Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
+{
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &self,
+        simd: S,
+        place: usize,
+        own: &mut T,
+        mut velocity: Values<P>,
+    ) -> [f64; 1] {
+        let (impulse, size) = (self.direct)(place, own);
+        let point = &self.points[place];
+        self.terms.push(simd, point, &impulse, &mut velocity);
+        [size]
+    }
+}

@@ -1,0 +1,434 @@
+//! Tests of the solver on islands made by hand.
+
+use crate::contact::solver::Solver;
+use crate::contact::solver::gauss_seidel::{Constraint, FEW, Limit, RESIDUAL, shear_norm};
+use crate::contact::surface::Operator;
+use crate::model::inverse_mass::{Inertia, Mobility};
+
+/// Mobility of blocks without damping at an instant.
+fn mobility<'a, const D: usize>(inertia: &'a Inertia<D>, block_of: &'a [u32]) -> Mobility<'a, D> {
+    Mobility {
+        inertia,
+        block_of,
+        damping: &[0.0],
+        interval: 0.0,
+    }
+}
+
+/// A contact between nodes with these weights, its normal along the last axis.
+fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<D> {
+    let frame: [[f64; D]; D] = std::array::from_fn(|r| {
+        let mut row = [0.0; D];
+        row[(r + D - 1) % D] = 1.0;
+        row
+    });
+    let mut operator = Operator {
+        count: weights.len(),
+        frame,
+        ..Operator::default()
+    };
+    for (k, &(node, weight)) in weights.iter().enumerate() {
+        operator.nodes[k] = node;
+        for r in 0..D {
+            operator.rows[k][r] = frame[r].map(|x| weight * x);
+        }
+    }
+    Constraint {
+        operator,
+        limit: Limit {
+            friction,
+            ..Limit::default()
+        },
+        ..Constraint::default()
+    }
+}
+
+/// Two flush faces, one of `counts` nodes upon one of as many as it says, each
+/// node on the edges of the other face: more contacts than freedoms.
+fn flush_faces(counts: [u32; 2], friction: f64) -> Vec<Constraint<2>> {
+    let mut constraints = Vec::new();
+    for (side, sign) in [(0, -1.0), (1, 1.0)] {
+        let (own, other) = (counts[side], counts[1 - side]);
+        let first = [0, counts[0]];
+        for i in 1..own - 1 {
+            let at = f64::from(i * (other - 1)) / f64::from(own - 1);
+            let edge = (at as u32).min(other - 2);
+            let weight = at - f64::from(edge);
+            let start = first[1 - side] + edge;
+            constraints.push(contact(
+                &[
+                    (first[side] + i, sign),
+                    (start, -sign * (1.0 - weight)),
+                    (start + 1, -sign * weight),
+                ],
+                friction,
+            ));
+        }
+    }
+    constraints
+}
+
+/// Whether contacts bear within their bounds and only where they hold, but for
+/// `least`, m/s.
+fn assert_solved(constraints: &[Constraint<2>], velocity: &[[f64; 2]], least: f64) {
+    for constraint in constraints {
+        let [normal, shear] = constraint.operator.relative_velocities(velocity);
+        let [press, drag] = constraint.impulse;
+        let limit = constraint.limit.shear(press);
+        assert!(press >= 0.0 && normal >= constraint.target[0] - least);
+        assert!(press == 0.0 || normal <= constraint.target[0] + least);
+        assert!(drag.abs() <= limit * (1.0 + 1e-12));
+        let slip = shear - constraint.target[1];
+        assert!(slip.abs() <= least || (drag.abs() >= limit * (1.0 - 1e-9) && drag * slip <= 0.0));
+    }
+}
+
+/// Velocities between ±1 m/s and towards each other.
+fn closing(counts: [u32; 2], seed: u64) -> Vec<[f64; 2]> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut velocity = |side: f64| [random.f64() - 0.5, side + 0.2 * random.f64()];
+    let below = (0..counts[0]).map(|_| 0.5);
+    let sides = below.chain((0..counts[1]).map(|_| -0.5));
+    sides.map(&mut velocity).collect()
+}
+
+#[test]
+fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
+    for counts in [[7, 5], [12, 9], [30, 41]] {
+        let nodes = (counts[0] + counts[1]) as usize;
+        let inertia = Inertia::<2>::new(vec![1.0; nodes], Vec::new());
+        let block_of = vec![0; nodes];
+        let mut random = fastrand::Rng::with_seed(7);
+        let mut constraints = flush_faces(counts, 0.6);
+        for constraint in &mut constraints {
+            constraint.target = [0; 2].map(|_| 1e-3 * (random.f64() - 0.5));
+        }
+        let mut velocity = closing(counts, 3);
+        let before: f64 = velocity.iter().map(|v| v[1]).sum();
+        let mut system = Solver::default();
+        system.load(&constraints, mobility(&inertia, &block_of));
+        let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        assert!(residual <= 1e-8, "{counts:?}: {residual:e}");
+        assert_solved(&constraints, &velocity, 1e-6);
+        let after: f64 = velocity.iter().map(|v| v[1]).sum();
+        assert!((after - before).abs() < 1e-12, "{counts:?}");
+    }
+}
+
+/// Of pairs of faces that close ever more slowly most contacts fall asleep on the way, and
+/// directions go on with the others: to velocities that are those which the impulses make.
+#[test]
+fn velocities_are_what_impulses_make_of_them() {
+    let (counts, pairs) = ([21, 17], 12);
+    let nodes = counts[0] + counts[1];
+    let (mut constraints, mut start) = (Vec::new(), Vec::new());
+    for pair in 0..pairs {
+        for mut constraint in flush_faces(counts, 0.6) {
+            let own = &mut constraint.operator.nodes;
+            own.iter_mut().for_each(|node| *node += pair * nodes);
+            constraints.push(constraint);
+        }
+        let speed = 0.1_f64.powi(pair as i32);
+        let velocities = closing(counts, 5 + u64::from(pair));
+        start.extend(
+            velocities
+                .into_iter()
+                .map(|velocity| velocity.map(|v| speed * v)),
+        );
+    }
+    assert!(constraints.len() > FEW);
+    let inertia = Inertia::<2>::new(vec![2.0; start.len()], Vec::new());
+    let block_of = vec![0; start.len()];
+    let mut velocity = start.clone();
+    let mut system = Solver::default();
+    system.load(&constraints, mobility(&inertia, &block_of));
+    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    assert!(residual <= RESIDUAL, "{residual:e}");
+    for constraint in &constraints {
+        let operator = &constraint.operator;
+        operator.deliver(&constraint.impulse, |node, impulse| {
+            inertia.push(node as usize, impulse, &mut start);
+        });
+    }
+    // Velocities are up to 1 m/s: some hundred sweeps of a rounding each.
+    for (solved, made) in velocity.iter().zip(&start) {
+        assert!((0..2).all(|c| (solved[c] - made[c]).abs() < 1e-13));
+    }
+}
+
+/// Redundant contacts leave their impulses open, but never the velocities.
+#[test]
+fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
+    let counts = [12, 9];
+    let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
+    let block_of = vec![0; 21];
+    let solved = |start: f64| {
+        let mut constraints = flush_faces(counts, 0.0);
+        for constraint in &mut constraints {
+            constraint.impulse[0] = start;
+        }
+        let mut velocity = closing(counts, 5);
+        let mut system = Solver::default();
+        system.load(&constraints, mobility(&inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        velocity
+    };
+    let (cold, warm) = (solved(0.0), solved(0.3));
+    for (a, b) in cold.iter().flatten().zip(warm.iter().flatten()) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn storage_that_has_been_used_gives_the_same_bits_as_new() {
+    let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
+    let block_of = vec![0; 21];
+    let mut used = Solver::default();
+    let mut other = flush_faces([9, 8], 0.2);
+    used.load(&other, mobility(&inertia, &block_of));
+    used.solve(&mut other, &mut closing([9, 8], 1), (RESIDUAL, 0.0));
+    let mut results = [used, Solver::default()].map(|mut system| {
+        let mut constraints = flush_faces([12, 9], 0.4);
+        let mut velocity = closing([12, 9], 2);
+        system.load(&constraints, mobility(&inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        let impulses = constraints.iter().map(|constraint| constraint.impulse);
+        (velocity, impulses.collect::<Vec<_>>())
+    });
+    assert_eq!(std::mem::take(&mut results[0]), results[1]);
+}
+
+/// A row of blocks of two nodes with consistent masses: what one end feels,
+/// all must.
+#[test]
+fn a_long_row_of_rigid_masses_is_stopped_as_one() {
+    const BLOCKS: u32 = 200;
+    let matrix = vec![2.0, 1.0, 1.0, 2.0];
+    let dense = (0..BLOCKS as usize).map(|block| (2 * block, matrix.clone()));
+    let mut mass = vec![3.0; 2 * BLOCKS as usize];
+    mass.push(1e12);
+    let inertia = Inertia::<2>::new(mass, dense.collect());
+    let block_of = vec![0; 2 * BLOCKS as usize + 1];
+    let mut constraints = vec![contact(&[(0, 1.0), (2 * BLOCKS, -1.0)], 0.0)];
+    for block in 1..BLOCKS {
+        constraints.push(contact(&[(2 * block, 1.0), (2 * block - 1, -1.0)], 0.0));
+    }
+    let mut velocity = vec![[0.0, -1.0]; 2 * BLOCKS as usize];
+    velocity.push([0.0; 2]);
+    let mut system = Solver::default();
+    system.load(&constraints, mobility(&inertia, &block_of));
+    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    assert!(residual <= 1e-8, "{residual:e}");
+    assert_solved(&constraints, &velocity, 1e-5);
+}
+
+#[test]
+fn shear_in_space_is_cut_back_along_its_own_direction() {
+    let inertia = Inertia::<3>::new(vec![2.0, 1e300], Vec::new());
+    let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
+    let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
+    let mut system = Solver::default();
+    system.load(&constraints, mobility(&inertia, &[0, 0]));
+    system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    let impulse = constraints[0].impulse;
+    assert!((impulse[0] - 2.0).abs() < 1e-12 && (shear_norm(&impulse) - 1.0).abs() < 1e-12);
+    // From 5 m/s, by μ times the normal impulse over the mass.
+    for (got, start) in velocity[0].iter().zip([3.0, -4.0]) {
+        assert!((got - 0.9 * start).abs() < 1e-12);
+    }
+}
+
+/// So many blocks of `size` nodes, the first of which have a dense mass matrix of unlike masses.
+fn blocks<const D: usize>([size, dense, of]: [usize; 3], random: &mut fastrand::Rng) -> Inertia<D> {
+    let mut mass: Vec<f64> = (0..of * size).map(|_| 0.5 + random.f64()).collect();
+    let mut matrices = Vec::new();
+    for first in (0..dense).map(|block| block * size) {
+        let own = &mut mass[first..first + size];
+        let mut matrix = vec![0.02; size * size];
+        for (a, mass) in own.iter_mut().enumerate() {
+            matrix[a * (size + 1)] += *mass;
+            *mass += 0.02 * size as f64;
+        }
+        matrices.push((first, matrix));
+    }
+    Inertia::new(mass, matrices)
+}
+
+/// Contacts of random nodes of one block of some and of another, in number above what one thread
+/// solves alone.
+fn contacts_between<const D: usize>(
+    [size, _, count]: [usize; 3],
+    random: &mut fastrand::Rng,
+) -> Vec<Constraint<D>> {
+    let mut pick = |block: usize| (block * size + random.usize(0..size)) as u32;
+    let contact = |k: usize| {
+        let [one, other] = [k % count, (k + 1 + k / 40) % count];
+        let [a, b, c] = [pick(one), pick(other), pick(other)];
+        let weights = [(a, 1.0), (b, -0.4), (c, -0.6)];
+        contact(if b == c { &weights[..2] } else { &weights }, 0.3)
+    };
+    (0..400).map(contact).collect()
+}
+
+/// Impulses of contacts are what their nodes have got, whatever masses are lumped and damped, and
+/// though nodes are held, some in one component, others later than some. Storage that has been
+/// used gives the same bits as new.
+fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
+    let mut random = fastrand::Rng::with_seed(11);
+    let (size, mut inertia) = (shape[0], blocks::<D>(shape, &mut random));
+    let nodes = inertia.mass().len();
+    let constraints = contacts_between::<D>(shape, &mut random);
+    let start: Vec<[f64; D]> = (0..nodes)
+        .map(|_| [(); D].map(|()| random.f64() - 0.5))
+        .collect();
+    let damping: Vec<f64> = (0..shape[2]).map(|_| random.f64()).collect();
+    let block_of: Vec<u32> = (0..nodes).map(|node| (node / size) as u32).collect();
+    let mut used = Solver::default();
+    for (whole, last) in [(17, 19), (13, 19), (1000, 1000), (17, 19)] {
+        let hold = |node: usize| {
+            let mut held = [node.is_multiple_of(whole); D];
+            held[D - 1] |= node.is_multiple_of(last);
+            held
+        };
+        inertia.hold(&(0..nodes).map(hold).collect::<Vec<_>>());
+        let mobility = Mobility {
+            inertia: &inertia,
+            block_of: &block_of,
+            damping: &damping,
+            interval: 0.5,
+        };
+        let solved = |system: &mut Solver<D>, from: &[[f64; D]]| {
+            let (mut constraints, mut velocity) = (constraints.clone(), from.to_vec());
+            system.load(&constraints, mobility);
+            system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+            (constraints, velocity)
+        };
+        let (borne, velocity) = solved(&mut used, &start);
+        assert_eq!(velocity, solved(&mut Solver::default(), &start).1);
+        let mut expected = start.clone();
+        for constraint in &borne {
+            let push = |node, impulse: &[f64; D]| mobility.push(node, impulse, &mut expected);
+            constraint.operator.deliver(&constraint.impulse, push);
+        }
+        assert!(borne.iter().any(|c| c.impulse[0] > 0.1));
+        for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
+            // Up to 2000 sweeps change a node some 50 times each, at velocities of some m/s.
+            assert!(
+                (found - expected).abs() < 5e-11,
+                "{shape:?}: {found} {expected}"
+            );
+        }
+        let mut asked = constraints.clone();
+        for constraint in &mut asked {
+            constraint.target[0] = 1.0;
+        }
+        used.load(&asked, mobility);
+        let mut moved = vec![[0.0; D]; nodes];
+        for (node, velocity) in used.solve_from_rest(&asked, 0.0) {
+            moved[node as usize] = velocity;
+        }
+        let mut velocity = vec![[0.0; D]; nodes];
+        used.solve(&mut asked, &mut velocity, (RESIDUAL, 0.0));
+        assert_eq!(moved, velocity);
+    }
+}
+
+/// Blocks have more nodes than a pack; those of the large ones get their impulses by columns, and
+/// some have no contact.
+#[test]
+fn nodes_get_the_impulses_of_their_own_contacts() {
+    for shape in [
+        [12, 0, 12],
+        [12, 6, 12],
+        [12, 12, 12],
+        [90, 6, 12],
+        [90, 12, 12],
+    ] {
+        nodes_get_what_contacts_bear::<2>(shape);
+        nodes_get_what_contacts_bear::<3>(shape);
+    }
+}
+
+/// Of a block of consistent mass, nodes that no contact has are held and let go.
+#[test]
+fn what_is_held_may_change_between_solves() {
+    // Of a square of 1 kg, whose nodes are numbered as 00, 01, 10, 11.
+    let unit = [4.0, 2.0, 2.0, 1.0].map(|x: f64| x / 36.0);
+    let matrix: Vec<f64> = (0..16).map(|k| unit[(k / 4) ^ (k % 4)]).collect();
+    let mut inertia = Inertia::<2>::new(vec![0.25, 0.25, 0.25, 0.25, 1.0], vec![(0, matrix)]);
+    let block_of = [0; 5];
+    let solve = |system: &mut Solver<2>, inertia: &Inertia<2>| {
+        let mut constraints = vec![contact(&[(0, 0.5), (1, 0.5), (4, -1.0)], 0.5)];
+        let mut velocity = vec![[0.1, -1.0], [0.0, -1.0], [0.2, 0.3], [0.0, 0.5], [0.0, 0.4]];
+        system.load(&constraints, mobility(inertia, &block_of));
+        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        (constraints[0].impulse, velocity)
+    };
+    let mut kept = Solver::default();
+    for held in [[false; 2], [true; 2], [true, false], [false; 2]] {
+        inertia.hold(&[[false; 2], [false; 2], held, [false, held[0]], [false; 2]]);
+        let found = solve(&mut kept, &inertia);
+        assert_eq!(found, solve(&mut Solver::default(), &inertia), "{held:?}");
+        if held == [true; 2] {
+            assert_eq!(found.1[2], [0.2, 0.3], "held");
+        }
+    }
+}
+
+/// Two contacts hold the same two nodes and ask for what cannot be both.
+#[test]
+fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
+    let inertia = Inertia::<2>::new(vec![1.0; 2], Vec::new());
+    let asked = 1e-3;
+    let solve = |start: [f64; 2]| {
+        let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.0); 2];
+        for (constraint, (sign, start)) in constraints.iter_mut().zip([1.0, -1.0].iter().zip(start))
+        {
+            constraint.target[0] = sign * asked;
+            constraint.limit.tension = f64::INFINITY;
+            constraint.impulse[0] = start;
+        }
+        let mut velocity = vec![[0.0, -1.0], [0.0, 1.0]];
+        let mut system = Solver::default();
+        system.load(&constraints, mobility(&inertia, &[0, 0]));
+        let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        // What either misses, over the velocity that its impulse makes; the last sweeps
+        // come within a hundredth of the end.
+        let largest = constraints
+            .iter()
+            .map(|c| c.impulse[0].abs())
+            .fold(0.0, f64::max);
+        let missed = asked / (2.0 * largest);
+        assert!(
+            (residual / missed - 1.0).abs() < 1e-2,
+            "{residual:e} {missed:e}"
+        );
+        // They stop each other: in the middle of what is asked.
+        assert!(
+            (velocity[0][1] - velocity[1][1]).abs() < 1e-2 * asked,
+            "{velocity:?}"
+        );
+        constraints[0].impulse[0] - constraints[1].impulse[0]
+    };
+    // Held back by a 1000th of what the impulse makes, 2 m/s for 1 Ns: each grows by
+    // what is asked, over that.
+    let grown = asked / (1e-3 * 2.0);
+    for start in [[0.5, 0.5], [2.0, -1.0]] {
+        let apart = solve(start) - (start[0] - start[1]);
+        assert!(
+            (apart / (2.0 * grown) - 1.0).abs() < 1e-2,
+            "{start:?}: {apart}"
+        );
+    }
+}
+
+#[test]
+fn a_velocity_that_is_no_number_is_no_solution() {
+    let inertia = Inertia::<2>::new(vec![1.0; 2], Vec::new());
+    let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
+    let mut velocity = vec![[0.0, f64::NAN], [0.0, 1.0]];
+    let mut system = Solver::default();
+    system.load(&constraints, mobility(&inertia, &[0, 0]));
+    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    assert_eq!(residual, f64::INFINITY);
+}

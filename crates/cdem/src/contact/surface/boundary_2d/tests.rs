@@ -1,0 +1,232 @@
+//! Time of impact against brute force.
+
+use proptest::prelude::*;
+
+use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::surface::{Pair, Positions, Surface};
+use crate::math::vector::{add, scale};
+use crate::mesh::{Block, Element, ElementKind, Mesh};
+
+/// Instants that brute force looks at.
+const SAMPLES: usize = 4000;
+
+/// A vertex (node 0) on a triangle far to its left, and an edge (nodes 4, 3;
+/// its outward normal is −x when it stands upright) of a triangle to its right.
+struct Meeting {
+    mesh: Mesh<2>,
+    velocity: Vec<[f64; 2]>,
+}
+
+impl Meeting {
+    fn new(vertex: [f64; 2], edge: [[f64; 2]; 2], velocity: [[f64; 2]; 3]) -> Self {
+        let middle = scale(0.5, &add(&edge[0], &edge[1]));
+        let nodes = vec![
+            vertex,
+            add(&vertex, &[-5.0, 4.0]),
+            add(&vertex, &[-5.0, -4.0]),
+            edge[0],
+            edge[1],
+            add(&middle, &[5.0, 0.0]),
+        ];
+        let block = |name: &str, source, first: u32| Block {
+            name: name.to_owned(),
+            source,
+            nodes: first..first + 3,
+            elements: source as u32..source as u32 + 1,
+        };
+        let mesh = Mesh {
+            nodes,
+            elements: vec![
+                Element::new(ElementKind::Tri3, &[0, 1, 2]),
+                Element::new(ElementKind::Tri3, &[4, 3, 5]),
+            ],
+            blocks: vec![block("main", 0, 0), block("target", 1, 3)],
+            ..Mesh::default()
+        };
+        let [p, a, b] = velocity;
+        let middle = scale(0.5, &add(&a, &b));
+        Self {
+            mesh,
+            velocity: vec![p, p, p, a, b, middle],
+        }
+    }
+
+    /// The search's answer, and brute force's: the first touch that is seen
+    /// between two instants, at which the foot lies on the edge.
+    fn touches(&self, duration: f64, depth: f64) -> (Option<f64>, Option<f64>) {
+        let outline = Outline::new(&self.mesh, 1.0);
+        let pair = (0..6)
+            .map(|target| Pair { main: 0, target })
+            .find(|pair| outline.target_nodes(pair.target) == [4, 3])
+            .expect("the edge is there");
+        assert_eq!(outline.main_nodes(0), [0]);
+        let still = vec![[0.0; 2]; 6];
+        let at = Positions::new(&self.mesh.nodes, &still);
+        let found = outline.time_of_impact(pair, at, &self.velocity, duration, depth);
+        let look = |k: usize| {
+            let time = duration * k as f64 / SAMPLES as f64;
+            let projection = outline.project(pair, at.after(&self.velocity, time));
+            (time, projection.gap, projection.outside)
+        };
+        let mut seen = None;
+        for k in 1..=SAMPLES {
+            let ((_, before, _), (time, gap, outside)) = (look(k - 1), look(k));
+            if before > 0.0 && gap <= 0.0 && outside <= 0.0 {
+                seen = Some(time);
+                break;
+            }
+        }
+        (found, seen)
+    }
+
+    fn gap(&self, time: f64) -> f64 {
+        let outline = Outline::new(&self.mesh, 1.0);
+        let still = vec![[0.0; 2]; 6];
+        let at = Positions::new(&self.mesh.nodes, &still).after(&self.velocity, time);
+        let pairs = (0..6).map(|target| Pair { main: 0, target });
+        let mut on_edge = pairs.filter(|pair| outline.target_nodes(pair.target) == [4, 3]);
+        let pair = on_edge.next().expect("the edge is there");
+        outline.project(pair, at).gap
+    }
+}
+
+fn vector(size: f64) -> impl Strategy<Value = [f64; 2]> {
+    [-size..size, -size..size]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn no_touch_is_missed_or_late(
+        vertex in vector(0.5),
+        edge in [vector(0.3), vector(0.3)],
+        velocity in [vector(2.0), vector(1.0), vector(1.0)],
+    ) {
+        let edge = [add(&edge[0], &[1.0, -0.7]), add(&edge[1], &[1.0, 0.7])];
+        let meeting = Meeting::new(vertex, edge, velocity);
+        let (found, seen) = meeting.touches(1.0, 1e-9);
+        if let Some(seen) = seen {
+            prop_assert!(found.is_some_and(|found| found <= seen), "{found:?} {seen}");
+        }
+        if let Some(found) = found {
+            // Positions of order 1, times of order 1: round-off.
+            prop_assert!(meeting.gap(found).abs() < 1e-11, "{}", meeting.gap(found));
+        }
+    }
+
+    /// Edge and path all but parallel, the vertex all but on the edge's line.
+    #[test]
+    fn grazing_touches_are_found(
+        height in 1e-9_f64..1e-3,
+        slide in -0.4_f64..0.4,
+        sink in 1e-9_f64..1e-2,
+        turn in -1e-3_f64..1e-3,
+    ) {
+        let edge = [[1.0, -1.0], [1.0, 1.0]];
+        let velocity = [[sink, slide], [turn, 0.0], [-turn, 0.0]];
+        let meeting = Meeting::new([1.0 - height, 0.1], edge, velocity);
+        let (found, seen) = meeting.touches(1.0, 1e-9);
+        if let Some(seen) = seen {
+            prop_assert!(found.is_some_and(|found| found <= seen), "{found:?} {seen}");
+        }
+    }
+}
+
+proptest! {
+    /// What slides down one side of a dent, a little deep in it, touches the other side
+    /// before it is deeper in that.
+    #[test]
+    fn what_slides_into_a_dent_touches_its_other_side(
+        turn in 0.021..1.5_f64,
+        depth in 0.0..0.9_f64,
+    ) {
+        let tolerance = 1e-4;
+        let (s, c) = (0.5 * turn).sin_cos();
+        let [way, deep] = [0.02, depth * tolerance];
+        let tip = [-0.01 * c - deep * s, 0.01 * s - deep * c];
+        let (top, side) = (s / c, -1.0);
+        let nodes = vec![
+            tip,
+            add(&tip, &[0.03, 0.5]),
+            add(&tip, &[-0.03, 0.5]),
+            [-1.0, side], [0.0, side], [1.0, side],
+            [-1.0, top], [0.0, 0.0], [1.0, top],
+        ];
+        let block = |name: &str, source, nodes, elements| Block {
+            name: name.to_owned(),
+            source,
+            nodes,
+            elements,
+        };
+        let mesh = Mesh {
+            elements: vec![
+                Element::new(ElementKind::Tri3, &[0, 1, 2]),
+                Element::new(ElementKind::Quad4, &[3, 4, 7, 6]),
+                Element::new(ElementKind::Quad4, &[4, 5, 8, 7]),
+            ],
+            blocks: vec![block("tip", 0, 0..3, 0..1), block("bed", 1, 3..9, 1..3)],
+            nodes,
+            ..Mesh::default()
+        };
+        let outline = Outline::new(&mesh, 1.0);
+        let down = (0..9).map(|node| if node < 3 { [c, -s] } else { [0.0; 2] });
+        let (still, velocity) = (vec![[0.0; 2]; 9], down.collect::<Vec<_>>());
+        let at = Positions::new(&mesh.nodes, &still);
+        let end = at.after(&velocity, way);
+        let [_, targets] = &outline.families()[0];
+        let times = targets.clone().filter_map(|target| {
+            let pair = Pair { main: 0, target };
+            let time = outline.time_of_impact(pair, at, &velocity, way, tolerance)?;
+            let moments = [at.after(&velocity, time), end];
+            let rightful = rightful(&outline, pair, moments, tolerance, &|_| true)?;
+            let [x, _] = outline.normal(rightful, at)?;
+            (x < 0.0).then_some(time) // the right side
+        });
+        let time = times.min_by(f64::total_cmp);
+        // 0.01 m down to the middle, less or more by what it is deep in the left.
+        let beyond = time.map(|time| (time - 0.01) * turn.sin());
+        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
+    }
+}
+
+#[test]
+fn a_vertex_on_the_edge_touches_when_it_moves_in_and_only_then() {
+    let edge = [[1.0, -1.0], [1.0, 1.0]];
+    let still = [0.0; 2];
+    // Not at the very ends: there the vertex glides along the other edge.
+    for (height, foot) in [(0.0, 0.0), (0.0, 0.99), (0.0, -0.99), (1e-10, 0.3)] {
+        let vertex = [1.0 + height, foot];
+        let touch = |x: f64| {
+            Meeting::new(vertex, edge, [[x, 0.0], still, still])
+                .touches(1.0, 1e-9)
+                .0
+        };
+        assert_eq!(touch(1.0), Some(0.0), "{vertex:?}");
+        assert_eq!(touch(1e-12), Some(0.0), "{vertex:?}");
+        assert_eq!(touch(0.0), None, "{vertex:?}");
+        assert_eq!(touch(-1.0), None, "{vertex:?}");
+    }
+    // Deeper inside than a touch can be: not this search's to see.
+    let deep = Meeting::new([1.1, 0.0], edge, [[1.0, 0.0], still, still]);
+    assert_eq!(deep.touches(1.0, 1e-9).0, None);
+}
+
+#[test]
+fn a_vertex_that_rests_is_found_when_the_edge_turns_into_it() {
+    // At rest on the edge, which turns about the vertex's place: its far part
+    // comes up as the vertex slides there.
+    let edge = [[1.0, -1.0], [1.0, 1.0]];
+    let meeting = Meeting::new([1.0, 0.0], edge, [[0.0, 0.5], [0.5, 0.0], [-0.5, 0.0]]);
+    let (found, _) = meeting.touches(1.0, 1e-9);
+    assert_eq!(found, Some(0.0));
+    // The same from a little above, leaving first and coming back later.
+    let velocity = [[-0.05, 0.5], [0.5, 0.0], [-0.5, 0.0]];
+    let (found, seen) = Meeting::new([1.0, 0.0], edge, velocity).touches(1.0, 1e-9);
+    assert!(seen.is_some(), "brute force sees it come back");
+    assert!(
+        found.zip(seen).is_some_and(|(found, seen)| found <= seen),
+        "{found:?} {seen:?}"
+    );
+}

@@ -1,0 +1,533 @@
+//! Operators under rigid motion, what pairs lack to touch, shares of area.
+
+use proptest::prelude::*;
+use rayon::prelude::*;
+
+use crate::contact::ccd::signed_volume::{ROUND_OFF, Slack};
+use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::{Nearness, Operator, Pair, Positions, STEEP, Surface};
+use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
+use crate::mesh::{self, Block, Element, ElementKind, Mesh};
+use crate::scene::Geometry;
+
+/// One element a block, each of its own nodes.
+pub(super) fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
+    let mut mesh = Mesh::default();
+    for (number, (kind, nodes)) in cells.iter().enumerate() {
+        let first = mesh.nodes.len() as u32;
+        mesh.nodes.extend_from_slice(nodes);
+        let numbers: Vec<u32> = (first..mesh.nodes.len() as u32).collect();
+        mesh.elements.push(Element::new(*kind, &numbers));
+        mesh.blocks.push(Block {
+            name: format!("b{number}"),
+            source: number,
+            nodes: first..mesh.nodes.len() as u32,
+            elements: number as u32..number as u32 + 1,
+        });
+    }
+    mesh
+}
+
+pub(super) fn vector(size: f64) -> impl Strategy<Value = [f64; 3]> {
+    [-size..size, -size..size, -size..size]
+}
+
+/// A unit cube with warped faces, moved by `shift`.
+pub(super) fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]> {
+    let corners = [
+        [0., 0., 0.],
+        [1., 0., 0.],
+        [1., 1., 0.],
+        [0., 1., 0.],
+        [0., 0., 1.],
+        [1., 0., 1.],
+        [1., 1., 1.],
+        [0., 1., 1.],
+    ];
+    let moved = corners.iter().zip(warp);
+    moved.map(|(x, w)| add(&add(x, w), &shift)).collect()
+}
+
+pub(super) fn all_pairs(shell: &Shell) -> Vec<Pair> {
+    let (vertices, triangles) = (shell.skin.vertex_count, shell.skin.triangles.len() as u32);
+    let edges = shell.skin.edges.len() as u32;
+    let faces = (0..vertices).flat_map(|v| (0..triangles).map(move |t| Shell::face_pair(v, t)));
+    let crossings = (0..edges).flat_map(|a| (a + 1..edges).map(move |b| (a, b)));
+    let mut pairs: Vec<Pair> = faces.collect();
+    pairs.extend(crossings.map(|(a, b)| shell.edge_pair(a, b)));
+    pairs.retain(|&pair| {
+        let [one, other] = shell.blocks(pair);
+        one != other
+    });
+    pairs
+}
+
+/// All that is asked of pairs of a drift, as text: numbers with all their digits.
+fn answers(shell: &Shell, at: Positions<3>, velocity: &[[f64; 3]]) -> Vec<String> {
+    let slack = Slack {
+        within: 1e-6,
+        depth: 1e-8,
+        clear: f64::INFINITY,
+    };
+    let ask = |pair: &Pair| {
+        let pair = *pair;
+        let place = (shell.project(pair, at), shell.apart(pair, at));
+        let nearness = shell.nearness(pair, at, 0.1, 1e-4);
+        let rests = shell.rests(pair, at, velocity, 0.1, slack);
+        let time = shell.time_of_impact(pair, at, velocity, 0.1, 1e-4);
+        format!("{place:?} {nearness:?} {rests} {time:?}")
+    };
+    all_pairs(shell).par_iter().map(ask).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// What is kept of a surface changes no bit, on any number of threads, and is forgotten
+    /// when its room is emptied for other positions.
+    #[test]
+    fn what_is_kept_has_the_same_bits(
+        warp in [0, 1].map(|_| [0; 8].map(|_| vector(0.1))),
+        moves in [0, 1].map(|_| [0; 16].map(|_| vector(0.1))),
+        velocity in [0; 16].map(|_| vector(1.0)),
+    ) {
+        let cubes = [warped_cube([0.0; 3], &warp[0]), warped_cube([0.3, 0.2, 1.1], &warp[1])];
+        let mesh = mesh(&cubes.each_ref().map(|cube| (ElementKind::Hex8, cube.as_slice())));
+        let shell = Shell::new(&mesh, 1e-4);
+        for threads in [1, 4] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let mut room = shell.form(usize::MAX, None);
+            for displacement in &moves {
+                room = shell.form(0, room);
+                prop_assert!(room.is_some());
+                let at = Positions::new(&mesh.nodes, displacement);
+                let alone = answers(&shell, at, &velocity);
+                let together = pool.install(|| answers(&shell, at.with(room.as_ref()), &velocity));
+                prop_assert_eq!(alone, together);
+            }
+        }
+    }
+}
+
+proptest! {
+    /// Ridges that fall on each other across touch in time however small the angle
+    /// between them: the edges, or the ends of the upper one where these lie aside of the
+    /// lower by a tenth of the tolerance at most, or by a ten millionth of their length,
+    /// and sink in by that on its slopes.
+    #[test]
+    fn ridges_that_are_all_but_parallel_touch_in_time(
+        angle in (-9.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        tolerance in (-6.0..-3.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        size in 0.5..50.0_f64,
+    ) {
+        let (s, c) = angle.sin_cos();
+        let lower = [[-1.5, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, -1.0, -1.0], [0.0, 1.0, -1.0]];
+        let upper = [[-c, -s, 0.1], [c, s, 0.1], [0.0, 1.0, 1.1], [0.0, -1.0, 1.1]];
+        let [lower, upper] = [lower, upper].map(|nodes| nodes.map(|x| scale(size, &x)));
+        let mesh = mesh(&[(ElementKind::Tet4, &lower), (ElementKind::Tet4, &upper)]);
+        let shell = Shell::new(&mesh, tolerance);
+        let still = [[0.0; 3]; 8];
+        let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
+        let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
+        let at = Positions::new(&mesh.nodes, &still);
+        let times = all_pairs(&shell).into_iter().filter_map(|pair| {
+            shell.time_of_impact(pair, at, &velocity, 1.0, tolerance)
+        });
+        let first = times.fold(f64::MAX, f64::min);
+        let late = size * (first - 0.1);
+        prop_assert!(late <= 0.11 * tolerance + 1.1e-7 * size, "{late:e}");
+        // Edges, their distance and its change in a second are at most 3 sizes long.
+        let round_off = 3.0 * ROUND_OFF / f64::max(angle, 1e-7) * size;
+        prop_assert!(late >= -round_off, "{late:e}");
+    }
+}
+
+const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+
+/// Hexahedra of 1 m in the plane, whose tops lie at some height over each node.
+fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, Vec<[f64; 3]>)> {
+    let columns = (0..across[0]).flat_map(|x| (0..across[1]).map(move |y| [x as f64, y as f64]));
+    let cells = columns.map(|[x, y]| {
+        let ring = [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]];
+        let below = ring.map(|[x, y]| [x, y, top(x, y) - 1.0]);
+        let above = ring.map(|[x, y]| [x, y, top(x, y)]);
+        (ElementKind::Hex8, [below, above].concat())
+    });
+    cells.collect()
+}
+
+/// When a tetrahedron that goes a `way` along a unit vector, at 1 m/s, first touches a bed
+/// of one block, of which a contact holds it on a triangle of this normal already, if any.
+fn touches_bed(
+    bed: &[(ElementKind, Vec<[f64; 3]>)],
+    tip: [[f64; 3]; 4],
+    (along, held): ([f64; 3], Option<[f64; 3]>),
+    (way, tolerance): (f64, f64),
+) -> Option<f64> {
+    let mut mesh = joined(bed);
+    let first = mesh.nodes.len() as u32;
+    mesh.nodes.extend(tip);
+    mesh.elements.push(Element::new(
+        ElementKind::Tet4,
+        &[first, first + 1, first + 2, first + 3],
+    ));
+    let count = mesh.elements.len() as u32;
+    mesh.blocks.push(Block {
+        name: "tip".to_owned(),
+        source: 1,
+        nodes: first..first + 4,
+        elements: count - 1..count,
+    });
+    let shell = Shell::new(&mesh, tolerance);
+    let still = vec![[0.0; 3]; mesh.nodes.len()];
+    let mut velocity = still.clone();
+    velocity[first as usize..].fill(along);
+    let at = Positions::new(&mesh.nodes, &still);
+    let end = at.after(&velocity, way);
+    let times = all_pairs(&shell).into_iter().filter_map(|pair| {
+        let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
+        let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
+        let then = at.after(&velocity, time);
+        let rightful = rightful(&shell, pair, [then, end], tolerance, &|_| true)?;
+        let normal = shell.normal(rightful, then)?;
+        let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
+        (is_near && !is_held).then_some(time)
+    });
+    times.min_by(f64::total_cmp)
+}
+
+/// One block of cells that share the nodes that lie at one place.
+fn joined(cells: &[(ElementKind, Vec<[f64; 3]>)]) -> Mesh<3> {
+    let mut mesh = Mesh::default();
+    for (kind, corners) in cells {
+        let numbers = corners.iter().map(|corner| {
+            let known = mesh.nodes.iter().position(|node| node == corner);
+            known.unwrap_or_else(|| {
+                mesh.nodes.push(*corner);
+                mesh.nodes.len() - 1
+            }) as u32
+        });
+        let numbers: Vec<u32> = numbers.collect();
+        mesh.elements.push(Element::new(*kind, &numbers));
+    }
+    mesh.blocks.push(Block {
+        name: "bed".to_owned(),
+        source: 0,
+        nodes: 0..mesh.nodes.len() as u32,
+        elements: 0..mesh.elements.len() as u32,
+    });
+    mesh
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// A straight edge that falls on many elements whose faces bulge, each next to nothing,
+    /// sinks in by a quarter of the tolerance at most.
+    #[test]
+    fn a_long_edge_touches_a_face_that_bulges_little(
+        turn in (-7.0..-2.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        half in 1..12_usize,
+        turned in -0.2..0.2_f64,
+    ) {
+        let (middle, tolerance) = (half as f64, 1e-4);
+        let bed = bed([2 * half, 3], |x, _| -0.5 * turn * (x - middle).powi(2));
+        let (s, c) = turned.sin_cos();
+        let place = |along: f64, across: f64, z: f64| {
+            [middle + along * c - across * s, 1.5 + along * s + across * c, 0.1 + z]
+        };
+        let reach = middle + 1.0;
+        let blade = [place(-reach, 0.0, 0.0), place(reach, 0.0, 0.0), place(0.0, 3.0, 3.0), place(0.0, -3.0, 3.0)];
+        let time = touches_bed(&bed, blade, (DOWN, None), (0.2, tolerance));
+        let late = time.map(|time| time - 0.1);
+        prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * tolerance).contains(&late)), "{late:?}");
+    }
+
+    /// What slides down one side of a dent, a little deep in it, touches the other side
+    /// before it is deeper in that.
+    #[test]
+    fn what_slides_into_a_dent_touches_its_other_side(
+        turn in 0.021..1.5_f64,
+        depth in 0.0..0.9_f64,
+        place in 0.1..0.9_f64,
+    ) {
+        let tolerance = 1e-4;
+        let (s, c) = (0.5 * turn).sin_cos();
+        let bed = bed([2, 1], |x, _| s / c * (x - 1.0).abs());
+        let [way, deep] = [0.02, depth * tolerance];
+        // On the left side, that falls to the right.
+        let tip = [1.0 - 0.01 * c - deep * s, place, 0.01 * s - deep * c];
+        let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
+        let tip = [tip, corner(0.05, -0.05), corner(0.0, 0.05), corner(-0.05, -0.05)];
+        let time = touches_bed(&bed, tip, ([c, 0.0, -s], Some([s, 0.0, c])), (way, tolerance));
+        // 0.01 m down to the middle, less or more by what it is deep in the left.
+        let beyond = time.map(|time| (time - 0.01) * turn.sin());
+        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
+    }
+
+    /// What starts as deep as it may in a dent is held, however flat this is.
+    #[test]
+    fn what_is_in_a_dent_touches(
+        turn in (-7.0..0.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        depth in 0.0..1.0_f64,
+        aside in -1e-4..1e-4_f64,
+    ) {
+        let tolerance = 1e-4;
+        let slope = (0.5 * turn).tan();
+        let bed = bed([2, 2], |x, y| slope * ((x - 1.0).abs() + (y - 1.0).abs()));
+        let tip = [1.0 + aside, 1.0, slope * aside.abs() - depth * tolerance];
+        let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
+        let tip = [tip, corner(0.2, -0.15), corner(-0.05, 0.2), corner(-0.15, -0.15)];
+        let time = touches_bed(&bed, tip, (DOWN, None), (tolerance, tolerance));
+        prop_assert!(time.is_some());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// Whatever the gap, no rigid motion of both blocks together is a relative
+    /// motion, and no impulse changes either momentum.
+    #[test]
+    fn rigid_motions_are_no_relative_motions(
+        warp in proptest::array::uniform8(vector(0.15)),
+        shift in vector(0.4),
+        velocity in vector(1.0),
+        spin in vector(1.0),
+        anchor in [0.0..1.0_f64, 0.0..1.0_f64],
+    ) {
+        let one = warped_cube([0.0; 3], &warp);
+        let other = warped_cube(add(&[0.2, 0.1, 1.6], &shift), &warp);
+        let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+        let shell = Shell::new(&mesh, 1e-6);
+        let still = vec![[0.0; 3]; mesh.nodes.len()];
+        let at = Positions::new(&mesh.nodes, &still);
+        let rigid: Vec<[f64; 3]> =
+            mesh.nodes.iter().map(|x| add(&velocity, &cross(&spin, x))).collect();
+        let mut used = Operator::default();
+        for pair in all_pairs(&shell).into_iter().step_by(7) {
+            let projection = shell.project(pair, at);
+            if projection.outside > 1.0 {
+                continue; // all but parallel: nothing to be exact about
+            }
+            let operator = shell.operator(pair, &anchor, at);
+            // Of what storage has held before nothing stays.
+            shell.relate(&mut used, pair, &anchor, at, None);
+            let of = |operator: &Operator<3>| {
+                let rows = operator.rows[..operator.count].to_vec();
+                (operator.nodes().to_vec(), rows, operator.frame, operator.offset)
+            };
+            prop_assert_eq!(of(&used), of(&operator));
+            for r in 0..3 {
+                // Round-off of some hundred operations on lengths of order 1,
+                // over the sine of the edges' angle.
+                let relative = operator.relative_velocity(r, &rigid);
+                prop_assert!(relative.abs() < 1e-10, "{pair:?} {relative}");
+                let (mut momentum, mut moment) = ([0.0; 3], [0.0; 3]);
+                for (k, &node) in operator.nodes().iter().enumerate() {
+                    let impulse = operator.rows[k][r];
+                    add_scaled(&mut momentum, 1.0, &impulse);
+                    add_scaled(&mut moment, 1.0, &cross(&mesh.nodes[node as usize], &impulse));
+                }
+                prop_assert!(norm(&momentum) < 1e-12, "{pair:?} {momentum:?}");
+                prop_assert!(norm(&moment) < 1e-10, "{pair:?} {moment:?}");
+            }
+        }
+    }
+
+    /// What a pair lacks shrinks by no more than is said.
+    #[test]
+    fn what_lacks_to_touch_stays_until_nodes_have_moved_far_enough(
+        warp in proptest::array::uniform8(vector(0.1)),
+        shift in vector(0.3),
+        flat in 1e-2..1.0_f64,
+        reach in 1e-6..1e-2_f64,
+        ways in proptest::array::uniform16(vector(1.0)),
+        of_one in 0.0..1.0_f64,
+    ) {
+        let tolerance = 1e-4;
+        let squeeze = |[x, y, z]: [f64; 3]| [x, flat * y, z];
+        let one = warped_cube([0.0; 3], &warp);
+        let other = warped_cube(add(&[0.2, 0.1, 1.0], &shift), &warp);
+        let [one, other] = [one, other].map(|cube| cube.into_iter().map(squeeze).collect::<Vec<_>>());
+        let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+        let shell = Shell::new(&mesh, tolerance);
+        let still = vec![[0.0; 3]; 16];
+        let at = Positions::new(&mesh.nodes, &still);
+        for pair in all_pairs(&shell) {
+            let Nearness::Lacks(length) = shell.nearness(pair, at, reach, tolerance) else {
+                continue;
+            };
+            if length <= reach {
+                continue;
+            }
+            let way = (1.0 - 1e-9) * (length - reach) / STEEP;
+            let moved: Vec<[f64; 3]> = (0..16).map(|node| {
+                let own = if node < 8 { of_one } else { 1.0 - of_one };
+                scale(own * way / norm(&ways[node]), &ways[node])
+            }).collect();
+            let then = Positions::new(&mesh.nodes, &moved);
+            let nearness = shell.nearness(pair, then, reach, tolerance);
+            prop_assert!(nearness != Nearness::Near, "{pair:?} {length:e}");
+        }
+    }
+
+    /// The normal row is the rate of the gap where the two touch.
+    #[test]
+    fn the_normal_row_is_the_rate_of_the_gap(
+        warp in proptest::array::uniform8(vector(0.15)),
+        shift in vector(0.3),
+        rates in proptest::array::uniform16(vector(1.0)),
+    ) {
+        let one = warped_cube([0.0; 3], &warp);
+        let mut other = warped_cube(add(&[0.4, 0.3, 1.0], &shift), &warp);
+        let pairs = {
+            let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+            all_pairs(&Shell::new(&mesh, 1e-6))
+        };
+        for pair in pairs.into_iter().step_by(11) {
+            let close = |other: &[[f64; 3]]| {
+                let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, other)]);
+                let shell = Shell::new(&mesh, 1e-6);
+                let still = vec![[0.0; 3]; 16];
+                let at = Positions::new(&mesh.nodes, &still);
+                let projection = shell.project(pair, at);
+                (projection, shell.normal(pair, at), shell.blocks(pair))
+            };
+            // The second block is moved until the pair's gap is 0.
+            let (projection, normal, blocks) = close(&other);
+            let Some(normal) = normal.filter(|_| projection.outside < 1.0) else { continue };
+            let sign = if blocks[0] == 1 { -1.0 } else { 1.0 };
+            for node in &mut other {
+                add_scaled(node, sign * projection.gap, &normal);
+            }
+            let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
+            let shell = Shell::new(&mesh, 1e-6);
+            let still = vec![[0.0; 3]; 16];
+            let at = Positions::new(&mesh.nodes, &still);
+            let foot = shell.project(pair, at).foot;
+            let row = shell.operator(pair, &foot, at).relative_velocity(0, &rates);
+            let step = 1e-6;
+            let [ahead, back] = [step, -step].map(|t| {
+                let then = at.after(&rates, t);
+                (shell.project(pair, then).gap, shell.normal(pair, then))
+            });
+            // Edges whose surroundings do not tell which side is outside may turn
+            // their normal round between the two.
+            let steady = ahead.1.zip(back.1).is_some_and(|(a, b)| dot(&a, &b) > 0.0);
+            if !steady {
+                continue;
+            }
+            let [ahead, back] = [ahead.0, back.0];
+            let slope = (ahead - back) / (2.0 * step);
+            // Second derivatives of the gap over the sine of the edges' angle.
+            prop_assert!((row - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{pair:?} {row} {slope}");
+        }
+    }
+}
+
+#[test]
+fn a_quadrilateral_is_four_triangles_about_its_mean() {
+    let cube = warped_cube([0.0; 3], &[[0.0; 3]; 8]);
+    let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
+    let shell = Shell::new(&mesh, 1e-6);
+    let still = vec![[0.0; 3]; 8];
+    let at = Positions::new(&mesh.nodes, &still);
+    assert_eq!(shell.skin.triangles.len(), 24);
+    assert_eq!(shell.skin.edges.len(), 12 + 24);
+    let edges = 0..shell.skin.edges.len() as u32;
+    let sharp = edges.filter(|&edge| shell.skin.is_sharp(edge, at));
+    assert_eq!(sharp.count(), 12);
+    for triangle in 0..24 {
+        let centre = shell.skin.triangle(triangle, at)[2];
+        let out = sub(&centre, &[0.5; 3]);
+        let normal = shell.skin.normal(triangle, at);
+        // The mean of a face of the unit cube lies half its edge from the centre.
+        assert!(norm(&sub(&normal, &crate::math::vector::scale(2.0, &out))) < 1e-15);
+    }
+}
+
+/// Closes what touches: the contacts of two blocks, each once.
+fn contacts_of(shell: &Shell, at: Positions<3>, tolerance: f64) -> Vec<Pair> {
+    let mut contacts: Vec<Pair> = Vec::new();
+    for pair in all_pairs(shell) {
+        let projection = shell.project(pair, at);
+        let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
+        let counts = match shell.meeting(pair) {
+            Meeting::Crossing { main, target } => [main, target]
+                .iter()
+                .all(|&edge| shell.skin.is_sharp(edge, at)),
+            Meeting::Facing { .. } => true,
+        };
+        let known = |other: &Pair| shell.same_contact(*other, pair, at, tolerance);
+        if touches && counts && shell.admits(pair, at) && !contacts.iter().any(known) {
+            contacts.push(pair);
+        }
+    }
+    contacts
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// However two boxes lie on each other, and whatever they are divided into,
+    /// the contacts of their faces share the area that they have in common.
+    #[test]
+    fn contacts_share_the_whole_area(
+        shift in [-0.9..0.9_f64, -0.9..0.9_f64],
+        angle in 0.0..3.0_f64,
+        below in [1..4_usize, 1..4_usize],
+        above in [1..4_usize, 1..4_usize],
+        triangles in any::<bool>(),
+    ) {
+        let element = if triangles { ElementKind::Tet4 } else { ElementKind::Hex8 };
+        let cube = |name: &str, low: f64, divisions: [usize; 2]| {
+            let geometry = Geometry::Box {
+                min: vec![-0.5, -0.5, low],
+                max: vec![0.5, 0.5, low + 1.0],
+                divisions: vec![divisions[0], divisions[1], 1],
+                element,
+            };
+            mesh::tests::block(name, geometry)
+        };
+        let blocks = vec![cube("below", -1.0, below), cube("above", 0.0, above)];
+        let mut mesh: Mesh<3> = mesh::tests::shapes(blocks).expect("boxes mesh");
+        let (sine, cosine) = angle.sin_cos();
+        for node in mesh.blocks[1].nodes.clone() {
+            let [x, y, z] = mesh.nodes[node as usize];
+            mesh.nodes[node as usize] =
+                [cosine * x - sine * y + shift[0], sine * x + cosine * y + shift[1], z];
+        }
+        let still = vec![[0.0; 3]; mesh.nodes.len()];
+        let at = Positions::new(&mesh.nodes, &still);
+        let shell = Shell::new(&mesh, 1e-6);
+        let contacts = contacts_of(&shell, at, 1e-6);
+        let sum: f64 = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).1).sum();
+        let corners = |number: usize| {
+            let nodes = mesh.blocks[number].nodes.clone();
+            let outer = nodes.filter(|&node| {
+                let [x, y, z] = mesh.nodes[node as usize];
+                let from = if number == 1 { [x - shift[0], y - shift[1]] } else { [x, y] };
+                z == 0.0 && f64::hypot(from[0], from[1]) > 0.7
+            });
+            let mut outer: Vec<[f64; 2]> = outer
+                .map(|node| [mesh.nodes[node as usize][0], mesh.nodes[node as usize][1]])
+                .collect();
+            let [mx, my] = if number == 1 { shift } else { [0.0; 2] };
+            outer.sort_by(|a, b| {
+                f64::atan2(a[1] - my, a[0] - mx).total_cmp(&f64::atan2(b[1] - my, b[0] - mx))
+            });
+            outer
+        };
+        let common = crate::contact::narrow_phase::tributary_area::common_area(&corners(0), &corners(1));
+        // Pieces smaller than the tolerance have no corners of their own.
+        prop_assert!((sum - common).abs() < 1e-5, "{sum} of {common}, {} contacts", contacts.len());
+        let kinds = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).0);
+        if common > 0.01 {
+            for kind in kinds {
+                prop_assert_eq!(kind, crate::output::ContactKind::FaceFace);
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! What many pairs have in common of a surface at some positions: worked out when the first of
+//! them asks, and kept for the others, on all threads.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How many values are cleared together: those of features near each other.
+const TOGETHER: usize = 32;
+
+/// A surface at some positions, as far as any pair has asked.
+#[derive(Debug)]
+pub(crate) struct Formed<const D: usize> {
+    /// Points of the surface by number, m.
+    pub(super) points: Kept<[f64; D]>,
+    /// In space, how its triangles lie by number.
+    pub(super) shapes: Kept<Shape>,
+    /// In space, how its edges stand out by number.
+    pub(super) ridges: Kept<Ridge>,
+}
+
+/// How a triangle lies, and how large it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    /// Outward unit normal.
+    pub(super) normal: [f64; 3],
+    /// Twice its area, m².
+    pub(super) twice_area: f64,
+    /// The smallest of its heights over its edges, m.
+    pub(super) least_height: f64,
+}
+
+/// How an edge between two triangles stands out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ridge {
+    /// How far a straight line laid across it, between the far corners of both
+    /// triangles, is below it, m: ≤ 0 where it is re-entrant, infinite where it is
+    /// clearly sharp, or between more than two triangles.
+    pub(super) height: f64,
+    /// That over its turn, rad, where it is small: 1/(1/h₁ + 1/h₂) of the heights of
+    /// both triangles over the edge, m.
+    pub(super) arm: f64,
+    /// The smallest height of the two triangles over any of their edges, m; no more
+    /// than its own length.
+    pub(crate) least_height: f64,
+}
+
+impl<const D: usize> Formed<D> {
+    /// Of a surface with so many points, triangles and edges, of which nothing is known.
+    pub(super) fn new([points, triangles, edges]: [usize; 3]) -> Self {
+        Self {
+            points: Kept::new(points),
+            shapes: Kept::new(triangles),
+            ridges: Kept::new(edges),
+        }
+    }
+
+    /// Forgets all: positions have changed.
+    pub(super) fn clear(&mut self) {
+        self.points.clear();
+        self.shapes.clear();
+        self.ridges.clear();
+    }
+}
+
+/// Values by number, each from when it is first asked for.
+#[derive(Debug)]
+pub(super) struct Kept<T>(Vec<Few<T>>);
+
+/// Values that are cleared together.
+#[derive(Debug)]
+struct Few<T> {
+    /// Whether there may be any.
+    is_used: AtomicBool,
+    values: [OnceLock<T>; TOGETHER],
+}
+
+impl<T> Default for Few<T> {
+    fn default() -> Self {
+        Self {
+            is_used: AtomicBool::new(false),
+            values: [const { OnceLock::new() }; TOGETHER],
+        }
+    }
+}
+
+impl<T: Copy> Kept<T> {
+    /// None yet of so many.
+    fn new(count: usize) -> Self {
+        let all = std::iter::repeat_with(Few::default);
+        Self(all.take(count.div_ceil(TOGETHER)).collect())
+    }
+
+    /// The value with this number; `work` finds it if nobody has asked yet. Whoever does finds
+    /// the same.
+    #[inline]
+    pub(super) fn get(&self, number: u32, work: impl FnOnce() -> T) -> T {
+        let few = &self.0[number as usize / TOGETHER];
+        *few.values[number as usize % TOGETHER].get_or_init(|| {
+            few.is_used.store(true, Ordering::Relaxed);
+            work()
+        })
+    }
+
+    fn clear(&mut self) {
+        for few in &mut self.0 {
+            if *few.is_used.get_mut() {
+                *few = Few::default();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_is_worked_out_once_until_it_is_forgotten() {
+        let mut formed = Formed::<3>::new([100; 3]);
+        let ask = |formed: &Formed<3>, x: f64| {
+            for number in [0, 31, 32, 99] {
+                let x = x + f64::from(number);
+                let point = formed.points.get(number, || [x; 3]);
+                let shape = formed.shapes.get(number, || Shape {
+                    normal: [x; 3],
+                    twice_area: x,
+                    least_height: x,
+                });
+                let ridge = formed.ridges.get(number, || Ridge {
+                    height: x,
+                    arm: x,
+                    least_height: x,
+                });
+                assert_eq!([point[0], shape.twice_area], [ridge.height; 2]);
+            }
+            formed.points.get(99, || unreachable!("it is known"))[0] - 99.0
+        };
+        assert_eq!([ask(&formed, 1.0), ask(&formed, 2.0)], [1.0, 1.0]);
+        formed.clear();
+        assert_eq!(ask(&formed, 2.0), 2.0);
+    }
+}

@@ -1,0 +1,553 @@
+//! The boundary of all blocks in space as triangles with their edges and
+//! vertices.
+
+use crate::contact::detection::grid::Aabb;
+use crate::contact::surface::Positions;
+use crate::contact::surface::geometry_cache::{Formed, Ridge, Shape};
+use crate::math::adjacency::Around;
+use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
+use crate::mesh::{Block, Mesh};
+
+/// Turn of the boundary at an edge, rad, from which on it is sharp whatever its
+/// size.
+const SHARP: f64 = 0.1;
+
+/// cos [`SHARP`].
+const COSINE_OF_SHARP: f64 = 0.995_004_165_278_025_8;
+
+/// Sine of the turn, either way, up to which a glance at an edge may tell that it is flat, below
+/// that of [`SHARP`]; and what it allows of what an edge may stand out: the angle of this sine is
+/// larger by 1.4e-3 of it.
+const FLAT: f64 = 0.09;
+const CAUTION: f64 = 0.99;
+
+/// Sine up to which the angle is its series to the third power, to round-off.
+const SERIES: f64 = 1e-3;
+
+/// What a straight edge laid across a flat one may sink in, over the tolerance of
+/// contact.
+const SAGITTA: f64 = 0.25;
+
+/// Turn, rad, of an edge that is clearly re-entrant.
+const REENTRANT: f64 = -0.1;
+
+/// Turn, rad, up to which the first order says enough with a tenth of a radian to spare.
+const SMALL: f64 = 0.5;
+
+/// Nodes of an edge or a triangle at most: those of a quadrilateral.
+const MOST: usize = 4;
+
+/// A corner of triangles: a boundary node, or the mean of a quadrilateral's
+/// four.
+#[derive(Clone, Debug)]
+struct Corner {
+    nodes: Nodes,
+    block: u32,
+}
+
+/// Up to four nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Nodes {
+    list: [u32; MOST],
+    count: usize,
+}
+
+impl Nodes {
+    fn push(&mut self, node: u32) {
+        if !self.contains(&node) {
+            self.list[self.count] = node;
+            self.count += 1;
+        }
+    }
+}
+
+impl FromIterator<u32> for Nodes {
+    fn from_iter<I: IntoIterator<Item = u32>>(nodes: I) -> Self {
+        let mut all = Self::default();
+        nodes.into_iter().for_each(|node| all.push(node));
+        all
+    }
+}
+
+impl std::ops::Deref for Nodes {
+    type Target = [u32];
+
+    fn deref(&self) -> &[u32] {
+        &self.list[..self.count]
+    }
+}
+
+/// A triangle of the boundary, counter-clockwise seen from outside.
+#[derive(Clone, Debug)]
+pub(crate) struct Triangle {
+    /// Its corners.
+    pub(crate) corners: [u32; 3],
+    /// Its edges: the k-th goes from corner k to corner k + 1.
+    pub(crate) edges: [u32; 3],
+    /// The facet of the mesh that it is a part of.
+    pub(crate) facet: u32,
+    nodes: Nodes,
+}
+
+/// An edge of triangles.
+#[derive(Clone, Debug)]
+pub(crate) struct Edge {
+    /// The corners at its ends.
+    pub(crate) ends: [u32; 2],
+    /// The triangles on its sides, one along it from its first end to its second,
+    /// the other back; `None` where there are more than two.
+    pub(crate) sides: Option<[u32; 2]>,
+    nodes: Nodes,
+}
+
+/// The boundary of all blocks in space.
+#[derive(Clone, Debug)]
+pub(crate) struct Skin {
+    /// Vertices first: one a boundary node.
+    corners: Vec<Corner>,
+    pub(crate) vertex_count: u32,
+    /// Facets of the mesh: their vertices, counter-clockwise seen from outside.
+    facets: Vec<Nodes>,
+    pub(crate) triangles: Vec<Triangle>,
+    pub(crate) edges: Vec<Edge>,
+    /// Edges and triangles around corners.
+    edges_at: Around,
+    triangles_at: Around,
+    /// How far each block is across at the start, m.
+    sizes: Vec<f64>,
+    /// Tolerance of contact, m.
+    pub(crate) tolerance: f64,
+}
+
+impl Skin {
+    /// The boundary of `mesh`, for contact within `tolerance`, m.
+    ///
+    /// A quadrilateral becomes four triangles about the mean of its nodes: blocks
+    /// that share it agree on where it is, warped or not, and a force on its
+    /// middle goes to all four nodes alike.
+    pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
+        let facets: Vec<Nodes> = mesh
+            .boundary_facets()
+            .iter()
+            .map(|&facet| mesh.facet_nodes(facet).collect())
+            .collect();
+        let mut nodes: Vec<u32> = facets.iter().flat_map(|f| f.iter().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let block_of = |node: u32| mesh.blocks.partition_point(|b| b.nodes.end <= node) as u32;
+        let corner = |nodes: Nodes| Corner {
+            nodes,
+            block: block_of(nodes[0]),
+        };
+        let mut corners: Vec<Corner> = nodes
+            .iter()
+            .map(|&node| corner(Nodes::from_iter([node])))
+            .collect();
+        let vertex_of = |node: u32| nodes.partition_point(|&other| other < node) as u32;
+        let mut triangles = Vec::with_capacity(4 * facets.len());
+        for (number, facet) in facets.iter().enumerate() {
+            let mut add = |corners: [u32; 3]| {
+                triangles.push(Triangle {
+                    corners,
+                    edges: [u32::MAX; 3], // told by `edges_of`
+                    facet: number as u32,
+                    nodes: *facet,
+                });
+            };
+            let around: Vec<u32> = facet.iter().map(|&node| vertex_of(node)).collect();
+            if let &[a, b, c] = around.as_slice() {
+                add([a, b, c]);
+                continue;
+            }
+            let mean = corners.len() as u32;
+            corners.push(corner(*facet));
+            for k in 0..around.len() {
+                add([around[k], around[(k + 1) % around.len()], mean]);
+            }
+        }
+        let of_vertices = |facet: &Nodes| facet.iter().map(|&node| vertex_of(node)).collect();
+        let edges = edges_of(&mut triangles, &corners);
+        let count = corners.len();
+        let size = |block: &Block| {
+            let nodes = block.nodes.start as usize..block.nodes.end as usize;
+            let Aabb { min, max } = Aabb::around(mesh.nodes[nodes].iter().copied(), 0.0);
+            norm(&sub(&max, &min))
+        };
+        Self {
+            sizes: mesh.blocks.iter().map(size).collect(),
+            vertex_count: nodes.len() as u32,
+            facets: facets.iter().map(of_vertices).collect(),
+            edges_at: Around::new(edges.iter().map(|e| e.ends.as_slice()), count),
+            triangles_at: Around::new(triangles.iter().map(|t| t.corners.as_slice()), count),
+            corners,
+            triangles,
+            edges,
+            tolerance,
+        }
+    }
+
+    /// Nodes of a corner; each has the same share in it.
+    pub(crate) fn nodes_of_corner(&self, corner: u32) -> &[u32] {
+        &self.corners[corner as usize].nodes
+    }
+
+    /// Nodes of an edge.
+    pub(super) fn nodes_of_edge(&self, edge: u32) -> &[u32] {
+        &self.edges[edge as usize].nodes
+    }
+
+    /// Nodes of a triangle.
+    pub(super) fn nodes_of_triangle(&self, triangle: u32) -> &[u32] {
+        &self.triangles[triangle as usize].nodes
+    }
+
+    /// Vertices of a facet of the mesh.
+    pub(crate) fn facet(&self, facet: u32) -> &[u32] {
+        &self.facets[facet as usize]
+    }
+
+    /// The edge between two vertices of a facet.
+    pub(crate) fn edge_between(&self, one: u32, other: u32) -> Option<u32> {
+        let edges = self.edges_at(one).iter().copied();
+        let mut ends = edges.filter(|&e| self.edges[e as usize].ends.contains(&other));
+        ends.next()
+    }
+
+    /// Block of a corner.
+    pub(super) fn block(&self, corner: u32) -> u32 {
+        self.corners[corner as usize].block
+    }
+
+    /// Edges that end at a corner.
+    pub(crate) fn edges_at(&self, corner: u32) -> &[u32] {
+        self.edges_at.of(corner)
+    }
+
+    /// Triangles that meet at a corner.
+    pub(crate) fn triangles_at(&self, corner: u32) -> &[u32] {
+        self.triangles_at.of(corner)
+    }
+
+    /// What the nodes of a corner have on average of `of`.
+    pub(crate) fn mean(&self, corner: u32, of: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
+        match self.nodes_of_corner(corner) {
+            &[node] => of(node),
+            nodes => {
+                let sum = nodes
+                    .iter()
+                    .fold([0.0; 3], |sum, &node| add(&sum, &of(node)));
+                scale(1.0 / nodes.len() as f64, &sum)
+            }
+        }
+    }
+
+    /// Position of a corner, m.
+    #[inline]
+    pub(crate) fn point(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
+        match at.formed {
+            Some(formed) => formed.points.get(corner, || self.point_of(corner, at)),
+            None => self.point_of(corner, at),
+        }
+    }
+
+    /// The same, whether it is kept or not.
+    fn point_of(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
+        self.mean(corner, |node| at.at(node))
+    }
+
+    /// Positions of a triangle's corners, m.
+    pub(crate) fn triangle(&self, triangle: u32, at: Positions<3>) -> [[f64; 3]; 3] {
+        let [a, b, c] = self.triangles[triangle as usize].corners;
+        [self.point(a, at), self.point(b, at), self.point(c, at)]
+    }
+
+    /// Positions of an edge's ends, m.
+    pub(crate) fn edge(&self, edge: u32, at: Positions<3>) -> [[f64; 3]; 2] {
+        let [a, b] = self.edges[edge as usize].ends;
+        [self.point(a, at), self.point(b, at)]
+    }
+
+    /// Outward unit normal of a triangle.
+    #[inline]
+    pub(crate) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
+        match at.formed {
+            Some(_) => self.shape(triangle, at).normal,
+            None => scaled_normal(&self.triangle(triangle, at)).0,
+        }
+    }
+
+    /// How a triangle lies.
+    #[inline]
+    fn shape(&self, triangle: u32, at: Positions<3>) -> Shape {
+        match at.formed {
+            Some(formed) => formed.shapes.get(triangle, || self.shape_of(triangle, at)),
+            None => self.shape_of(triangle, at),
+        }
+    }
+
+    /// The same, whether it is kept or not.
+    fn shape_of(&self, triangle: u32, at: Positions<3>) -> Shape {
+        let corners = self.triangle(triangle, at);
+        let (normal, twice_area) = scaled_normal(&corners);
+        let [a, b, c] = corners;
+        let sides = [sub(&b, &a), sub(&c, &b), sub(&a, &c)];
+        let longest = sides.iter().map(|side| dot(side, side)).fold(0.0, f64::max);
+        Shape {
+            normal,
+            twice_area,
+            least_height: twice_area / longest.sqrt(),
+        }
+    }
+
+    /// Room for all points, shapes and ridges.
+    pub(super) fn form(&self) -> Formed<3> {
+        Formed::new([self.corners.len(), self.triangles.len(), self.edges.len()])
+    }
+
+    /// Direction from `corner` along an edge that ends there, of its length.
+    pub(crate) fn away(&self, corner: u32, edge: u32, at: Positions<3>) -> [f64; 3] {
+        let [a, b] = self.edge(edge, at);
+        if self.edges[edge as usize].ends[0] == corner {
+            sub(&b, &a)
+        } else {
+            sub(&a, &b)
+        }
+    }
+
+    /// Unit vectors across an edge into the triangles on its two sides; `None`
+    /// where there are more than two.
+    pub(crate) fn directions_into_sides(
+        &self,
+        edge: u32,
+        at: Positions<3>,
+    ) -> Option<[[f64; 3]; 2]> {
+        let sides = self.edges[edge as usize].sides?;
+        let [a, b] = self.edge(edge, at);
+        let along = sub(&b, &a);
+        let along = scale(1.0 / norm(&along), &along);
+        let normals = sides.map(|side| self.normal(side, at));
+        Some([cross(&normals[0], &along), cross(&along, &normals[1])])
+    }
+
+    /// Angle by which the boundary turns at an edge, rad: positive where it is
+    /// convex, and where more than two triangles meet.
+    pub(crate) fn turn(&self, edge: u32, at: Positions<3>) -> f64 {
+        let Some(sides) = self.edges[edge as usize].sides else {
+            return std::f64::consts::PI;
+        };
+        let [a, b] = self.edge(edge, at);
+        let along = sub(&b, &a);
+        let [sine, cosine] = self.turned(sides, &along, norm(&along), at);
+        angle(sine, cosine)
+    }
+
+    /// Sine and cosine of the angle by which the boundary turns from one triangle to
+    /// another over the edge `along`, of a length, m.
+    fn turned(&self, sides: [u32; 2], along: &[f64; 3], length: f64, at: Positions<3>) -> [f64; 2] {
+        let [one, other] = sides.map(|side| self.normal(side, at));
+        let sine = dot(&cross(&one, &other), along) / length;
+        [sine, dot(&one, &other)]
+    }
+
+    /// Whether an edge can meet other edges: it is convex, and so sharp that one
+    /// laid across it would sink in by more than a quarter of the tolerance
+    /// before its ends touch.
+    pub(crate) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
+        self.is_sharp_under(edge, 0.0, at)
+    }
+
+    /// The same for one of a length, m, that may reach over many edges which turn alike.
+    pub(crate) fn is_sharp_under(&self, edge: u32, length: f64, at: Positions<3>) -> bool {
+        let ridge = self.ridge(edge, at);
+        let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
+        ridge.height * widened > SAGITTA * self.tolerance
+    }
+
+    /// Whether an edge is surely not [sharp](Self::is_sharp_under), told without a root: of
+    /// meshed faces on each other most edges are so.
+    ///
+    /// With e the edge, N₁ and N₂ the normals of its triangles of twice their areas, and c the
+    /// way to the far corner of the first, the sine of its turn is −N₂·c |e|/|N₁||N₂|. Its arm is
+    /// 1/(|e|/|N₁| + |e|/|N₂|), and times that sine −N₂·c/(|N₁| + |N₂|), which is no more than
+    /// over |N₁ + N₂|.
+    pub(crate) fn is_flat_under(&self, edge: u32, length: f64, at: Positions<3>) -> bool {
+        let Edge { ends, sides, .. } = &self.edges[edge as usize];
+        let Some(sides) = *sides else {
+            return false;
+        };
+        let start = self.point(ends[0], at);
+        let from_start = |corner: u32| sub(&self.point(corner, at), &start);
+        let along = from_start(ends[1]);
+        let [one, other] = sides.map(|side| from_start(self.far_corner(side, edge)));
+        let normals = [cross(&along, &one), cross(&other, &along)];
+        let squares = normals.map(|normal| dot(&normal, &normal));
+        let (square, below) = (dot(&along, &along), -dot(&normals[1], &one));
+        let turns = below * below * square > FLAT * FLAT * squares[0] * squares[1];
+        if turns || dot(&normals[0], &normals[1]) <= 0.0 {
+            return false;
+        }
+        let length = length.min(self.sizes[self.block(ends[0]) as usize]);
+        let arms = 2.0 * square * (1.0 / squares[0] + 1.0 / squares[1]);
+        let widened = f64::max(1.0, length * length * arms / 16.0);
+        let sum = add(&normals[0], &normals[1]);
+        let allowed = CAUTION * SAGITTA * self.tolerance;
+        below <= 0.0 || (below * widened).powi(2) <= allowed * allowed * dot(&sum, &sum)
+    }
+
+    /// The corner of a triangle that is not on one of its edges.
+    fn far_corner(&self, triangle: u32, edge: u32) -> u32 {
+        let Triangle { corners, edges, .. } = &self.triangles[triangle as usize];
+        let k = edges.iter().position(|&of| of == edge).unwrap_or(0);
+        corners[(k + 2) % 3]
+    }
+
+    /// What times its turn is how far a straight edge of a length, m, laid across an edge
+    /// is below it, m: the [arm](Ridge::arm) a, or, over the many edges of a face of curvature
+    /// turn/2a, the sagitta of its length, no more than the block is across.
+    fn arm_under(&self, edge: u32, ridge: &Ridge, length: f64) -> f64 {
+        let length = length.min(self.sizes[self.block(self.edges[edge as usize].ends[0]) as usize]);
+        f64::max(ridge.arm, length * length / (16.0 * ridge.arm))
+    }
+
+    /// How far the nodes beside an edge must have moved, each its own way, m, before
+    /// it is [sharp](Self::is_sharp_under), at least; less than 0 where it is.
+    ///
+    /// With m the least height, a way w of all turns each of the two triangles by 2w/m
+    /// at most, so raises the ridge by 4aw/m at first order; a fifth more covers what m
+    /// and the arm a change by meanwhile.
+    pub(crate) fn sharpens_after(&self, edge: u32, length: f64, at: Positions<3>) -> f64 {
+        let ridge = self.ridge(edge, at);
+        if ridge.height.is_infinite() {
+            return f64::NEG_INFINITY;
+        }
+        let arm = self.arm_under(edge, &ridge, length);
+        // The arm is half of the least height or more: this is below a ridge that
+        // turns by REENTRANT, through which all that turn farther back must come.
+        let height = (ridge.height * arm / ridge.arm).max(0.5 * REENTRANT * ridge.least_height);
+        let sharp = f64::min(SAGITTA * self.tolerance, SHARP * arm);
+        (sharp - height) * ridge.least_height / (5.0 * arm)
+    }
+
+    /// Whether an edge is sharp or may be so before nodes beside it have moved by
+    /// `margin`, m: each triangle turns by twice that over its smallest height, or less,
+    /// and where that is no small angle anything may be.
+    pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>, margin: f64) -> bool {
+        let turns = 4.0 * margin / self.ridge(edge, at).least_height;
+        turns > SMALL || self.turn(edge, at) > REENTRANT - turns
+    }
+
+    /// How an edge stands out.
+    #[inline]
+    pub(crate) fn ridge(&self, edge: u32, at: Positions<3>) -> Ridge {
+        match at.formed {
+            Some(formed) => formed.ridges.get(edge, || self.ridge_of(edge, at)),
+            None => self.ridge_of(edge, at),
+        }
+    }
+
+    /// The same, whether it is kept or not.
+    fn ridge_of(&self, edge: u32, at: Positions<3>) -> Ridge {
+        let [a, b] = self.edge(edge, at);
+        let along = sub(&b, &a);
+        let length = norm(&along);
+        let (mut bend, mut least_height) = (0.0, length);
+        for side in self.edges[edge as usize].sides.into_iter().flatten() {
+            let shape = self.shape(side, at);
+            bend += length / shape.twice_area;
+            least_height = least_height.min(shape.least_height);
+        }
+        let arm = 1.0 / bend;
+        let sides = self.edges[edge as usize].sides;
+        let turned = sides.map(|sides| self.turned(sides, &along, length, at));
+        // What is not a number is not sharp.
+        let below = turned.filter(|[sine, cosine]| !(*sine >= 0.0 && *cosine <= COSINE_OF_SHARP));
+        Ridge {
+            height: below.map_or(f64::INFINITY, |[sine, cosine]| angle(sine, cosine) * arm),
+            arm,
+            least_height,
+        }
+    }
+
+    /// Sum of the normals on the two sides of an edge.
+    pub(crate) fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for side in self.edges[edge as usize].sides.into_iter().flatten() {
+            add_scaled(&mut sum, 1.0, &self.normal(side, at));
+        }
+        sum
+    }
+
+    /// Whether an edge that is not [sharp](Self::is_sharp_under) may be so `duration` seconds
+    /// later, at constant velocities: seen from one of its ends.
+    pub(crate) fn may_sharpen(
+        &self,
+        edge: u32,
+        length: f64,
+        at: Positions<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+    ) -> bool {
+        let of = |corner: u32| self.mean(corner, |node| velocity[node as usize]);
+        let own = of(self.edges[edge as usize].ends[0]);
+        let sides = self.edges[edge as usize].sides.into_iter().flatten();
+        let corners = sides.flat_map(|side| self.triangles[side as usize].corners);
+        let speeds = corners.map(|corner| norm(&sub(&of(corner), &own)));
+        duration * speeds.fold(0.0, f64::max) > self.sharpens_after(edge, length, at)
+    }
+
+    /// The triangle on the other side of edge `k` of a triangle.
+    pub(crate) fn across(&self, triangle: u32, k: usize) -> Option<u32> {
+        let edge = self.triangles[triangle as usize].edges[k];
+        let [one, other] = self.edges[edge as usize].sides?;
+        Some(if one == triangle { other } else { one })
+    }
+}
+
+/// The angle of a sine and a cosine, rad: most are small.
+#[inline]
+fn angle(sine: f64, cosine: f64) -> f64 {
+    if cosine > 0.0 && sine.abs() < SERIES {
+        sine * (1.0 + sine * sine / 6.0)
+    } else {
+        sine.atan2(cosine)
+    }
+}
+
+/// Outward unit normal of a triangle, and twice its area, m².
+#[inline]
+pub(crate) fn scaled_normal([a, b, c]: &[[f64; 3]; 3]) -> ([f64; 3], f64) {
+    let normal = cross(&sub(b, a), &sub(c, a));
+    let twice_area = norm(&normal);
+    (scale(1.0 / twice_area, &normal), twice_area)
+}
+
+/// The edges of the triangles, which learn their numbers.
+fn edges_of(triangles: &mut [Triangle], corners: &[Corner]) -> Vec<Edge> {
+    let mut sides: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(3 * triangles.len());
+    for (number, triangle) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let ends = [triangle.corners[k], triangle.corners[(k + 1) % 3]];
+            sides.push((ends, number as u32, k));
+        }
+    }
+    let key = |ends: [u32; 2]| (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    sides.sort_unstable_by_key(|&(ends, triangle, k)| (key(ends), triangle, k));
+    let mut edges = Vec::with_capacity(sides.len() / 2);
+    for around in sides.chunk_by(|one, other| key(one.0) == key(other.0)) {
+        let ends = around[0].0;
+        let mut nodes = Nodes::default();
+        for end in ends {
+            let of_end = corners[end as usize].nodes.iter();
+            of_end.for_each(|&node| nodes.push(node));
+        }
+        for &(_, triangle, k) in around {
+            triangles[triangle as usize].edges[k] = edges.len() as u32;
+        }
+        let sides = match around {
+            [one, other] if other.0 == [ends[1], ends[0]] => Some([one.1, other.1]),
+            _ => None,
+        };
+        edges.push(Edge { ends, sides, nodes });
+    }
+    edges
+}

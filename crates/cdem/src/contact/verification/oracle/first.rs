@@ -1,0 +1,144 @@
+//! The first touch of two blocks, by the search and by brute force.
+
+use crate::contact::detection::candidates::Patches;
+use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::surface::{Nearness, Pair, Positions, Projection, Surface};
+use crate::contact::verification::oracle::TOLERANCE;
+use crate::contact::verification::oracle::meeting::Meeting;
+use crate::contact::verification::oracle::space::Space;
+use crate::math::vector::{add_scaled, norm, scale};
+
+/// The first touch of a meeting within a second.
+#[derive(Debug)]
+pub(super) struct First<const D: usize> {
+    pub(super) time: f64,
+    /// No other pair is within the tolerance of touching then.
+    pub(super) is_only: bool,
+    /// Nodes of main and target, sorted.
+    features: [Vec<u32>; 2],
+    normal: [f64; D],
+}
+
+/// When a pair touches, and to which one that touch belongs.
+#[derive(Clone, Copy)]
+struct Touch {
+    pair: Pair,
+    pub(crate) time: f64,
+    rightful: Pair,
+}
+
+impl<const D: usize> First<D> {
+    /// Of all pairs, and of those that the broad phase and nearness leave.
+    pub(super) fn of<S: Space<D>>(meeting: &Meeting<D>) -> [Option<Self>; 2] {
+        let surface = S::surface(&meeting.mesh);
+        let still = vec![[0.0; D]; meeting.mesh.nodes.len()];
+        let at = Positions::new(&meeting.mesh.nodes, &still);
+        let block = |node: u32| u32::from(node >= meeting.mesh.blocks[1].nodes.start);
+        let mut all = Vec::new();
+        for [mains, targets] in surface.families() {
+            for main in mains {
+                all.extend(targets.clone().map(|target| Pair { main, target }));
+            }
+        }
+        all.retain(|&pair| {
+            let main = block(surface.main_nodes(pair.main)[0]);
+            main != block(surface.target_nodes(pair.target)[0]) && surface.matches(pair)
+        });
+        let fastest = meeting.velocity.iter().map(norm).fold(0.0, f64::max);
+        let reach = 2.0 * fastest;
+        let block_of: Vec<u32> = (0..still.len() as u32).map(block).collect();
+        let patches = Patches::new(&*surface, &block_of, &meeting.mesh.nodes);
+        let margin = |_| 0.5 * (reach + TOLERANCE);
+        let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
+        near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == Nearness::Near);
+        let formed = surface.form(all.len(), None);
+        let at = at.with(formed.as_ref());
+        let touch = |pair: &Pair| {
+            let velocity = &meeting.velocity;
+            let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
+            // A whole drift on, as for the touches of a step.
+            let moments = [time, time + 1.0].map(|time| at.after(velocity, time));
+            let rightful = rightful(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
+            Some(Touch {
+                pair: *pair,
+                time,
+                rightful,
+            })
+        };
+        let touches: Vec<Touch> = all.iter().filter_map(touch).collect();
+        near.sort_unstable();
+        let found = touches.iter().copied();
+        let found = found.filter(|touch| near.binary_search(&touch.pair).is_ok());
+        let found: Vec<Touch> = found.collect();
+        [touches, found].map(|touches| Self::among(&touches, &near, (meeting, &*surface, at)))
+    }
+
+    fn among(
+        touches: &[Touch],
+        near: &[Pair],
+        (meeting, surface, at): (&Meeting<D>, &dyn Surface<D>, Positions<D>),
+    ) -> Option<Self> {
+        let first = touches
+            .iter()
+            .min_by(|one, other| one.time.total_cmp(&other.time))?;
+        let (time, pair) = (first.time, first.rightful);
+        let then = at.after(&meeting.velocity, time);
+        let is_close = |other: &Pair| {
+            let Projection { gap, outside, .. } = surface.project(*other, then);
+            gap.abs() <= TOLERANCE && outside <= TOLERANCE
+        };
+        let mut others = near.iter().filter(|&&other| other != pair);
+        let foot = surface.project(pair, then).foot;
+        Some(Self {
+            time,
+            is_only: !others.any(is_close),
+            features: features(surface, pair),
+            normal: surface.operator(pair, &foot, then).frame[0],
+        })
+    }
+
+    /// Whether this is what somebody sees for whom all is turned and whose blocks, of so
+    /// many nodes, are the other way round.
+    pub(super) fn is_seen_as<S: Space<D>>(
+        &self,
+        other: &Self,
+        angles: [f64; 3],
+        swapped: Option<[u32; 2]>,
+    ) -> bool {
+        let number = |node: &u32| match swapped {
+            Some([first, second]) if *node < first => node + second,
+            Some([first, _]) => node - first,
+            None => *node,
+        };
+        let named = |nodes: &Vec<u32>| {
+            let mut nodes: Vec<u32> = nodes.iter().map(number).collect();
+            nodes.sort_unstable();
+            nodes
+        };
+        let [main, target] = self.features.each_ref().map(named);
+        // Of two edges, that with the smaller number is the main one.
+        let sense = if [&main, &target] == [&other.features[0], &other.features[1]] {
+            1.0
+        } else if [&target, &main] == [&other.features[0], &other.features[1]] {
+            -1.0
+        } else {
+            return false;
+        };
+        let mut apart = S::turn(&self.normal, angles);
+        add_scaled(&mut apart, -1.0, &scale(sense, &other.normal));
+        // Round-off of positions, 1e-15, over the least sine of two edges that cross, 1e-7.
+        norm(&apart) < 1e-8
+    }
+}
+
+fn features<const D: usize>(surface: &dyn Surface<D>, pair: Pair) -> [Vec<u32>; 2] {
+    [
+        surface.main_nodes(pair.main),
+        surface.target_nodes(pair.target),
+    ]
+    .map(|nodes| {
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        nodes
+    })
+}

@@ -1,0 +1,261 @@
+//! Two blocks that meet, drawn at random.
+
+use fastrand::Rng;
+
+use crate::contact::verification::oracle::space::Space;
+use crate::math::vector::{add, add_scaled, dot, norm, sub};
+use crate::mesh::{Block, Element, ElementKind, Mesh};
+
+/// Two blocks, and velocities that keep each of their cells convex and its faces plane:
+/// x' = v + G (x − centre).
+#[derive(Debug, Default)]
+pub(super) struct Meeting<const D: usize> {
+    pub(super) mesh: Mesh<D>,
+    pub(super) velocity: Vec<[f64; D]>,
+}
+
+/// What is drawn at random.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Draw {
+    /// Positions, angles and velocities are few round numbers: much is parallel,
+    /// flush and head-on.
+    pub(super) degenerate: bool,
+    /// All but degenerate: by relative 1e-3 to 1e-12, each meeting its own.
+    pub(super) noisy: bool,
+    /// They touch at the start.
+    pub(super) rests: bool,
+    /// Bars and corners of two or three cells; else one cell.
+    pub(super) bent: bool,
+    /// Thickness of the second block, m.
+    pub(super) thickness: f64,
+    /// Relative motion of the two, m.
+    pub(super) motion: f64,
+}
+
+pub(super) fn number(random: &mut Rng, size: f64) -> f64 {
+    size * (2.0 * random.f64() - 1.0)
+}
+
+fn vector<const D: usize>(random: &mut Rng, size: f64) -> [f64; D] {
+    std::array::from_fn(|_| number(random, size))
+}
+
+/// Nodes about 0, and cells of them.
+struct Shape<const D: usize> {
+    nodes: Vec<[f64; D]>,
+    kind: ElementKind,
+    cells: Vec<Vec<u32>>,
+}
+
+impl<const D: usize> Shape<D> {
+    fn random<S: Space<D>>(random: &mut Rng, bent: bool) -> Self {
+        if bent {
+            return Self::bent::<S>(random.usize(2..=3));
+        }
+        let kind = S::KINDS[random.usize(..S::KINDS.len())];
+        let nodes = S::corners(kind);
+        let cells = vec![(0..nodes.len() as u32).collect()];
+        Self { nodes, kind, cells }
+    }
+
+    /// Two squares or cubes in a row, and one beside the first of them.
+    fn bent<S: Space<D>>(count: usize) -> Self {
+        let place = |x: u8, y: u8| [x, y].map(|c| 0.5 * f64::from(c) - 0.5);
+        let rows = [
+            [0, 0],
+            [1, 0],
+            [2, 0],
+            [0, 1],
+            [1, 1],
+            [2, 1],
+            [0, 2],
+            [1, 2],
+        ];
+        let base: Vec<_> = rows.map(|[x, y]| place(x, y))[..2 + 2 * count].to_vec();
+        let mut cells = vec![vec![0, 1, 4, 3], vec![1, 2, 5, 4], vec![3, 4, 7, 6]];
+        cells.truncate(count);
+        let nodes = S::layers(&base);
+        if nodes.len() > base.len() {
+            for cell in &mut cells {
+                cell.extend_from_within(..);
+                cell[4..]
+                    .iter_mut()
+                    .for_each(|node| *node += base.len() as u32);
+            }
+        }
+        Self {
+            nodes,
+            kind: S::BOX,
+            cells,
+        }
+    }
+}
+
+impl<const D: usize> Meeting<D> {
+    pub(super) fn random<S: Space<D>>(random: &mut Rng, draw: Draw) -> Self {
+        let mut meeting = Self::default();
+        let direction: [f64; D] = vector(random, 1.0);
+        let noise = if draw.noisy {
+            10.0_f64.powf(-3.0 - 9.0 * random.f64())
+        } else {
+            0.0
+        };
+        for sign in [-1.0, 1.0] {
+            meeting.add::<S>(random, draw, (&direction, sign), noise);
+        }
+        if draw.rests {
+            meeting.close::<S>();
+        }
+        meeting
+    }
+
+    /// Adds a block, on that side of the middle; all that is round is so up to `noise`.
+    fn add<S: Space<D>>(
+        &mut self,
+        random: &mut Rng,
+        draw: Draw,
+        (direction, sign): (&[f64; D], f64),
+        noise: f64,
+    ) {
+        let mut shape = Shape::<D>::random::<S>(random, draw.bent);
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let angles = [0; 3].map(|_| {
+            if draw.degenerate {
+                quarter * f64::from(random.u8(..4))
+            } else {
+                number(random, 4.0)
+            }
+        });
+        let centre = Self::centre(random, draw, direction, sign);
+        let (mean, mut gradient) = Self::motion(random, draw, direction, sign);
+        let warp: [[f64; D]; D] = std::array::from_fn(|_| vector(random, noise));
+        let centre = add(&centre, &vector(random, noise));
+        let mean = add(&mean, &vector(random, noise));
+        for row in &mut gradient {
+            add_scaled(row, 1.0, &vector(random, noise));
+        }
+        for node in &mut shape.nodes {
+            if !self.mesh.blocks.is_empty() {
+                node[D - 1] *= draw.thickness;
+            }
+            let from = S::turn(node, angles);
+            *node = add(&from, &std::array::from_fn(|c| dot(&warp[c], &from)));
+        }
+        let moving = |from: &[f64; D]| {
+            let rate = std::array::from_fn(|c| mean[c] + dot(&gradient[c], from));
+            (add(&centre, from), rate)
+        };
+        let nodes = shape.nodes.iter().map(moving);
+        self.push(shape.kind, &shape.cells, nodes);
+    }
+
+    fn centre(random: &mut Rng, draw: Draw, direction: &[f64; D], sign: f64) -> [f64; D] {
+        let away = sign * (0.6 + 0.5 * draw.motion) / norm(direction).max(0.1);
+        std::array::from_fn(|c| {
+            if draw.degenerate {
+                f64::from(random.i8(-4..=4)) * 0.25 + if c == 0 { 1.25 * sign } else { 0.0 }
+            } else {
+                away * direction[c] + number(random, 0.4)
+            }
+        })
+    }
+
+    fn motion(
+        random: &mut Rng,
+        draw: Draw,
+        direction: &[f64; D],
+        sign: f64,
+    ) -> ([f64; D], [[f64; D]; D]) {
+        if draw.degenerate {
+            let mean = std::array::from_fn(|c| {
+                let along = if c == 0 { -sign } else { 0.0 };
+                along + 0.5 * f64::from(random.i8(-1..=1))
+            });
+            return (mean, [[0.0; D]; D]);
+        }
+        let towards = -sign * (0.6 + draw.motion) / norm(direction).max(0.1);
+        let mean = std::array::from_fn(|c| towards * direction[c] + number(random, 0.3));
+        let gradient = std::array::from_fn(|_| vector(random, 0.3));
+        (mean, gradient)
+    }
+
+    /// Adds a block of cells with the places and velocities of its nodes.
+    fn push(
+        &mut self,
+        kind: ElementKind,
+        cells: &[Vec<u32>],
+        nodes: impl Iterator<Item = ([f64; D], [f64; D])>,
+    ) {
+        let number = self.mesh.blocks.len();
+        let first = self.mesh.nodes.len() as u32;
+        for (place, velocity) in nodes {
+            self.mesh.nodes.push(place);
+            self.velocity.push(velocity);
+        }
+        let start = self.mesh.elements.len() as u32;
+        for cell in cells {
+            let numbers: Vec<u32> = cell.iter().map(|node| first + node).collect();
+            self.mesh.elements.push(Element::new(kind, &numbers));
+        }
+        self.mesh.blocks.push(Block {
+            name: String::new(),
+            source: number,
+            nodes: first..self.mesh.nodes.len() as u32,
+            elements: start..self.mesh.elements.len() as u32,
+        });
+    }
+
+    /// Moves the second block to the first, to where it touches.
+    fn close<S: Space<D>>(&mut self) {
+        let middle = |range: std::ops::Range<u32>| {
+            let nodes = &self.mesh.nodes[range.start as usize..range.end as usize];
+            let sum = nodes.iter().fold([0.0; D], |sum, x| add(&sum, x));
+            sum.map(|c| c / nodes.len() as f64)
+        };
+        let second = self.mesh.blocks[1].nodes.clone();
+        let way = sub(
+            &middle(self.mesh.blocks[0].nodes.clone()),
+            &middle(second.clone()),
+        );
+        let mut approach = Self {
+            mesh: self.mesh.clone(),
+            velocity: vec![[0.0; D]; self.velocity.len()],
+        };
+        for node in second.clone() {
+            approach.velocity[node as usize] = way;
+        }
+        // As deep as contacts of blocks of size 1 lie after a few thousand roundings.
+        let time = approach.deepens::<S>(1e-12, 1.0).unwrap_or(0.0);
+        for node in second {
+            add_scaled(&mut self.mesh.nodes[node as usize], time, &way);
+        }
+    }
+
+    /// The same, seen by an observer elsewhere, who may name the blocks the other
+    /// way round.
+    pub(super) fn seen_from<S: Space<D>>(
+        &self,
+        angles: [f64; 3],
+        shift: [f64; D],
+        swapped: bool,
+    ) -> Self {
+        let mut meeting = Self::default();
+        let order = if swapped { [1, 0] } else { [0, 1] };
+        for block in order.map(|old| &self.mesh.blocks[old]) {
+            let elements = block.elements.start as usize..block.elements.end as usize;
+            let elements = &self.mesh.elements[elements];
+            let own = |element: &Element| {
+                let nodes = element.nodes().iter();
+                nodes.map(|node| node - block.nodes.start).collect()
+            };
+            let cells: Vec<Vec<u32>> = elements.iter().map(own).collect();
+            let turned = |node: u32| {
+                let place = S::turn(&self.mesh.nodes[node as usize], angles);
+                let velocity = S::turn(&self.velocity[node as usize], angles);
+                (add(&place, &shift), velocity)
+            };
+            meeting.push(elements[0].kind, &cells, block.nodes.clone().map(turned));
+        }
+        meeting
+    }
+}

@@ -1,0 +1,233 @@
+//! Elements near each other, in groups that are kicked together.
+
+use std::cmp::Reverse;
+
+use crate::element::batch::Batches;
+use crate::element::geometry::{Element, Moduli};
+use crate::element::simd::WIDTH;
+
+/// Elements of a part, at most: their forces on as many nodes as they have stay in the nearest
+/// caches, and there is work for all threads in a mesh of some ten thousand elements.
+pub(super) const PART: usize = 2048;
+
+/// Elements of each part, of so many: parts are a power of two, so that halves of them are as
+/// much work. A thread that waits for another falls asleep, and must be woken for the next pass.
+pub(super) fn share(count: usize) -> usize {
+    let parts = count.div_ceil(PART).next_power_of_two();
+    count.max(1).div_ceil(parts).next_multiple_of(WIDTH)
+}
+
+/// Elements of one material near each other, sorted by level.
+pub(super) struct Part<const D: usize, const N: usize, const Q: usize> {
+    pub(super) moduli: Moduli,
+    /// Finest level first, those that are never due last.
+    groups: Vec<Group<D, N, Q>>,
+    /// Nodes of all groups.
+    node_count: usize,
+}
+
+/// Elements of one level.
+pub(super) struct Group<const D: usize, const N: usize, const Q: usize> {
+    /// `None`: never due.
+    pub(super) level: Option<u8>,
+    /// Their numbers in the set, ascending.
+    pub(super) members: Vec<u32>,
+    /// Nodes of the mesh around them, ascending.
+    pub(super) nodes: Vec<u32>,
+    pub(super) batches: Batches<D, N, Q>,
+}
+
+/// Where an element of a set is: as many elements as a part may hold are counted for each part
+/// before its own, and then those of the groups of its part, one after the other.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place(u32);
+
+impl Place {
+    /// Of the element that `within` others of a part come before.
+    pub(super) fn new(part: usize, within: usize) -> Self {
+        Self((part * PART + within) as u32)
+    }
+
+    /// Number of its part.
+    pub(super) fn part(self) -> usize {
+        self.0 as usize / PART
+    }
+
+    /// How many elements of its part come before it.
+    pub(super) fn within(self) -> usize {
+        self.0 as usize % PART
+    }
+}
+
+/// An element with all that is known of it.
+pub(super) struct Member<const D: usize, const N: usize, const Q: usize> {
+    pub(super) number: u32,
+    pub(super) nodes: [u32; N],
+    pub(super) element: Element<D, N, Q>,
+    pub(super) record: Vec<f64>,
+}
+
+impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
+    /// Elements that are all due, at level 0.
+    pub(super) fn new(moduli: Moduli, members: &[Member<D, N, Q>]) -> Self {
+        let group = Group::new(Some(0), members);
+        Self {
+            moduli,
+            node_count: group.nodes.len(),
+            groups: vec![group],
+        }
+    }
+
+    /// Groups, finest level first.
+    pub(super) fn groups(&self) -> &[Group<D, N, Q>] {
+        &self.groups
+    }
+
+    /// Number of the group of an element of this part that `within` others come before, and
+    /// its index there.
+    pub(super) fn group_of(&self, within: usize) -> (usize, usize) {
+        let (mut group, mut index) = (0, within);
+        while index >= self.groups[group].members.len() {
+            index -= self.groups[group].members.len();
+            group += 1;
+        }
+        (group, index)
+    }
+
+    pub(super) fn groups_mut(&mut self) -> &mut [Group<D, N, Q>] {
+        &mut self.groups
+    }
+
+    /// Nodes of all groups; what is of several counts several times.
+    pub(super) fn node_count(&self) -> usize {
+        self.node_count
+    }
+
+    /// Groups of level `coarsest` or finer.
+    pub(super) fn due(&self, coarsest: u8) -> impl Iterator<Item = &Group<D, N, Q>> {
+        let groups = self.groups.iter();
+        groups.filter(move |group| group.is_due(coarsest))
+    }
+
+    /// Bytes.
+    pub(super) fn memory(&self) -> usize {
+        let groups = self.groups.iter();
+        groups
+            .map(|group| {
+                group.batches.memory() + size_of_val(&*group.members) + size_of_val(&*group.nodes)
+            })
+            .sum()
+    }
+
+    /// Sorts its elements by level; returns whether that has changed anything.
+    pub(super) fn arrange(&mut self, record: usize, level: impl Fn(u32) -> Option<u8>) -> bool {
+        let stays = |group: &Group<D, N, Q>| {
+            let mut members = group.members.iter();
+            members.all(|&number| level(number) == group.level)
+        };
+        if self.groups.iter().all(stays) {
+            return false;
+        }
+        let groups = self.groups.iter();
+        let mut members: Vec<_> = groups
+            .flat_map(|group| group.taken_apart(&self.moduli, record))
+            .collect();
+        members.sort_by_cached_key(|member| (Reverse(level(member.number)), member.number));
+        let same = members.chunk_by(|a, b| level(a.number) == level(b.number));
+        self.groups = same
+            .map(|members| Group::new(level(members[0].number), members))
+            .collect();
+        self.node_count = self.groups.iter().map(|group| group.nodes.len()).sum();
+        true
+    }
+}
+
+impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
+    fn new(level: Option<u8>, members: &[Member<D, N, Q>]) -> Self {
+        let mut nodes: Vec<u32> = members.iter().flat_map(|member| member.nodes).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.shrink_to_fit();
+        let record = members.first().map_or(0, |member| member.record.len());
+        let mut batches = Batches::with_capacity(members.len(), record);
+        for member in members {
+            let own = member.nodes.map(|node| {
+                let place = nodes.binary_search(&node);
+                place.expect("a node of the group") as u16
+            });
+            batches.push(own, &member.element, &member.record);
+        }
+        Self {
+            level,
+            members: members.iter().map(|member| member.number).collect(),
+            nodes,
+            batches,
+        }
+    }
+
+    /// Whether its elements are due when levels from `coarsest` on are.
+    pub(super) fn is_due(&self, coarsest: u8) -> bool {
+        self.level.is_some_and(|level| level >= coarsest)
+    }
+
+    /// An element alone.
+    pub(super) fn element(&self, index: usize, moduli: &Moduli) -> Element<D, N, Q> {
+        self.batches.element(index, moduli.lame)
+    }
+
+    /// Nodes of the mesh of an element.
+    pub(super) fn nodes_of(&self, index: usize) -> [u32; N] {
+        let own = self.batches.nodes(index);
+        own.map(|node| self.nodes[node as usize])
+    }
+
+    /// Reads the record of an element.
+    pub(super) fn record(&self, index: usize, record: &mut [f64]) {
+        let rows = self.batches.batch(index / WIDTH, record.len()).records;
+        for (number, row) in record.iter_mut().zip(rows) {
+            *number = row[index % WIDTH];
+        }
+    }
+
+    /// Writes the record of an element.
+    pub(super) fn set_record(&mut self, index: usize, record: &[f64]) {
+        let (batch, _) = self.batches.batch_mut(index / WIDTH, record.len());
+        for (number, row) in record.iter().zip(batch.records) {
+            row[index % WIDTH] = *number;
+        }
+    }
+
+    fn taken_apart(&self, moduli: &Moduli, record: usize) -> impl Iterator<Item = Member<D, N, Q>> {
+        let members = self.members.iter().enumerate();
+        members.map(move |(index, &number)| {
+            let mut own = vec![0.0; record];
+            self.record(index, &mut own);
+            Member {
+                number,
+                nodes: self.nodes_of(index),
+                element: self.element(index, moduli),
+                record: own,
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_of_the_parts_are_as_much_work() {
+        for count in (1..20_000).chain([99_999, 1_000_000]) {
+            let share = share(count);
+            let parts = count.div_ceil(share);
+            assert!(share <= PART && share.is_multiple_of(WIDTH));
+            let left = parts / 2 * share;
+            let differ = left.abs_diff(count - left);
+            // By what batches are not full; of hundreds of parts, by one.
+            let allowed = if parts > 16 { share } else { parts * WIDTH };
+            assert!(parts == 1 || differ <= allowed, "{differ} of {count}");
+        }
+        assert!(share(0) > 0);
+    }
+}

@@ -1,0 +1,484 @@
+//! The one implementation of [`ElementSet`].
+
+use std::marker::PhantomData;
+
+use crate::element::batch::Batches;
+use crate::element::chunk::{Group, Member, Part, Place, share};
+use crate::element::critical_step;
+use crate::element::evaluate;
+use crate::element::geometry::{self, Corners, Element, Moduli, Nodal, Points};
+use crate::element::internal_force::{Kick, Shares, each_part};
+use crate::element::op_count;
+use crate::element::simd::Real;
+use crate::element::tensor::{self, Tensor};
+use crate::element::{Deformation, Due, ElementSet, Past};
+use crate::math::vector::sub;
+use crate::mesh::{ElementKind, Mesh, Parts};
+use crate::scene::Kinematics;
+
+/// Most numbers in a record: of a hexahedron with incremental kinematics.
+pub(super) const MAX_RECORD: usize = 70;
+
+/// What an element keeps from kick to kick: numbers by place, of one element or of several side
+/// by side.
+pub(super) trait Record<T> {
+    /// The number at a place.
+    fn get(&self, place: usize) -> T;
+}
+
+/// A record that may be brought up to now.
+pub(super) trait RecordMut<T>: Record<T> {
+    /// Replaces a number, if what is kept is to change: none is read again after it is set.
+    fn set(&mut self, place: usize, number: T);
+}
+
+impl<T: Real> Record<T> for [T] {
+    #[inline(always)]
+    fn get(&self, place: usize) -> T {
+        self[place]
+    }
+}
+
+impl<T: Real> RecordMut<T> for [T] {
+    #[inline(always)]
+    fn set(&mut self, place: usize, number: T) {
+        self[place] = number;
+    }
+}
+
+/// How elements turn nodal displacements into forces.
+///
+/// Nodal displacements and velocities are relative to the element's first node.
+pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
+    Send + Sync
+{
+    /// Its name in scenes.
+    const KINEMATICS: Kinematics;
+
+    /// Numbers in the record of an element.
+    const RECORD: usize;
+
+    /// Nodal forces, N; brings the record up to this response.
+    fn respond<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        record: &mut (impl RecordMut<T> + ?Sized),
+    ) -> Nodal<D, N, T>;
+
+    /// What strain rates change of the nodal forces in a second, N/s; times β,
+    /// the forces of stiffness-proportional damping.
+    fn force_rate<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        velocity: &Nodal<D, N, T>,
+    ) -> Nodal<D, N, T>;
+
+    /// Strain energy, J.
+    fn strain_energy<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        displacement: &Nodal<D, N, T>,
+        record: &(impl Record<T> + ?Sized),
+    ) -> T;
+
+    /// Cauchy stress, integrated.
+    fn stress<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        moduli: &Moduli,
+        displacement: &Nodal<D, N, T>,
+        record: &(impl Record<T> + ?Sized),
+    ) -> StressIntegral<T>;
+
+    /// What an element knows of its past, if that matters.
+    fn past(_element: &Element<D, N, Q>, _moduli: &Moduli, _record: &[f64]) -> Option<Past<D>> {
+        None
+    }
+
+    /// Gives an element, deformed by `displacement` now, that past.
+    fn set_past(
+        _element: &Element<D, N, Q>,
+        _moduli: &Moduli,
+        _past: &Past<D>,
+        _displacement: &Nodal<D, N>,
+        _record: &mut [f64],
+    ) {
+    }
+}
+
+/// ∫σ over the current volume, and that volume.
+pub(super) struct StressIntegral<T> {
+    stress: [T; 6],
+    volume: T,
+}
+
+impl<T: Real> StressIntegral<T> {
+    /// Nothing yet.
+    #[inline(always)]
+    pub(super) fn new(zero: T) -> Self {
+        Self {
+            stress: [zero; 6],
+            volume: zero,
+        }
+    }
+
+    /// A Gauss point of `volume` at rest with det F, Kirchhoff stress τ = Jσ,
+    /// and in 2-D τ_zz `across`.
+    #[inline(always)]
+    pub(super) fn add<const D: usize>(
+        &mut self,
+        volume: T,
+        jacobian: T,
+        kirchhoff: &Tensor<D, T>,
+        across: T,
+    ) {
+        let (t, zero) = (kirchhoff, across.constant(0.0));
+        let voigt = if D == 2 {
+            [t[0][0], t[1][1], across, t[0][1], zero, zero]
+        } else {
+            [t[0][0], t[1][1], t[2][2], t[0][1], t[1][2], t[2][0]]
+        };
+        for i in 0..6 {
+            self.stress[i] += volume * voigt[i];
+        }
+        self.volume += volume * jacobian;
+    }
+
+    /// The mean: xx yy zz xy yz zx.
+    #[inline(always)]
+    pub(super) fn average(&self) -> [T; 6] {
+        let mut average = self.stress;
+        for i in 0..6 {
+            average[i] = self.stress[i] / self.volume;
+        }
+        average
+    }
+}
+
+/// Elements of one shape in one formulation.
+pub(super) struct Set<const D: usize, const N: usize, const Q: usize, F> {
+    kind: ElementKind,
+    /// 1 in space, m.
+    thickness: f64,
+    mesh_elements: Vec<u32>,
+    place: Vec<Place>,
+    parts: Vec<Part<D, N, Q>>,
+    formulation: PhantomData<F>,
+}
+
+/// What a set is made of.
+pub(super) struct Source<'a, const D: usize> {
+    pub(super) kind: ElementKind,
+    /// Elements of the mesh, ascending, and their materials.
+    pub(super) members: &'a [(u32, u32)],
+    pub(super) moduli: &'a [Moduli],
+    pub(super) mesh: &'a Mesh<D>,
+    /// 1 in space, m.
+    pub(super) thickness: f64,
+}
+
+impl<const D: usize, const N: usize, const Q: usize, F> Set<D, N, Q, F>
+where
+    F: Formulation<D, N, Q>,
+{
+    /// Undeformed, stress-free elements.
+    pub(super) fn new(source: &Source<D>) -> Self {
+        const { assert!(F::RECORD <= MAX_RECORD) };
+        let mut set = Self {
+            kind: source.kind,
+            thickness: source.thickness,
+            mesh_elements: source.members.iter().map(|member| member.0).collect(),
+            place: vec![Place::default(); source.members.len()],
+            parts: Vec::new(),
+            formulation: PhantomData,
+        };
+        // Material, number in the set and in the mesh.
+        let members = source.members.iter().zip(0..);
+        let mut members: Vec<(u32, u32, u32)> = members
+            .map(|(&(element, material), number)| (material, number, element))
+            .collect();
+        members.sort_unstable();
+        for alike in members.chunk_by(|one, other| one.0 == other.0) {
+            let moduli = &source.moduli[alike[0].0 as usize];
+            for part in alike.chunks(share(alike.len())) {
+                let members = part.iter().map(|&(_, number, element)| {
+                    let (nodes, element) = set.at_rest(source.mesh, element, moduli);
+                    Member {
+                        number,
+                        nodes,
+                        element,
+                        record: vec![0.0; F::RECORD],
+                    }
+                });
+                let members: Vec<_> = members.collect();
+                set.parts.push(Part::new(*moduli, &members));
+            }
+        }
+        for part in 0..set.parts.len() {
+            set.find_places(part);
+        }
+        set
+    }
+
+    /// Nodes of an element of the mesh, and it at rest.
+    fn at_rest(
+        &self,
+        mesh: &Mesh<D>,
+        element: u32,
+        moduli: &Moduli,
+    ) -> ([u32; N], Element<D, N, Q>) {
+        let weight = |parts: &Parts| parts.weight[element as usize];
+        let weight = mesh.parts.as_ref().map_or(1.0, weight);
+        let corners = self.corners(mesh, element);
+        let nodes = mesh.elements[element as usize].nodes;
+        let nodes = std::array::from_fn(|a| nodes[a]);
+        (nodes, corners.element(weight, moduli.lame))
+    }
+
+    fn corners(&self, mesh: &Mesh<D>, element: u32) -> Corners<D, N> {
+        let nodes = mesh.elements[element as usize].nodes();
+        Corners {
+            kind: self.kind,
+            at: std::array::from_fn(|a| mesh.nodes[nodes[a] as usize]),
+            thickness: self.thickness,
+        }
+    }
+
+    /// Notes where the elements of a part are now.
+    fn find_places(&mut self, part: usize) {
+        let members = self.parts[part].groups().iter();
+        let members = members.flat_map(|group| &group.members);
+        for (within, &number) in members.enumerate() {
+            self.place[number as usize] = Place::new(part, within);
+        }
+    }
+
+    fn part(&self, i: usize) -> &Part<D, N, Q> {
+        &self.parts[self.place[i].part()]
+    }
+
+    fn moduli(&self, i: usize) -> &Moduli {
+        &self.part(i).moduli
+    }
+
+    fn group(&self, i: usize) -> (&Group<D, N, Q>, usize) {
+        let part = self.part(i);
+        let (group, index) = part.group_of(self.place[i].within());
+        (&part.groups()[group], index)
+    }
+
+    fn element(&self, i: usize) -> Element<D, N, Q> {
+        let (group, index) = self.group(i);
+        group.element(index, self.moduli(i))
+    }
+
+    /// `field` at the nodes of element `i`, less that of its first node.
+    #[inline]
+    fn relative(&self, i: usize, field: &[[f64; D]]) -> Nodal<D, N> {
+        let (group, index) = self.group(i);
+        let nodes = group.nodes_of(index);
+        let first = field[nodes[0] as usize];
+        nodes.map(|node| sub(&field[node as usize], &first))
+    }
+
+    /// The record of element `i`, the head of these numbers.
+    fn read_record<'a>(&self, i: usize, numbers: &'a mut [f64; MAX_RECORD]) -> &'a mut [f64] {
+        let (group, index) = self.group(i);
+        let record = &mut numbers[..F::RECORD];
+        group.record(index, record);
+        record
+    }
+}
+
+impl<const D: usize, const N: usize, const Q: usize, F> ElementSet<D> for Set<D, N, Q, F>
+where
+    F: Formulation<D, N, Q>,
+{
+    fn kinematics(&self) -> Kinematics {
+        F::KINEMATICS
+    }
+
+    fn len(&self) -> usize {
+        self.mesh_elements.len()
+    }
+
+    fn mesh_elements(&self) -> &[u32] {
+        &self.mesh_elements
+    }
+
+    fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>) {
+        for part in 0..self.parts.len() {
+            let of = |number: u32| level(self.mesh_elements[number as usize]);
+            if self.parts[part].arrange(F::RECORD, of) {
+                self.find_places(part);
+            }
+        }
+    }
+
+    fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32])) {
+        let groups = self.parts.iter().flat_map(|part| part.groups());
+        groups.for_each(|group| visit(group.level, &group.nodes));
+    }
+
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: Shares<D>) {
+        let kick = Kick::<D, F>::new(due, motion, &self.mesh_elements);
+        each_part(&mut self.parts, shares, due.coarsest, &|part, shares| {
+            kick.part(part, shares);
+        });
+    }
+
+    fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]) {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        F::respond(&self.element(i), &self.relative(i, displacement), record);
+        self.set_record(i, record);
+    }
+
+    fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64 {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        F::strain_energy(&self.element(i), &self.relative(i, displacement), record)
+    }
+
+    fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64)) {
+        evaluate::ask::<evaluate::StrainEnergy<F>, D, N, Q, 1>(
+            &self.parts,
+            displacement,
+            |_| true,
+            |member, [energy]| tell(self.mesh_elements[member as usize], energy),
+        );
+    }
+
+    fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6])) {
+        evaluate::ask::<evaluate::CauchyStress<F>, D, N, Q, 6>(
+            &self.parts,
+            displacement,
+            |_| true,
+            |member, stress| tell(self.mesh_elements[member as usize], stress),
+        );
+    }
+
+    fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
+        // Within such strains det F is near 1, or near −1: then changes are 4 and more.
+        let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
+        evaluate::ask::<evaluate::Distortion, D, N, Q, 2>(
+            &self.parts,
+            displacement,
+            |answer| !is_within(answer),
+            |member, _| tell(self.mesh_elements[member as usize]),
+        );
+    }
+
+    fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]) {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        let found = F::respond(&self.element(i), &self.relative(i, displacement), record);
+        force[..N].copy_from_slice(&found);
+    }
+
+    fn force_rate(
+        &self,
+        i: usize,
+        displacement: &[[f64; D]],
+        velocity: &[[f64; D]],
+        rate: &mut [[f64; D]],
+    ) {
+        let u = self.relative(i, displacement);
+        let velocity = std::array::from_fn(|a| sub(&velocity[a], &velocity[0]));
+        rate[..N].copy_from_slice(&F::force_rate(&self.element(i), &u, &velocity));
+    }
+
+    fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation {
+        let u = self.relative(i, displacement);
+        let mut extremes = Deformation {
+            min_jacobian: f64::INFINITY,
+            min_stretch: f64::INFINITY,
+            max_stretch: 0.0,
+        };
+        for gradients in &self.element(i).gradients {
+            let f = tensor::with_unit(&geometry::gradient(gradients, &u));
+            let right_cauchy = tensor::transposed_product(&f, &f);
+            let (low, high) = tensor::extreme_principal_values(&right_cauchy);
+            extremes.min_jacobian = extremes.min_jacobian.min(tensor::determinant(&f));
+            extremes.min_stretch = extremes.min_stretch.min(low.max(0.0).sqrt());
+            extremes.max_stretch = extremes.max_stretch.max(high.sqrt());
+        }
+        extremes
+    }
+
+    fn frequency(&self, i: usize, mass_factor: &[f64]) -> f64 {
+        let (group, index) = self.group(i);
+        let element = self.element(i);
+        let mut mass = element.lumped_mass(self.kind, self.moduli(i).density);
+        for (mass, node) in mass.iter_mut().zip(group.nodes_of(index)) {
+            *mass *= mass_factor[node as usize];
+        }
+        critical_step::lumped(&element, &mass)
+    }
+
+    fn consistent_frequency(&self, i: usize, mesh: &Mesh<D>) -> f64 {
+        let corners = self.corners(mesh, self.mesh_elements[i]);
+        let mass = corners.consistent_mass(self.moduli(i).density);
+        critical_step::consistent(&self.element(i), &mass)
+    }
+
+    fn lumped_mass(&self, i: usize, out: &mut [f64]) {
+        let density = self.moduli(i).density;
+        out[..N].copy_from_slice(&self.element(i).lumped_mass(self.kind, density));
+    }
+
+    fn consistent_mass(&self, i: usize, mesh: &Mesh<D>, out: &mut [f64]) {
+        let corners = self.corners(mesh, self.mesh_elements[i]);
+        let mass = corners.consistent_mass(self.moduli(i).density);
+        out[..N * N].copy_from_slice(mass.as_flattened());
+    }
+
+    fn stiffness(&self, i: usize, out: &mut [f64]) {
+        let element = self.element(i);
+        for row in 0..N * D {
+            for column in 0..N * D {
+                out[row * N * D + column] =
+                    element.stiffness((row / D, row % D), (column / D, column % D));
+            }
+        }
+    }
+
+    fn record_length(&self) -> usize {
+        F::RECORD
+    }
+
+    fn record(&self, i: usize) -> Vec<f64> {
+        self.read_record(i, &mut [0.0; MAX_RECORD]).to_vec()
+    }
+
+    fn set_record(&mut self, i: usize, record: &[f64]) {
+        let place = self.place[i];
+        let part = &mut self.parts[place.part()];
+        let (group, index) = part.group_of(place.within());
+        part.groups_mut()[group].set_record(index, record);
+    }
+
+    fn past(&self, i: usize) -> Option<Past<D>> {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        F::past(&self.element(i), self.moduli(i), record)
+    }
+
+    fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]) {
+        let mut numbers = [0.0; MAX_RECORD];
+        let record = self.read_record(i, &mut numbers);
+        let u = self.relative(i, displacement);
+        F::set_past(&self.element(i), self.moduli(i), past, &u, record);
+        self.set_record(i, record);
+    }
+
+    fn memory(&self) -> usize {
+        let parts = self.parts.iter().map(Part::memory).sum::<usize>();
+        parts + self.len() * (size_of::<Place>() + size_of::<u32>())
+    }
+
+    fn update_cost(&self) -> [usize; 2] {
+        let moved = Batches::<D, N, Q>::moved(F::RECORD);
+        // Displacements less those of the first node, and forces times interval, added up.
+        let at_nodes = (N - 1) * D + 2 * N * D;
+        [moved, op_count::operations::<F, D, N, Q>() + at_nodes]
+    }
+}

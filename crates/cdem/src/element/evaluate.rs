@@ -1,0 +1,215 @@
+//! What all elements tell of themselves, as many side by side as a register holds.
+
+use std::marker::PhantomData;
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use crate::element::batch::{Abreast, Batch, Records};
+use crate::element::chunk::{PART, Part};
+use crate::element::element_set::{Formulation, Record};
+use crate::element::gather_scatter::Nearby;
+use crate::element::geometry::{self, Moduli, Nodal, Points};
+use crate::element::internal_force::FEW;
+use crate::element::simd::{Lanes, Real, Register, Row, WIDTH};
+use crate::element::tensor;
+use crate::element::total_lagrangian::green_lagrange;
+
+/// Bytes of the answers of a thread that are taken before they are told: as many as lie in a
+/// core's cache.
+const AT_ONCE: usize = 2 << 20;
+
+/// A question to an element that is displaced, with its record.
+///
+/// `A` is how many numbers an answer has.
+pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const A: usize>:
+    Sync
+{
+    /// Numbers of a record.
+    const RECORD: usize;
+
+    /// How many elements of a part have an answer to be told, as a rule.
+    const TOLD: usize;
+
+    fn answer<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        moduli: &Moduli,
+        displacement: &Nodal<D, N, T>,
+        record: &impl Record<T>,
+    ) -> [T; A];
+}
+
+/// Its strain energy, J.
+pub(super) struct StrainEnergy<F>(PhantomData<F>);
+
+impl<const D: usize, const N: usize, const Q: usize, F> Question<D, N, Q, 1> for StrainEnergy<F>
+where
+    F: Formulation<D, N, Q>,
+{
+    const RECORD: usize = F::RECORD;
+
+    const TOLD: usize = PART;
+
+    #[inline(always)]
+    fn answer<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        _: &Moduli,
+        displacement: &Nodal<D, N, T>,
+        record: &impl Record<T>,
+    ) -> [T; 1] {
+        [F::strain_energy(element, displacement, record)]
+    }
+}
+
+/// Its Cauchy stress, averaged over its current volume, Pa: xx yy zz xy yz zx.
+pub(super) struct CauchyStress<F>(PhantomData<F>);
+
+impl<const D: usize, const N: usize, const Q: usize, F> Question<D, N, Q, 6> for CauchyStress<F>
+where
+    F: Formulation<D, N, Q>,
+{
+    const RECORD: usize = F::RECORD;
+
+    const TOLD: usize = PART;
+
+    #[inline(always)]
+    fn answer<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        moduli: &Moduli,
+        displacement: &Nodal<D, N, T>,
+        record: &impl Record<T>,
+    ) -> [T; 6] {
+        F::stress(element, moduli, displacement, record).average()
+    }
+}
+
+/// How far it is from being stress-free: the sums over its Gauss points of E:E, E being
+/// Green's strain, and of (det F − 1)².
+pub(super) struct Distortion;
+
+impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Distortion {
+    const RECORD: usize = 0;
+
+    const TOLD: usize = 0;
+
+    #[inline(always)]
+    fn answer<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        _: &Moduli,
+        displacement: &Nodal<D, N, T>,
+        _: &impl Record<T>,
+    ) -> [T; 2] {
+        let one = displacement[0][0].constant(1.0);
+        let (mut strains, mut changes) = (one.constant(0.0), one.constant(0.0));
+        for q in 0..Q {
+            let (gradients, _) = element.point(q);
+            let h = geometry::gradient(&gradients, displacement);
+            let strain = green_lagrange(&h);
+            let change = tensor::determinant(&tensor::with_unit(&h)) - one;
+            strains += tensor::contraction(&strain, &strain);
+            changes += change * change;
+        }
+        [strains, changes]
+    }
+}
+
+/// Asks all elements of a set; `tell` gets the numbers of those whose answer `is_told`, and their
+/// answers, part by part.
+pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
+    parts: &[Part<D, N, Q>],
+    displacement: &[[f64; D]],
+    is_told: impl Fn(&[f64; A]) -> bool + Sync,
+    mut tell: impl FnMut(u32, [f64; A]),
+) where
+    W: Question<D, N, Q, A>,
+{
+    let answer = |(part, answers): (&Part<D, N, Q>, &mut Vec<(u32, [f64; A])>)| {
+        answers.clear();
+        answers.reserve(W::TOLD);
+        Nearby::with(|nearby| {
+            Arch::new().dispatch(Task {
+                part,
+                displacement,
+                nearby,
+                is_told: &is_told,
+                answers,
+                question: PhantomData::<W>,
+            });
+        });
+    };
+    let groups = parts.iter().flat_map(|part| part.groups());
+    let elements: usize = groups.map(|group| group.members.len()).sum();
+    // Either all threads or one, as with the kick.
+    let least = if elements * Q * D <= FEW {
+        parts.len()
+    } else {
+        1
+    };
+    let in_cache = AT_ONCE / (PART * size_of::<(u32, [f64; A])>());
+    let at_once = in_cache * rayon::current_num_threads();
+    let mut answers = vec![Vec::new(); at_once.min(parts.len())];
+    for some in parts.chunks(at_once) {
+        let some = some.par_iter().zip(&mut answers);
+        some.with_min_len(least.max(1)).for_each(answer);
+        for (member, answer) in answers.iter_mut().flat_map(|answers| answers.drain(..)) {
+            tell(member, answer);
+        }
+    }
+}
+
+/// Asks a part with whatever instructions the machine has.
+struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, I> {
+    part: &'a Part<D, N, Q>,
+    displacement: &'a [[f64; D]],
+    nearby: &'a mut Nearby,
+    is_told: &'a I,
+    answers: &'a mut Vec<(u32, [f64; A])>,
+    question: PhantomData<W>,
+}
+
+impl<W, I, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
+    for Task<'_, D, N, Q, A, W, I>
+where
+    W: Question<D, N, Q, A>,
+    I: Fn(&[f64; A]) -> bool,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (lanes, moduli) = (Register(simd), &self.part.moduli);
+        for group in self.part.groups() {
+            let field = &mut self.nearby.displacement;
+            field.read(&group.nodes, self.displacement);
+            for (batch, members) in group.members.chunks(WIDTH).enumerate() {
+                group.batches.ask_for_records(batch, W::RECORD);
+                let Batch {
+                    rest,
+                    nodes,
+                    records,
+                } = group.batches.batch(batch, W::RECORD);
+                let mut rows = [Row::default(); A];
+                for first in (0..WIDTH).step_by(S::F64_LANES) {
+                    let element = Abreast::new(lanes, (rest, first), moduli.lame);
+                    let u = field.relative(lanes, nodes, first);
+                    let records = Records {
+                        lanes,
+                        rows: records,
+                        ahead: &[],
+                        first,
+                    };
+                    let answer = W::answer(&element, moduli, &u, &records);
+                    for (number, row) in answer.into_iter().zip(&mut rows) {
+                        lanes.store(number, row, first);
+                    }
+                }
+                for (lane, &member) in members.iter().enumerate() {
+                    let answer = rows.map(|row| row[lane]);
+                    if (self.is_told)(&answer) {
+                        self.answers.push((member, answer));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! What is at the nodes of a group of elements, in the nearest caches.
+
+use std::cell::RefCell;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::element::MAX_NODES;
+use crate::element::chunk::PART;
+use crate::element::geometry::Nodal;
+use crate::element::simd::{Lanes, Row, WIDTH};
+
+thread_local! {
+    static NEARBY: RefCell<Nearby> = RefCell::default();
+}
+
+/// Fields at the nodes of a group.
+#[derive(Default)]
+pub(super) struct Nearby {
+    pub(super) displacement: Field,
+    pub(super) velocity: Field,
+    pub(super) elastic: Field,
+    pub(super) viscous: Field,
+}
+
+impl Nearby {
+    /// Works with those of this thread, whatever is in them.
+    pub(super) fn with(work: impl FnOnce(&mut Self)) {
+        NEARBY.with_borrow_mut(work);
+    }
+}
+
+/// Numbers that a node of a group can have in its batches: no access needs a check. A group has
+/// fewer.
+const NODES: usize = 1 << 16;
+const _: () = assert!(PART * MAX_NODES <= NODES);
+
+/// A vector where one load gets it: components that there are not are 0.
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C, align(32))]
+struct Wide([f64; 4]);
+
+/// Vectors at the nodes of a group, room for those of any. The numbers of one more are there
+/// for those to begin where a `Wide` may.
+pub(super) struct Field(Vec<f64>);
+
+impl Default for Field {
+    fn default() -> Self {
+        // Zeros that the system gives, as a rule, without touching them: threads of short runs
+        // do not wait for them.
+        Self(vec![
+            0.0;
+            (NODES + 1) * size_of::<Wide>() / size_of::<f64>()
+        ])
+    }
+}
+
+impl Field {
+    /// From the first place at which a vector may be.
+    #[inline(always)]
+    fn all(&self) -> &[Wide; NODES] {
+        let (_, all, _) = bytemuck::pod_align_to(&self.0);
+        all.first_chunk().expect("room for one more")
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    fn all_mut(&mut self) -> &mut [Wide; NODES] {
+        let (_, all, _) = bytemuck::pod_align_to_mut(&mut self.0);
+        all.first_chunk_mut().expect("room for one more")
+    }
+
+    /// Takes in what is at some nodes of the mesh.
+    #[inline(always)]
+    pub(super) fn read<const D: usize>(&mut self, nodes: &[u32], all: &[[f64; D]]) {
+        for (own, &node) in self.all_mut().iter_mut().zip(nodes) {
+            own.0[..D].copy_from_slice(&all[node as usize]);
+        }
+    }
+
+    /// Zeroes the first `count`.
+    #[inline(always)]
+    pub(super) fn clear(&mut self, count: usize) {
+        self.all_mut()[..count].fill(Wide::default());
+    }
+
+    /// Hands out the first of them.
+    #[inline(always)]
+    pub(super) fn write<const D: usize>(&self, to: &mut [[f64; D]]) {
+        for (to, own) in to.iter_mut().zip(self.all()) {
+            to.copy_from_slice(&own.0[..D]);
+        }
+    }
+
+    /// At the nodes of elements side by side, less those of their first nodes.
+    #[inline(always)]
+    pub(super) fn relative<L: Lanes, const D: usize, const N: usize>(
+        &self,
+        lanes: L,
+        nodes: &[[u16; WIDTH]; N],
+        first: usize,
+    ) -> Nodal<D, N, L::Number> {
+        let all = self.all();
+        let mut relative = [[lanes.splat(0.0); D]; N];
+        let origin: [L::Number; D] = gather(all, lanes, &nodes[0], first);
+        for a in 1..N {
+            let own: [L::Number; D] = gather(all, lanes, &nodes[a], first);
+            for k in 0..D {
+                relative[a][k] = own[k] - origin[k];
+            }
+        }
+        relative
+    }
+
+    /// Adds forces over some durations, s, element by element.
+    #[inline(always)]
+    pub(super) fn add<L: Lanes, const D: usize, const N: usize>(
+        &mut self,
+        lanes: L,
+        nodes: &[[u16; WIDTH]; N],
+        first: usize,
+        (force, duration): (&Nodal<D, N, L::Number>, L::Number),
+    ) {
+        let all = self.all_mut();
+        let mut rows = [[Row::default(); D]; N];
+        for a in 0..N {
+            for k in 0..D {
+                lanes.store(duration * force[a][k], &mut rows[a][k], 0);
+            }
+        }
+        for lane in 0..L::COUNT {
+            for a in 0..N {
+                let mut impulse = [0.0; 4];
+                for k in 0..D {
+                    impulse[k] = rows[a][k][lane];
+                }
+                let own = &mut all[nodes[a][first + lane] as usize];
+                for k in 0..4 {
+                    own.0[k] += impulse[k];
+                }
+            }
+        }
+    }
+}
+
+/// The vectors at a node of each of some elements side by side.
+#[inline(always)]
+fn gather<L: Lanes, const D: usize>(
+    all: &[Wide; NODES],
+    lanes: L,
+    nodes: &[u16; WIDTH],
+    first: usize,
+) -> [L::Number; D] {
+    let mut rows = [Row::default(); D];
+    for lane in 0..L::COUNT {
+        let own = &all[nodes[first + lane] as usize];
+        for k in 0..D {
+            rows[k][lane] = own.0[k];
+        }
+    }
+    rows.map(|row| lanes.load(&row, 0))
+}

@@ -1,0 +1,219 @@
+//! Masses of the nodes, exact for the rigid body (design: bodies, mass).
+//!
+//! Row-sum lumping alone gives a lone triangle 4 times, a lone tetrahedron 5
+//! times and a lone cube 3 times its rotational inertia. Blocks of enough
+//! nodes are cured by a smooth factor on their masses, blocks of few nodes by
+//! their consistent mass matrix.
+
+pub(crate) mod consistent;
+pub(crate) mod fit;
+pub(crate) mod inertia;
+#[cfg(test)]
+mod tests;
+
+use thiserror::Error;
+
+use crate::element::ElementSet;
+pub(crate) use crate::element::mass::consistent::ConsistentMass;
+use crate::element::mass::fit::Fit;
+use crate::element::mass::inertia::Inertia;
+use crate::mesh::Mesh;
+use crate::scene::Mass;
+
+/// Every fitted mass is more than this share of the lumped one.
+pub(crate) const SMALLEST_FACTOR: f64 = 0.3;
+
+/// Inertia errors above this are worth a cure, or a word to the user.
+pub(crate) const INERTIA_TOLERANCE: f64 = 0.01;
+
+/// `mass = "auto"` gives blocks up to so many nodes a dense mass matrix.
+const AUTO_CONSISTENT_NODES: usize = 64;
+
+/// The dense matrix and its inverse then take 16 MiB, and 8 MiB more for each further component
+/// that is held at other nodes.
+const MAX_CONSISTENT_NODES: usize = 1024;
+
+/// Masses of all nodes of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Masses {
+    /// Lumped or fitted mass of each node, kg; row sums of the mass matrix in
+    /// blocks with consistent mass.
+    pub nodal: Vec<f64>,
+    /// Fitted over lumped mass of each node; 1 where nothing is fitted.
+    pub factor: Vec<f64>,
+    /// Mass matrices, ascending by block.
+    pub consistent: Vec<ConsistentMass>,
+    /// Kind of mass of each block.
+    pub kind: Vec<MassKind>,
+    /// Per block, the largest error of the moments of inertia in use about
+    /// the principal axes, relative to the exact moments.
+    pub inertia_error: Vec<f64>,
+}
+
+/// Mass matrix in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MassKind {
+    /// Row sums.
+    Lumped,
+    /// Row sums times a smooth factor that makes the inertia right.
+    Fitted,
+    /// Dense, one for the block.
+    Consistent,
+}
+
+/// A block whose masses cannot be had as asked for.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("block \"{name}\": {fault}")]
+pub struct MassError {
+    /// Index in [`Mesh::blocks`].
+    pub block: usize,
+    /// Name of the block.
+    pub name: String,
+    /// What is wrong.
+    pub fault: MassFault,
+}
+
+/// What is wrong with a block's masses, and what to try.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum MassFault {
+    /// Fitted masses would be too small or negative.
+    #[error(
+        "fitted masses must leave each node more than {SMALLEST_FACTOR} of its lumped mass, but \
+         one would keep {factor:.3}; use four elements or more in each direction, or \
+         mass = \"auto\" or \"consistent\""
+    )]
+    SmallFactor {
+        /// Smallest factor of the fit.
+        factor: f64,
+    },
+    /// Too many nodes for a dense matrix.
+    #[error(
+        "mass = \"consistent\" is a dense matrix, for at most {MAX_CONSISTENT_NODES} nodes, but \
+         the block has {nodes}; use \"auto\" or \"fitted\", a mesh that fine needs no matrix"
+    )]
+    TooManyNodes {
+        /// Nodes of the block.
+        nodes: usize,
+    },
+    /// A node without mass or a folded element.
+    #[error(
+        "its mass matrix is not positive definite; look for nodes without elements and for \
+         elements that are folded or flat"
+    )]
+    NotPositive,
+}
+
+/// Masses of the nodes of `mesh`, whose elements are in `sets`; `requested`
+/// has one entry for each block.
+///
+/// `auto` takes the fit where every factor exceeds [`SMALLEST_FACTOR`] and
+/// the inertia is right to [`INERTIA_TOLERANCE`], else the consistent matrix
+/// for up to 64 nodes, else the best fit with its error in `inertia_error`.
+///
+/// # Errors
+/// A mass matrix that was asked for but cannot be had: see [`MassFault`].
+pub(crate) fn build<const D: usize>(
+    mesh: &Mesh<D>,
+    sets: &[Box<dyn ElementSet<D>>],
+    requested: &[Mass],
+) -> Result<Masses, MassError> {
+    let nodal = lumped(mesh, sets);
+    let mut masses = Masses {
+        factor: vec![1.0; nodal.len()],
+        consistent: Vec::new(),
+        kind: Vec::new(),
+        inertia_error: Vec::new(),
+        nodal,
+    };
+    let inertias = inertia::exact(mesh, sets, &masses.nodal);
+    for (block, (inertia, &requested)) in inertias.into_iter().zip(requested).enumerate() {
+        masses
+            .add_block(mesh, sets, block, &inertia, requested)
+            .map_err(|fault| MassError {
+                block,
+                name: mesh.blocks[block].name.clone(),
+                fault,
+            })?;
+    }
+    Ok(masses)
+}
+
+impl Masses {
+    /// Decides on a block's mass, whose `nodal` is still lumped.
+    fn add_block<const D: usize>(
+        &mut self,
+        mesh: &Mesh<D>,
+        sets: &[Box<dyn ElementSet<D>>],
+        block: usize,
+        inertia: &Inertia<D>,
+        requested: Mass,
+    ) -> Result<(), MassFault> {
+        let range = mesh.blocks[block].nodes.start as usize..mesh.blocks[block].nodes.end as usize;
+        let rest = &mesh.nodes[range.clone()];
+        let lumped = &mut self.nodal[range.clone()];
+        if !lumped.iter().all(|&mass| mass > 0.0) {
+            return Err(MassFault::NotPositive);
+        }
+        let plain = inertia.error(rest, lumped);
+        let (kind, error) = match requested {
+            Mass::Lumped => (MassKind::Lumped, plain),
+            Mass::Consistent => (MassKind::Consistent, 0.0),
+            Mass::Fitted | Mass::Auto => {
+                let fit = Fit::new(inertia, rest, lumped);
+                if requested == Mass::Fitted && fit.smallest_full_factor <= SMALLEST_FACTOR {
+                    let factor = fit.smallest_full_factor;
+                    return Err(MassFault::SmallFactor { factor });
+                }
+                let masses: Vec<f64> = lumped
+                    .iter()
+                    .zip(&fit.factors)
+                    .map(|(m, factor)| m * factor)
+                    .collect();
+                let error = inertia.error(rest, &masses);
+                let dense = requested == Mass::Auto
+                    && error > INERTIA_TOLERANCE
+                    && rest.len() <= AUTO_CONSISTENT_NODES;
+                if dense {
+                    (MassKind::Consistent, 0.0)
+                } else {
+                    lumped.copy_from_slice(&masses);
+                    self.factor[range].copy_from_slice(&fit.factors);
+                    (MassKind::Fitted, error)
+                }
+            }
+        };
+        if kind == MassKind::Consistent {
+            self.consistent
+                .push(ConsistentMass::new(mesh, sets, block)?);
+        }
+        self.kind.push(kind);
+        self.inertia_error.push(error);
+        Ok(())
+    }
+}
+
+/// Row sums of the mass matrix, kg.
+fn lumped<const D: usize>(mesh: &Mesh<D>, sets: &[Box<dyn ElementSet<D>>]) -> Vec<f64> {
+    let mut nodal = vec![0.0; mesh.nodes.len()];
+    let mut shares = [0.0; 8];
+    for set in sets {
+        for i in 0..set.len() {
+            set.lumped_mass(i, &mut shares);
+            for (&node, share) in set.nodes(mesh, i).iter().zip(shares) {
+                nodal[node as usize] += share;
+            }
+        }
+    }
+    nodal
+}
+
+/// The elements of a set that belong to a block, as a range of the set.
+fn in_block<const D: usize>(
+    mesh: &Mesh<D>,
+    set: &dyn ElementSet<D>,
+    block: usize,
+) -> std::ops::Range<usize> {
+    let elements = &mesh.blocks[block].elements;
+    let before = |limit: u32| set.mesh_elements().partition_point(|&e| e < limit);
+    before(elements.start)..before(elements.end)
+}

@@ -1,0 +1,120 @@
+//! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
+
+use crate::element::element_set::{Formulation, Record, RecordMut, StressIntegral};
+use crate::element::geometry::{self, Moduli, Nodal, Points};
+use crate::element::simd::Real;
+use crate::element::tensor::{self, Tensor};
+use crate::scene::Kinematics;
+
+/// S = C:E with E = ½(H + Hᵀ + HᵀH), H = F − I, on the configuration at rest;
+/// no history. E from H keeps its digits at small strain.
+pub(super) struct Total;
+
+impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Total {
+    const KINEMATICS: Kinematics = Kinematics::Total;
+
+    const RECORD: usize = 0;
+
+    #[inline(always)]
+    fn respond<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        _: &mut (impl RecordMut<T> + ?Sized),
+    ) -> Nodal<D, N, T> {
+        let mut force = geometry::nothing(u);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, u);
+            let second_piola = element.lame().stress(&green_lagrange(&h));
+            let first_piola = push_forward(&h, &second_piola);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
+        }
+        geometry::balance(&mut force);
+        force
+    }
+
+    /// Ṡ = C:sym(Fᵀ Ḟ).
+    #[inline(always)]
+    fn force_rate<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        velocity: &Nodal<D, N, T>,
+    ) -> Nodal<D, N, T> {
+        let mut force = geometry::nothing(u);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, u);
+            let rate = geometry::gradient(&gradients, velocity);
+            let second_piola = element.lame().stress(&green_lagrange_rate(&h, &rate));
+            let first_piola = push_forward(&h, &second_piola);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
+        }
+        geometry::balance(&mut force);
+        force
+    }
+
+    #[inline(always)]
+    fn strain_energy<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        u: &Nodal<D, N, T>,
+        _: &(impl Record<T> + ?Sized),
+    ) -> T {
+        let half = u[0][0].constant(0.5);
+        let mut energy = half.constant(0.0);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let strain = green_lagrange(&geometry::gradient(&gradients, u));
+            let stress = element.lame().stress(&strain);
+            energy += half * volume * tensor::contraction(&stress, &strain);
+        }
+        energy
+    }
+
+    #[inline(always)]
+    fn stress<T: Real>(
+        element: &impl Points<D, N, Q, T>,
+        moduli: &Moduli,
+        u: &Nodal<D, N, T>,
+        _: &(impl Record<T> + ?Sized),
+    ) -> StressIntegral<T> {
+        let out_of_plane = u[0][0].constant(moduli.out_of_plane);
+        let mut integral = StressIntegral::new(u[0][0].constant(0.0));
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, u);
+            let f = tensor::with_unit(&h);
+            let second_piola = element.lame().stress(&green_lagrange(&h));
+            let kirchhoff = tensor::product_transposed(&tensor::product(&f, &second_piola), &f);
+            // F_zz = 1 in plane strain, so τ_zz = S_zz = ν (S_xx + S_yy).
+            let across = out_of_plane * tensor::trace(&second_piola);
+            integral.add(volume, tensor::determinant(&f), &kirchhoff, across);
+        }
+        integral
+    }
+}
+
+/// ½(H + Hᵀ + HᵀH).
+#[inline(always)]
+pub(super) fn green_lagrange<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
+    let quadratic = tensor::transposed_product(h, h);
+    let half = h[0][0].constant(0.5);
+    tensor::filled(|i, j| half * (h[i][j] + h[j][i] + quadratic[i][j]))
+}
+
+/// Ė = sym(Fᵀ Ḟ), `rate` being Ḟ.
+#[inline(always)]
+pub(super) fn green_lagrange_rate<const D: usize, T: Real>(
+    h: &Tensor<D, T>,
+    rate: &Tensor<D, T>,
+) -> Tensor<D, T> {
+    tensor::symmetric(&tensor::sum(rate, &tensor::transposed_product(h, rate)))
+}
+
+/// P = F·S = S + H·S.
+#[inline(always)]
+fn push_forward<const D: usize, T: Real>(
+    h: &Tensor<D, T>,
+    second_piola: &Tensor<D, T>,
+) -> Tensor<D, T> {
+    tensor::sum(second_piola, &tensor::product(h, second_piola))
+}

@@ -1,0 +1,8 @@
+//! Vectors, adjacency lists, formats of numbers, profiling: what all rooms use.
+
+pub(crate) mod adjacency;
+pub(crate) mod format;
+pub(crate) mod profile;
+pub(crate) mod quadratic;
+pub(crate) mod serde_pod;
+pub(crate) mod vector;

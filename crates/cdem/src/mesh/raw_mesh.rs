@@ -1,0 +1,159 @@
+//! A mesh as a file or a shape gives it, before it is cut into blocks.
+
+use crate::mesh::{ElementKind, MeshError};
+
+/// Points, cells of dimension 0 to 3, and the physical groups they lie in.
+///
+/// Built by a file reader or a shape, consumed by [`assemble`](crate::mesh::assemble).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RawMesh {
+    /// What messages call it: a file name, or the shape of a block.
+    pub origin: String,
+    /// Coordinates in the units of the file; 2-D meshes have a constant z.
+    pub points: Vec<[f64; 3]>,
+    /// The file's own number of each point, for messages.
+    pub point_tags: Vec<u64>,
+    /// Cells, one entry per kind that occurs.
+    pub cells: Vec<RawCells>,
+    /// Physical groups.
+    pub groups: Vec<RawGroup>,
+    /// Sets of groups that cells lie in: indices into `groups`, sorted, each
+    /// once. The first set is empty.
+    pub group_sets: Vec<Vec<u32>>,
+}
+
+/// All cells of one kind.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RawCells {
+    /// Their shape.
+    pub kind: CellKind,
+    /// Indices into [`RawMesh::points`], [`CellKind::node_count`] per cell, in
+    /// Gmsh's order.
+    pub nodes: Vec<u32>,
+    /// The file's own number of each cell, for messages.
+    pub tags: Vec<u64>,
+    /// Index into [`RawMesh::group_sets`] of each cell.
+    pub sets: Vec<u32>,
+}
+
+/// A physical group.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RawGroup {
+    /// Dimension of its cells: 0 points, 1 curves, 2 surfaces, 3 volumes.
+    pub dimension: usize,
+    /// The file's own number.
+    pub tag: i32,
+    /// Its name; the number as text where the file gives none.
+    pub name: String,
+}
+
+/// Shape of a cell: an element or a piece of a boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CellKind {
+    /// One node.
+    Point,
+    /// Two-node line.
+    Line,
+    /// A shape that can be an element, too.
+    Element(ElementKind),
+}
+
+impl CellKind {
+    /// Number of nodes.
+    #[must_use]
+    pub const fn node_count(self) -> usize {
+        match self {
+            Self::Point => 1,
+            Self::Line => 2,
+            Self::Element(kind) => kind.node_count(),
+        }
+    }
+
+    /// Dimension, 0 to 3.
+    #[must_use]
+    pub const fn dimension(self) -> usize {
+        match self {
+            Self::Point => 0,
+            Self::Line => 1,
+            Self::Element(kind) => kind.dimension(),
+        }
+    }
+}
+
+impl RawMesh {
+    /// An empty mesh that messages call `origin`.
+    #[must_use]
+    pub fn new(origin: impl Into<String>) -> Self {
+        Self {
+            origin: origin.into(),
+            group_sets: vec![Vec::new()],
+            ..Self::default()
+        }
+    }
+
+    /// The cells of `kind`, to add to.
+    pub fn cells_mut(&mut self, kind: CellKind) -> &mut RawCells {
+        let found = self.cells.iter().position(|cells| cells.kind == kind);
+        let index = found.unwrap_or_else(|| {
+            self.cells.push(RawCells {
+                kind,
+                nodes: Vec::new(),
+                tags: Vec::new(),
+                sets: Vec::new(),
+            });
+            self.cells.len() - 1
+        });
+        &mut self.cells[index]
+    }
+
+    /// Number of cells of `dimension`.
+    #[must_use]
+    pub fn cell_count(&self, dimension: usize) -> usize {
+        let of_dimension = |cells: &&RawCells| cells.kind.dimension() == dimension;
+        let cells = self.cells.iter().filter(of_dimension);
+        cells.map(|cells| cells.tags.len()).sum()
+    }
+
+    /// Checks that all indices point at something.
+    ///
+    /// # Errors
+    /// [`MeshError::Inconsistent`] with the first thing that does not.
+    pub fn check(&self) -> Result<(), MeshError> {
+        let fault = |problem: String| MeshError::Inconsistent {
+            mesh: self.origin.clone(),
+            problem,
+        };
+        if self.point_tags.len() != self.points.len() {
+            return Err(fault("points and point tags differ in number".into()));
+        }
+        for cells in &self.cells {
+            let count = cells.tags.len();
+            if cells.sets.len() != count || cells.nodes.len() != count * cells.kind.node_count() {
+                let kind = cells.kind;
+                return Err(fault(format!("the arrays of {kind:?} differ in length")));
+            }
+            if let Some(node) = cells
+                .nodes
+                .iter()
+                .find(|&&n| n as usize >= self.points.len())
+            {
+                let points = self.points.len();
+                return Err(fault(format!("a cell has point {node} of {points}")));
+            }
+            if let Some(set) = cells
+                .sets
+                .iter()
+                .find(|&&s| s as usize >= self.group_sets.len())
+            {
+                return Err(fault(format!(
+                    "a cell lies in group set {set}, which there is not"
+                )));
+            }
+        }
+        let known = |set: &Vec<u32>| set.iter().all(|&g| (g as usize) < self.groups.len());
+        if !self.group_sets.iter().all(known) {
+            return Err(fault("a set names a group that there is not".into()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! The largest of what nodes have, block by block.
+
+use rayon::prelude::*;
+
+use crate::model::AT_ONCE;
+
+/// The largest of `N` numbers of each node, none below 0, found for each block on all threads.
+#[derive(Clone, Debug)]
+pub(crate) struct Largest<const N: usize> {
+    /// Of nodes in a row of the same block, for some nodes after the other.
+    of_nodes: Vec<Vec<(u32, [f64; N])>>,
+    of_blocks: Vec<[f64; N]>,
+}
+
+impl<const N: usize> Default for Largest<N> {
+    fn default() -> Self {
+        Self {
+            of_nodes: Vec::new(),
+            of_blocks: Vec::new(),
+        }
+    }
+}
+
+impl<const N: usize> Largest<N> {
+    /// Finds them for so many `blocks`, of the nodes whose blocks `block_of` lists; 0 where a
+    /// block has none of them.
+    pub(crate) fn find(
+        &mut self,
+        block_of: &[u32],
+        blocks: usize,
+        of: impl Fn(u32) -> [f64; N] + Sync,
+    ) -> &[[f64; N]] {
+        let some = block_of.par_chunks(AT_ONCE);
+        self.of_nodes.resize_with(some.len(), Vec::new);
+        let some = self.of_nodes.par_iter_mut().zip(some).enumerate();
+        some.for_each(|(part, (largest, block_of))| {
+            largest.clear();
+            let (mut block, mut most) = (block_of[0], [0.0; N]);
+            for (node, &other) in ((part * AT_ONCE) as u32..).zip(block_of) {
+                if other != block {
+                    largest.push((block, most));
+                    (block, most) = (other, [0.0; N]);
+                }
+                most = larger(most, of(node));
+            }
+            largest.push((block, most));
+        });
+        self.of_blocks.clear();
+        self.of_blocks.resize(blocks, [0.0; N]);
+        for &(block, most) in self.of_nodes.iter().flatten() {
+            let of_block = &mut self.of_blocks[block as usize];
+            *of_block = larger(*of_block, most);
+        }
+        &self.of_blocks
+    }
+
+    /// As they were found last.
+    pub(crate) fn of_blocks(&self) -> &[[f64; N]] {
+        &self.of_blocks
+    }
+}
+
+/// The larger of two numbers, place by place. What is not a number is not lost.
+#[inline]
+fn larger<const N: usize>(one: [f64; N], other: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|n| {
+        if one[n] >= other[n] || one[n].is_nan() {
+            one[n]
+        } else {
+            other[n]
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_get_the_largest_of_their_nodes_however_many_these_are() {
+        // Some blocks lie in one part of the nodes, one in several, one has none.
+        let counts = [3, 2 * AT_ONCE + 7, 0, 1, AT_ONCE];
+        let block_of: Vec<u32> = (0..).zip(counts).flat_map(|(b, n)| vec![b; n]).collect();
+        let mut random = fastrand::Rng::with_seed(11);
+        let numbers: Vec<f64> = block_of.iter().map(|_| 1.0 + random.f64()).collect();
+        let mut largest = Largest::default();
+        // Less in the second round: nothing of the first may be left.
+        for share in [1.0, 0.5] {
+            let of = |node: u32| [share * numbers[node as usize], 2.0];
+            let found = largest.find(&block_of, counts.len(), of);
+            for ((block, count), found) in (0..).zip(counts).zip(found) {
+                let own = block_of
+                    .iter()
+                    .zip(&numbers)
+                    .filter(|(of, _)| **of == block);
+                let mut own: Vec<f64> = own.map(|(_, number)| share * number).collect();
+                own.sort_by(f64::total_cmp);
+                let second = if count > 0 { 2.0 } else { 0.0 };
+                assert_eq!(*found, [own.pop().unwrap_or_default(), second]);
+            }
+        }
+        assert_eq!(largest.find(&[], 1, |_| [1.0, 1.0]), [[0.0; 2]]);
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_lost() {
+        for place in 0..3 {
+            let of = |node: u32| [if node == place { f64::NAN } else { 1.0 }];
+            assert!(Largest::default().find(&[0; 3], 1, of)[0][0].is_nan());
+        }
+    }
+}

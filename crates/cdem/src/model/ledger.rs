@@ -1,0 +1,62 @@
+//! The energy ledger (design, section 7).
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::vector::{Sum, dot, pad};
+
+/// Sums since t = 0: work, J, and the impulse of all external forces, N·s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Ledger {
+    pub(crate) external_work: f64,
+    pub(crate) gravity_work: f64,
+    pub(crate) damping_loss: f64,
+    pub(crate) correction_loss: f64,
+    /// What changes of time levels take of the energy as it is measured, and what goes with
+    /// sub-elements that are given up.
+    pub(crate) remesh_loss: f64,
+    pub(crate) impulse: Sum<3>,
+}
+
+/// Which sum an impulse belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Account {
+    /// Loads and reactions of prescribed motion.
+    External,
+    /// Gravity.
+    Gravity,
+    /// Damping by forces from outside: mass-proportional and local.
+    Damping,
+    /// Damping inside the body: it has no resultant.
+    Viscosity,
+}
+
+impl Ledger {
+    /// Books an impulse on a node whose velocity goes from the one to the other
+    /// by all impulses of the substep: its work is J·(before + after)/2.
+    pub(crate) fn book<const D: usize>(
+        &mut self,
+        account: Account,
+        impulse: &[f64; D],
+        [before, after]: [&[f64; D]; 2],
+    ) {
+        let work = 0.5 * (dot(impulse, before) + dot(impulse, after));
+        match account {
+            Account::External => self.external_work += work,
+            Account::Gravity => self.gravity_work += work,
+            Account::Damping | Account::Viscosity => self.damping_loss -= work,
+        }
+        if account != Account::Viscosity {
+            self.impulse.add_scaled(1.0, &pad(impulse));
+        }
+    }
+
+    /// Adds another ledger, `share` times.
+    pub(crate) fn add(&mut self, share: f64, other: &Self) {
+        self.external_work += share * other.external_work;
+        self.gravity_work += share * other.gravity_work;
+        self.damping_loss += share * other.damping_loss;
+        self.correction_loss += share * other.correction_loss;
+        self.remesh_loss += share * other.remesh_loss;
+        self.impulse.add_sum(share, &other.impulse);
+    }
+}

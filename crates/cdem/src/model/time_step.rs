@@ -1,0 +1,312 @@
+//! The coarse step and the level of each element, from their stable steps
+//! (design, section 3).
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::element::mass::{MassKind, Masses};
+use crate::element::{ElementSet, stable_step};
+use crate::math::vector::pad;
+use crate::mesh::{Block, Mesh};
+use crate::model::time_levels::{self, Joined, level_of};
+use crate::model::{BlockData, ModelError};
+use crate::scene::Scene;
+
+/// Steps that a run may have at most: beyond, their number is no exact float.
+const MAX_STEPS: f64 = 9e15;
+
+/// Safety at most of what a step near the limit would harm. An element whose
+/// level changes pumps energy there (a thousand changes: 1 % at 0.5, growth
+/// without bound at 0.8). And a block of few nodes has all its vibrations near
+/// the limit, 16 to 24 % too fast at safety 0.8 to 0.9, 5 % at 0.5.
+pub(crate) const CAREFUL: f64 = 0.5;
+
+/// Elements that a thread takes at once.
+const SHARE: usize = 256;
+
+/// How fast elements may go.
+pub(crate) struct Pace {
+    /// Stable step of each element, s: its own, or that of its block where the
+    /// mass matrix is dense; infinite in fixed blocks.
+    limit: Vec<f64>,
+    /// Share of it that is used.
+    share: Vec<f64>,
+    safety: f64,
+    /// Elements of the blocks that move and whose mass matrix is dense.
+    dense: Vec<Range<usize>>,
+}
+
+impl Pace {
+    /// Stable steps of the elements of all blocks.
+    ///
+    /// # Errors
+    /// Where an element has none that is a positive number.
+    pub(crate) fn new<const D: usize>(
+        mesh: &Mesh<D>,
+        sets: &[Box<dyn ElementSet<D>>],
+        masses: &Masses,
+        blocks: &[BlockData],
+        safety: f64,
+    ) -> Result<Self, ModelError> {
+        let count = mesh.elements.len();
+        let mut pace = Self {
+            limit: vec![f64::INFINITY; count],
+            share: vec![safety; count],
+            safety,
+            dense: Vec::new(),
+        };
+        let lumped = |e: usize| {
+            let block = mesh
+                .blocks
+                .partition_point(|b| b.elements.end as usize <= e);
+            let dense = blocks[block].mass_kind == MassKind::Consistent;
+            (!dense && !blocks[block].fixed).then_some(&blocks[block])
+        };
+        for set in sets {
+            let elements = set.mesh_elements();
+            let limit = |(i, &e): (usize, &u32)| {
+                let block = lumped(e as usize)?;
+                let omega = set.frequency(i, &masses.factor);
+                Some(stable_step(omega, block.damping.stiffness))
+            };
+            let each = elements.par_iter().enumerate().with_min_len(SHARE);
+            let limits: Vec<Option<f64>> = each.map(limit).collect();
+            for (&e, limit) in elements.iter().zip(limits) {
+                if let Some(limit) = limit {
+                    pace.limit[e as usize] = limit;
+                }
+            }
+        }
+        for dense in &masses.consistent {
+            let block = &blocks[dense.block as usize];
+            let range = &mesh.blocks[dense.block as usize].elements;
+            let elements = range.start as usize..range.end as usize;
+            if !block.fixed {
+                let omega = dense.frequency(mesh, sets);
+                pace.limit[elements.clone()].fill(stable_step(omega, block.damping.stiffness));
+                pace.share[elements.clone()].fill(safety.min(CAREFUL));
+                pace.dense.push(elements);
+            }
+        }
+        pace.refuse_unstable(mesh, blocks)?;
+        Ok(pace)
+    }
+
+    /// Elements that may move have a stable step.
+    fn refuse_unstable<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        blocks: &[BlockData],
+    ) -> Result<(), ModelError> {
+        let moving = mesh.blocks.iter().zip(blocks);
+        for (block, _) in moving.filter(|(_, data)| !data.fixed) {
+            let mut elements = block.elements.clone();
+            let stable =
+                |e: u32| self.limit[e as usize].is_finite() && self.limit[e as usize] > 0.0;
+            if let Some(element) = elements.find(|&e| !stable(e)) {
+                let node = mesh.elements[element as usize].nodes()[0];
+                return Err(ModelError::Unstable {
+                    key: format!("block[{}].material", block.source),
+                    block: block.name.clone(),
+                    element: element - block.elements.start,
+                    at: pad(&mesh.nodes[node as usize]),
+                    limit: self.limit[element as usize],
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps that elements will take, up to powers of two, s. Blocks in contact
+    /// share the finest level among them: small ones wholly, and mostly.
+    fn taken(&self) -> Vec<f64> {
+        let steps = self.limit.iter().zip(&self.share);
+        let mut steps: Vec<f64> = steps.map(|(limit, share)| limit * share).collect();
+        let small = self.dense.iter().cloned().flatten();
+        let finest = small.map(|e| steps[e]).fold(f64::INFINITY, f64::min);
+        for elements in &self.dense {
+            steps[elements.clone()].fill(finest);
+        }
+        steps.retain(|step| step.is_finite());
+        steps
+    }
+
+    /// Largest and smallest stable step of what moves, s.
+    pub(crate) fn extremes(&self) -> [f64; 2] {
+        let finite = self.limit.iter().filter(|limit| limit.is_finite());
+        finite.fold([0.0_f64, f64::INFINITY], |[high, low], &limit| {
+            [high.max(limit), low.min(limit)]
+        })
+    }
+
+    /// Shortest stable step in each block, s; infinite in fixed ones.
+    pub(crate) fn shortest<const D: usize>(&self, mesh: &Mesh<D>) -> Vec<f64> {
+        let shortest = |block: &Block| {
+            let elements = block.elements.start as usize..block.elements.end as usize;
+            let limits = self.limit[elements].iter().copied();
+            limits.fold(f64::INFINITY, f64::min)
+        };
+        mesh.blocks.iter().map(shortest).collect()
+    }
+
+    /// The coarse step, s, and the number of steps; fills in the scene's.
+    pub(crate) fn choose_step(&self, scene: &mut Scene) -> Result<(f64, u64), ModelError> {
+        let end = scene.time.end;
+        let cheapest = || cheapest_step(self.taken());
+        let wanted = scene.time.step.unwrap_or_else(cheapest).min(end);
+        // A step that divides the end up to round-off is taken as it is.
+        let count = (end / wanted * (1.0 - 1e-12)).ceil().max(1.0);
+        if count > MAX_STEPS {
+            return Err(ModelError::TooManySteps {
+                count,
+                step: wanted,
+                end,
+            });
+        }
+        let step = end / count;
+        scene.time.step = Some(step);
+        Ok((step, count as u64))
+    }
+
+    /// Level of each element by its own stable step.
+    pub(crate) fn levels<const D: usize>(
+        mut self,
+        mesh: &Mesh<D>,
+        step: f64,
+    ) -> Result<Vec<u8>, ModelError> {
+        let surface = surface_elements(mesh);
+        loop {
+            let levels = self.levels_now(mesh, step)?;
+            let nodes = mesh.nodes.len();
+            let own = |e: usize| mesh.elements[e].nodes();
+            let used = time_levels::assign(&levels, own, nodes, &Joined::new(nodes)).element;
+            // Finest level of the surface of each block: what a contact may
+            // raise the others to.
+            let finest: Vec<u8> = mesh
+                .blocks
+                .iter()
+                .map(|block| {
+                    let at_surface = block.elements.clone().filter(|&e| surface[e as usize]);
+                    let of = |e: u32| used[e as usize];
+                    at_surface.map(of).max().unwrap_or(0)
+                })
+                .collect();
+            let top = finest.iter().copied().max().unwrap_or(0);
+            let alone = finest.iter().filter(|&&level| level == top).count() == 1;
+            let lower = finest.iter().copied().filter(|&level| level < top);
+            let second = lower.max().unwrap_or(0);
+            let mut changed = false;
+            for (block, own) in mesh.blocks.iter().zip(finest) {
+                let other = if own == top && alone { second } else { top };
+                for e in block.elements.clone().map(|e| e as usize) {
+                    let may_change = surface[e] && levels[e] < other && self.limit[e].is_finite();
+                    if may_change && self.share[e] > CAREFUL {
+                        self.share[e] = self.safety.min(CAREFUL);
+                        changed = true;
+                    }
+                }
+            }
+            if !changed {
+                return Ok(levels);
+            }
+        }
+    }
+
+    fn levels_now<const D: usize>(&self, mesh: &Mesh<D>, step: f64) -> Result<Vec<u8>, ModelError> {
+        let mut levels = vec![0; self.limit.len()];
+        for block in &mesh.blocks {
+            for e in block.elements.clone() {
+                let (limit, share) = (self.limit[e as usize], self.share[e as usize]);
+                levels[e as usize] = level_of(step, share * limit).ok_or_else(|| {
+                    let node = mesh.elements[e as usize].nodes()[0];
+                    ModelError::TooFine {
+                        block: block.name.clone(),
+                        element: e - block.elements.start,
+                        at: pad(&mesh.nodes[node as usize]),
+                        limit,
+                        needed: (step / (share * limit)).log2().ceil() as u32,
+                        step,
+                    }
+                })?;
+            }
+        }
+        Ok(levels)
+    }
+}
+
+/// Whether an element has a node on the surface of its block.
+fn surface_elements<const D: usize>(mesh: &Mesh<D>) -> Vec<bool> {
+    let mut on_surface = vec![false; mesh.nodes.len()];
+    for &facet in &*mesh.boundary_facets() {
+        for node in mesh.facet_nodes(facet) {
+            on_surface[node as usize] = true;
+        }
+    }
+    let elements = mesh.elements.iter();
+    elements
+        .map(|element| {
+            element
+                .nodes()
+                .iter()
+                .any(|&node| on_surface[node as usize])
+        })
+        .collect()
+}
+
+/// The coarse step, s, up to the largest of `allowed`, for which elements are
+/// updated least often in a second: by levels alone, without the buffer layer.
+/// Levels being powers of two, steps within one octave are all there are.
+fn cheapest_step(mut allowed: Vec<f64>) -> f64 {
+    let largest = allowed.iter().copied().fold(0.0, f64::max);
+    // Each element's step in the octave below the largest, and the substeps
+    // that it takes of that.
+    let mut weight = 0.0;
+    let mut octave: Vec<(f64, f64)> = Vec::with_capacity(allowed.len());
+    for step in allowed.drain(..) {
+        let mut in_octave = step;
+        let mut substeps = 1.0;
+        while in_octave <= 0.5 * largest {
+            in_octave *= 2.0;
+            substeps *= 2.0;
+        }
+        octave.push((in_octave, substeps));
+        weight += substeps;
+    }
+    octave.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut best = (f64::INFINITY, largest);
+    let mut start = 0;
+    while start < octave.len() {
+        // Those below this step need twice the substeps, those at it do not.
+        let step = octave[start].0;
+        let cost = weight / step;
+        if cost <= best.0 * (1.0 + 1e-12) {
+            best = (cost, step);
+        }
+        while start < octave.len() && octave[start].0 <= step {
+            weight += octave[start].1;
+            start += 1;
+        }
+    }
+    best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cheapest_step;
+
+    #[test]
+    fn the_cheapest_step_spares_the_many_a_finer_level() {
+        assert_eq!(cheapest_step(vec![1.0]), 1.0);
+        // One stiffer by a hair than the rest: all at its step.
+        assert_eq!(cheapest_step(vec![1.0, 0.99, 0.99]), 0.99);
+        // One much stiffer: it takes two substeps.
+        assert_eq!(cheapest_step(vec![1.0, 1.0, 1.0, 0.6]), 1.0);
+        // An octave down is as good: 0.5 is two substeps of 1.
+        assert_eq!(cheapest_step(vec![1.0, 0.5, 0.25]), 1.0);
+        // Nine at 0.49 are at 0.98 with two substeps.
+        let mut many = vec![0.49; 9];
+        many.push(1.0);
+        assert_eq!(cheapest_step(many), 0.98);
+    }
+}

@@ -1,0 +1,434 @@
+//! Which places of which blocks are refined, and how finely.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::math::format::{quantity, short, significant};
+use crate::math::vector::norm;
+use crate::mesh::{Block, Mesh};
+use crate::model::time_levels::MAX_LEVEL;
+use crate::refinement::base_model::Foundation;
+use crate::refinement::composite_mesh::refined;
+use crate::refinement::impact_history::Impacts;
+use crate::refinement::indicator::{Depth, Encounter, Limit};
+use crate::refinement::refined_block::Cover;
+use crate::refinement::zone::{GENTLE, GRADING, Zone};
+use crate::scene::Zone as Extent;
+
+/// Coarse steps between two looks whether any zone is needed no more: each change of mesh
+/// costs energy, so they are seldom (design, section 3).
+const SHED: u64 = 8;
+
+/// Levels that simplices cut from an element, with the careful steps that they take, may be
+/// above it before they are halved: a step of 0.3 of its own, as of the worst shape of
+/// bisected tetrahedra, half of that.
+const STEEPER: u32 = 3;
+
+/// Mass of a node inside a face of its block, and of one on a straight edge in space, over
+/// that of one inside the block.
+const ON_FACE: f64 = 0.5;
+const ON_EDGE: f64 = 0.25;
+
+/// Covers that a thread makes in a row, in the plane and in space: one in the plane takes no
+/// longer than waking a thread.
+const IN_A_ROW: [usize; 2] = [8, 1];
+
+/// All overlays, and the zones that they are made for.
+pub(crate) struct SecondScale<const D: usize> {
+    pub(crate) foundation: Foundation<D>,
+    pub(super) energy_loss: f64,
+    pub(super) max_level: u32,
+    extent: Extent,
+    /// How far each block is across, m.
+    pub(super) widths: Vec<f64>,
+    pub(super) zones: Vec<Vec<Zone<D>>>,
+    /// How many of these each cover has, and those that it could not have.
+    pub(super) made: Vec<usize>,
+    pub(super) refused: Vec<Vec<Zone<D>>>,
+    /// What has kept each block from having the last of those.
+    pub(super) why_refused: Vec<Limit>,
+    pub(super) covers: Vec<Option<Cover<D>>>,
+    /// The last coarse step for which each block may have any.
+    pub(super) stays: Vec<u64>,
+    /// Blocks of which zones have come that their cover does not have.
+    pub(super) waiting: Vec<usize>,
+    /// Energy that changes of level, and of positions, have made in each block, J.
+    pub(super) debts: Vec<f64>,
+    /// Blocks that do not move, or only as is prescribed.
+    pub(super) still: Vec<bool>,
+    /// Of pairs of blocks that collide.
+    pub(super) impacts: Impacts,
+}
+
+/// Another cover for a block, and the zones that it is made for.
+pub(crate) struct Change<const D: usize> {
+    pub(crate) block: usize,
+    pub(crate) cover: Option<Cover<D>>,
+    /// Displacements of its nodes then, m, where these are fewer.
+    pub(crate) displacement: Option<Vec<[f64; D]>>,
+    zones: Vec<Zone<D>>,
+}
+
+/// Another cover for a block in the place of an old one, if there can be one.
+type MakeCover<const D: usize> =
+    fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Result<Option<Cover<D>>, Limit>;
+
+impl<const D: usize> SecondScale<D> {
+    /// Of blocks that are as they were.
+    pub(crate) fn new(foundation: Foundation<D>) -> Self {
+        let contact = &foundation.scene.contact;
+        let count = foundation.mesh.blocks.len();
+        let width = |block: &Block| {
+            let nodes = block.nodes.start as usize..block.nodes.end as usize;
+            let extent = |c: usize| {
+                let along = foundation.mesh.nodes[nodes.clone()].iter().map(|x| x[c]);
+                let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
+                    [a.min(x), b.max(x)]
+                });
+                high - low
+            };
+            norm(&std::array::from_fn::<f64, D, _>(extent))
+        };
+        Self {
+            widths: foundation.mesh.blocks.iter().map(width).collect(),
+            energy_loss: contact.energy_loss,
+            max_level: contact.max_level,
+            extent: contact.zone,
+            zones: vec![Vec::new(); count],
+            made: vec![0; count],
+            refused: vec![Vec::new(); count],
+            why_refused: vec![Limit::Masses; count],
+            covers: vec![None; count],
+            stays: vec![0; count],
+            waiting: Vec::new(),
+            debts: vec![0.0; count],
+            still: vec![false; count],
+            impacts: Impacts::default(),
+            foundation,
+        }
+    }
+
+    /// The cover of each block that has one.
+    pub(crate) fn covers(&self) -> &[Option<Cover<D>>] {
+        &self.covers
+    }
+
+    /// The mesh of all blocks with their covers.
+    pub(crate) fn mesh(&self) -> Mesh<D> {
+        let overlays = self.covers.iter();
+        let overlays = overlays.map(|cover| cover.as_ref().map(|cover| &cover.overlay));
+        refined(&self.foundation.mesh, &overlays.collect::<Vec<_>>())
+    }
+
+    /// Size of the elements before refinement among which those of `roots` are, m.
+    pub(crate) fn base_size(&self, roots: impl Iterator<Item = u32>) -> f64 {
+        let size = |root: u32| self.foundation.size(root);
+        roots.map(size).fold(0.0, f64::max)
+    }
+
+    /// How often elements among those of `roots` may be halved before there is no time level
+    /// for them.
+    pub(crate) fn halvings(&self, roots: impl Iterator<Item = u32>) -> u32 {
+        let level = |root: u32| u32::from(self.foundation.level[root as usize]) + STEEPER;
+        let finest = roots.map(level).max().unwrap_or_default();
+        u32::from(MAX_LEVEL).saturating_sub(finest)
+    }
+
+    /// Mass of a node at a place of a block before refinement, kg: of a node number of the
+    /// block that is there, its own; where there is none, that of one inside a face, or on an
+    /// edge in space, among elements like those of `roots`.
+    pub(crate) fn base_mass(
+        &self,
+        block: usize,
+        number: usize,
+        place: &[f64; D],
+        (roots, is_edge): (impl Iterator<Item = u32>, bool),
+    ) -> f64 {
+        let share = if is_edge { ON_EDGE } else { ON_FACE };
+        let nodes = &self.foundation.mesh.blocks[block].nodes;
+        let node = nodes.start as usize + number;
+        if number < nodes.len() && self.foundation.mesh.nodes[node] == *place {
+            return self.foundation.masses.nodal[node];
+        }
+        let of_cells = roots.map(|root| self.foundation.cell_mass(block, root));
+        share * of_cells.fold(0.0, f64::max)
+    }
+
+    pub(super) fn wave_speed(&self, block: usize) -> f64 {
+        self.foundation.material(block).p_wave_speed()
+    }
+
+    /// Whether a block does not move, or only as is prescribed.
+    pub(crate) fn is_still(&self, block: usize) -> bool {
+        self.still[block]
+    }
+
+    /// Says of each block whether it does not move, or only as is prescribed.
+    pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
+        self.still.clear();
+        self.still.extend(still);
+    }
+
+    /// Blocks that owe some.
+    pub(crate) fn debtors(&self) -> Vec<usize> {
+        let blocks = 0..self.debts.len();
+        blocks.filter(|&block| self.debts[block] > 0.0).collect()
+    }
+
+    /// Energy that a block owes, J.
+    pub(crate) fn debt(&self, block: usize) -> f64 {
+        self.debts[block]
+    }
+
+    /// A change of level, or of positions, has made so much energy in a block, J.
+    pub(crate) fn owe(&mut self, block: usize, energy: f64) {
+        self.debts[block] += energy;
+    }
+
+    /// What such changes have taken from blocks in a coarse step is lost: no later one may give
+    /// it back, when it would be a gain out of nowhere.
+    pub(crate) fn forget_credit(&mut self) {
+        for debt in &mut self.debts {
+            *debt = debt.max(0.0);
+        }
+    }
+
+    /// Time that compression waves take across a block, s.
+    pub(crate) fn crossing(&self, block: usize) -> f64 {
+        self.widths[block] / self.wave_speed(block)
+    }
+
+    /// Asks for elements of some `sizes`, m, where two blocks are to meet, flush or not,
+    /// until a step; where these are no smaller than what is there without, for nothing.
+    pub(crate) fn ask(
+        &mut self,
+        encounter: &Encounter<D>,
+        sizes: [f64; 2],
+        is_flush: bool,
+        until: u64,
+    ) {
+        for (side, finest) in sizes.into_iter().enumerate() {
+            let block = encounter.blocks[side];
+            if finest >= encounter.sizes[side] || self.is_still(block) {
+                continue;
+            }
+            let zone = self.zone(encounter, side, finest, is_flush, until);
+            if self.refused[block].iter().any(|known| known.covers(&zone)) {
+                let blocks = encounter.blocks.map(|block| block as u32);
+                self.impacts.refuse(blocks, block, self.why_refused[block]);
+                continue;
+            }
+            let mut known = self.zones[block].iter_mut();
+            match known.find(|known| known.covers(&zone)) {
+                Some(known) => known.until = known.until.max(until),
+                None => {
+                    self.zones[block].push(zone);
+                    self.waiting.push(block);
+                }
+            }
+        }
+    }
+
+    /// A zone on one side of an encounter.
+    pub(super) fn zone(
+        &self,
+        encounter: &Encounter<D>,
+        side: usize,
+        finest: f64,
+        is_flush: bool,
+        until: u64,
+    ) -> Zone<D> {
+        Zone {
+            centre: encounter.places[side],
+            radius: match self.extent {
+                Extent::Graded => 0.0,
+                Extent::Wavefront => self.wave_speed(encounter.blocks[side]) * encounter.unified,
+            },
+            finest,
+            grading: if is_flush && D == 2 { GENTLE } else { GRADING },
+            until,
+        }
+    }
+
+    /// Keeps the zones around a place of a block until a step; of a contact that has slid
+    /// out of them, so far in all and in a step, m, the finest goes with it.
+    pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], slip: [f64; 2], until: u64) {
+        let (mut is_inside, mut left) = (false, None::<Zone<D>>);
+        for zone in &mut self.zones[block] {
+            if zone.has(centre) {
+                zone.until = zone.until.max(until);
+                is_inside = true;
+            } else if zone.is_left_by(centre, slip)
+                && left.is_none_or(|left| zone.finest < left.finest)
+            {
+                let centre = *centre;
+                left = Some(Zone {
+                    centre,
+                    until,
+                    ..*zone
+                });
+            }
+        }
+        if let Some(zone) = left.filter(|_| !is_inside) {
+            self.zones[block].push(zone);
+            self.waiting.push(block);
+        }
+    }
+
+    /// Keeps the impact of two blocks that includes a touch of some energy, J, until a step;
+    /// returns its energy.
+    pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+        self.impacts.energy(blocks, energy, until)
+    }
+
+    /// Keeps the zones of a block until a step, as far as they are kept themselves.
+    pub(crate) fn stay(&mut self, block: usize, until: u64) {
+        self.stays[block] = self.stays[block].max(until);
+    }
+
+    /// Keeps how deep the impact of two blocks is to be refined, as seen at a time, s, with a
+    /// speed, m/s.
+    pub(crate) fn look(&mut self, blocks: [u32; 2], depth: &Depth, seen: [f64; 2]) {
+        self.impacts.look(blocks, depth, seen);
+    }
+
+    /// What the user should know: which collisions were foreseen to lose more than
+    /// `energy_loss`, and why.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let name = |block: usize| &self.foundation.mesh.blocks[block].name;
+        let limited = self.impacts.limited().into_iter().map(|(limit, found)| {
+            let why = match limit {
+                Limit::Speed => {
+                    "so fast that smaller elements would leave what is elastic".to_owned()
+                }
+                Limit::Damping => "smaller elements would need far shorter steps for their \
+                                   damping in proportion to stiffness"
+                    .to_owned(),
+                Limit::Level => format!("`max_level` is {}", self.max_level),
+                Limit::Step => format!(
+                    "smaller elements need finer steps than 1/{} of the coarse one: try a smaller \
+                     `time.step`",
+                    1 << MAX_LEVEL
+                ),
+                Limit::Crowd => "long or wide touches would take too many elements".to_owned(),
+                Limit::Masses if self.max_level < 2 => format!(
+                    "with `max_level` = {} blocks have too few nodes to keep their moments of \
+                     inertia: raise it to 2, mesh them, or set mass = \"lumped\"",
+                    self.max_level
+                ),
+                Limit::Masses => "masses of finer elements could not keep the moments of \
+                                  inertia: mesh these blocks"
+                    .to_owned(),
+            };
+            let [a, b] = found.blocks.map(|block| name(block as usize));
+            format!(
+                "collisions that were foreseen to lose more than `energy_loss` = {} at the first \
+                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {}, at {} m/s, to \
+                 lose {} at most)",
+                short(self.energy_loss),
+                found.count,
+                quantity(found.time, "s"),
+                significant(found.speed, 3),
+                significant(found.share, 2)
+            )
+        });
+        limited.collect()
+    }
+
+    /// The covers that may change before coarse step `number`: more zones where they have
+    /// been asked for; now and then, if it is the `first` look of the step, fewer where they
+    /// are needed no more.
+    pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<Change<D>> {
+        self.impacts.end(number);
+        let mut waiting = std::mem::take(&mut self.waiting);
+        waiting.sort_unstable();
+        waiting.dedup();
+        let with = |&block: &usize| (block, self.zones[block].clone());
+        let more = waiting.iter().map(with).collect();
+        let (mut changes, refused) = self.covers_for(more, Cover::finer);
+        self.impacts.refine(&waiting, &refused);
+        for (&block, &limit) in &refused {
+            self.why_refused[block] = limit;
+            let new = self.zones[block].split_off(self.made[block]);
+            self.refused[block].extend(new);
+        }
+        if first && number.is_multiple_of(SHED) {
+            for refused in &mut self.refused {
+                refused.retain(|zone| zone.until >= number);
+            }
+            let mut fewer = self.left(number);
+            fewer.retain(|(block, _)| waiting.binary_search(block).is_err());
+            changes.extend(self.covers_for(fewer, Cover::coarser).0);
+        }
+        let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
+        for change in same {
+            self.take_zones(change.block, change.zones);
+        }
+        differ
+    }
+
+    /// Other covers of blocks, each independent of the others, and what keeps blocks from
+    /// having one.
+    fn covers_for(
+        &self,
+        zones: Vec<(usize, Vec<Zone<D>>)>,
+        make: MakeCover<D>,
+    ) -> (Vec<Change<D>>, BTreeMap<usize, Limit>) {
+        let change = |(block, zones): (usize, Vec<Zone<D>>)| {
+            let cover = make(&self.foundation, block, &zones, self.covers[block].as_ref());
+            let change = cover.map(|cover| Change {
+                block,
+                cover,
+                displacement: None,
+                zones,
+            });
+            change.map_err(|limit| (block, limit))
+        };
+        let made: Vec<Result<Change<D>, (usize, Limit)>> = zones
+            .into_par_iter()
+            .with_min_len(IN_A_ROW[D - 2])
+            .map(change)
+            .collect();
+        let (mut changes, mut refused) = (Vec::new(), BTreeMap::new());
+        for made in made {
+            match made {
+                Ok(change) => changes.push(change),
+                Err((block, limit)) => drop(refused.insert(block, limit)),
+            }
+        }
+        (changes, refused)
+    }
+
+    /// The zones that are still needed, of blocks of which some are not.
+    fn left(&self, number: u64) -> Vec<(usize, Vec<Zone<D>>)> {
+        let blocks = self.zones.iter().zip(&self.stays).enumerate();
+        let left = blocks.filter_map(|(block, (zones, &stays))| {
+            let needed = zones.iter().filter(|zone| zone.until.min(stays) >= number);
+            let needed: Vec<Zone<D>> = needed.copied().collect();
+            (needed.len() < zones.len()).then_some((block, needed))
+        });
+        left.collect()
+    }
+
+    /// Whether a change is one.
+    fn differs(&self, change: &Change<D>) -> bool {
+        let old = self.covers[change.block].as_ref();
+        let [old, new] =
+            [old, change.cover.as_ref()].map(|cover| cover.map(|c| &c.overlay.elements));
+        old != new
+    }
+
+    /// The cover of a block has these zones.
+    fn take_zones(&mut self, block: usize, zones: Vec<Zone<D>>) {
+        self.made[block] = zones.len();
+        self.zones[block] = zones;
+        self.refused[block].clear();
+    }
+
+    /// Gives a block another cover; returns the old one.
+    pub(crate) fn exchange(&mut self, change: Change<D>) -> Option<Cover<D>> {
+        self.take_zones(change.block, change.zones);
+        std::mem::replace(&mut self.covers[change.block], change.cover)
+    }
+}

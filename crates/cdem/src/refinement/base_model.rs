@@ -1,0 +1,210 @@
+//! What overlays are made over.
+
+use crate::contact::surface::Surface;
+use crate::element::mass::Masses;
+use crate::element::material::Elastic;
+use crate::element::{self, BlockProperties, ElementSet, stable_step};
+use crate::math::adjacency::Around;
+use crate::math::vector::{add, scale, sub};
+use crate::mesh::{Element, ElementKind, Mesh, volume};
+use crate::model::time_levels::level_of;
+use crate::model::time_step::CAREFUL;
+use crate::refinement::Base;
+use crate::refinement::composite_mesh;
+use crate::refinement::overlay::{Overlay, Wanted};
+use crate::refinement::prolongation::rotation;
+use crate::refinement::refined_block::Cover;
+use crate::refinement::zone::size;
+use crate::scene::Scene;
+use crate::simulation::build::{properties, thickness};
+use crate::simulation::dimension::Space;
+use nalgebra::{DMatrix, DVector};
+
+/// The blocks as they were before refinement.
+pub(crate) struct Foundation<const D: usize> {
+    pub(crate) scene: Scene,
+    pub(crate) mesh: Mesh<D>,
+    pub(crate) masses: Masses,
+    /// Level of each element by its own stable step.
+    pub(crate) level: Vec<u8>,
+    pub(crate) space: Space<D>,
+    around: Around,
+    materials: Vec<Elastic>,
+    properties: Vec<BlockProperties>,
+    /// Coarse step, s, over the share of their stable step that new elements use.
+    step: f64,
+}
+
+impl<const D: usize> Foundation<D> {
+    /// `level` is that of each element, of coarse steps of `step` seconds.
+    pub(crate) fn new(
+        scene: &Scene,
+        mesh: &Mesh<D>,
+        masses: Masses,
+        (level, step): (Vec<u8>, f64),
+        space: Space<D>,
+    ) -> Self {
+        let elements = mesh.elements.iter().map(Element::nodes);
+        let sources = mesh.blocks.iter().map(|block| block.source);
+        Self {
+            around: Around::new(elements, mesh.nodes.len()),
+            properties: sources.map(|source| properties(scene, source)).collect(),
+            materials: scene.material.iter().map(Elastic::new).collect(),
+            step: step / scene.time.safety.min(CAREFUL),
+            scene: scene.clone(),
+            mesh: mesh.clone(),
+            masses,
+            level,
+            space,
+        }
+    }
+
+    /// Level of a new element of angular frequency `omega`, rad/s, in a block; `None` where
+    /// it would need a finer one than there is.
+    pub(super) fn level(&self, block: usize, omega: f64) -> Option<u8> {
+        level_of(
+            self.step,
+            stable_step(omega, self.material(block).damping.stiffness),
+        )
+    }
+
+    /// A block with an overlay where anything is `wanted` smaller.
+    pub(super) fn overlay(&self, block: usize, wanted: Wanted<D>) -> Option<Overlay<D>> {
+        let base = Base::new(&self.mesh, &self.around);
+        (self.space.overlay)(base, &self.mesh, block, wanted)
+    }
+
+    /// Masses of the nodes of a block with a cover or without one, kg.
+    pub(crate) fn nodal_masses<'a>(
+        &'a self,
+        block: usize,
+        cover: Option<&'a Cover<D>>,
+    ) -> &'a [f64] {
+        let nodes = &self.mesh.blocks[block].nodes;
+        match cover {
+            Some(cover) => &cover.mass,
+            None => &self.masses.nodal[nodes.start as usize..nodes.end as usize],
+        }
+    }
+
+    /// Size of the largest element of a block, m.
+    pub(super) fn largest_size(&self, block: usize) -> f64 {
+        let elements = self.mesh.blocks[block].elements.clone();
+        elements
+            .map(|element| self.size(element))
+            .fold(0.0, f64::max)
+    }
+
+    /// Size of an element, m.
+    pub(super) fn size(&self, element: u32) -> f64 {
+        size(&self.corners(element))
+    }
+
+    /// Mass of the cell of squares or cubes that an element is a part of, kg: of elements
+    /// like it, a node inside the block has as much.
+    pub(super) fn cell_mass(&self, block: usize, element: u32) -> f64 {
+        let kind = self.mesh.elements[element as usize].kind;
+        let parts = match kind {
+            ElementKind::Quad4 | ElementKind::Hex8 => 1.0,
+            ElementKind::Tri3 | ElementKind::Wedge6 => 2.0,
+            ElementKind::Tet4 => 6.0,
+        };
+        parts * self.density(block) * volume(kind, &self.corners(element))
+    }
+
+    fn corners(&self, element: u32) -> Vec<[f64; D]> {
+        let nodes = self.mesh.elements[element as usize].nodes().iter();
+        nodes.map(|&node| self.mesh.nodes[node as usize]).collect()
+    }
+
+    /// Mass of a block over its volume, kg/m^D.
+    fn density(&self, block: usize) -> f64 {
+        thickness::<D>(&self.scene) * self.material(block).density
+    }
+
+    /// λ, in the plane of its stress or strain, and μ of a block, Pa.
+    pub(crate) fn lame(&self, block: usize) -> [f64; 2] {
+        let material = self.material(block);
+        let lambda = if D == 2 {
+            material.in_plane_lambda(self.scene.plane)
+        } else {
+            material.lame_lambda
+        };
+        [lambda, material.shear_modulus]
+    }
+
+    /// Material of a block.
+    pub(crate) fn material(&self, block: usize) -> &Elastic {
+        &self.materials[self.properties[block].material]
+    }
+
+    /// The surface of a mesh of all blocks, for contact within `tolerance`, m.
+    pub(crate) fn surface(&self, mesh: &Mesh<D>, tolerance: f64) -> Box<dyn Surface<D>> {
+        (self.space.surface)(mesh, thickness::<D>(&self.scene), tolerance)
+    }
+
+    /// Elements of a mesh of one block of these.
+    pub(super) fn sets(&self, block: usize, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
+        self.build(&self.properties[block..=block], mesh)
+    }
+
+    /// Elements of a mesh of all blocks.
+    pub(crate) fn all_sets(&self, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
+        self.build(&self.properties, mesh)
+    }
+
+    /// Strain energy of a block with a cover or without one, J, that has been deformed in
+    /// one go, and turned then.
+    pub(crate) fn strain_energy(
+        &self,
+        block: usize,
+        cover: Option<&Cover<D>>,
+        displacement: &[[f64; D]],
+    ) -> f64 {
+        let overlay = cover.map(|cover| &cover.overlay);
+        let mesh = composite_mesh::of_block(&self.mesh, block, overlay);
+        let deformation = turned_back(&mesh.nodes, displacement);
+        let sets = self.sets(block, &mesh);
+        let all = sets
+            .iter()
+            .flat_map(|set| (0..set.len()).map(move |i| (set, i)));
+        all.map(|(set, i)| set.strain_energy(i, &deformation)).sum()
+    }
+
+    fn build(&self, properties: &[BlockProperties], mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
+        let thickness = thickness::<D>(&self.scene);
+        element::build(
+            mesh,
+            properties,
+            &self.materials,
+            self.scene.plane,
+            thickness,
+        )
+    }
+}
+
+/// Displacements, m, without the rotation of the body: incremental elements take it for the
+/// path of a deformation.
+fn turned_back<const D: usize>(points: &[[f64; D]], displacement: &[[f64; D]]) -> Vec<[f64; D]> {
+    let count = points.len() as f64;
+    let mean = |field: &[[f64; D]]| {
+        let sum = field.iter().fold([0.0; D], |sum, x| add(&sum, x));
+        scale(1.0 / count, &sum)
+    };
+    let (centre, shift) = (mean(points), mean(displacement));
+    let arms = points.iter().map(|point| sub(point, &centre));
+    let moved = arms.clone().zip(displacement);
+    let moved = moved.map(|(arm, moved)| add(&arm, &sub(moved, &shift)));
+    let mut products = DMatrix::zeros(D, D);
+    for (arm, moved) in arms.clone().zip(moved.clone()) {
+        products +=
+            DVector::from_column_slice(&moved) * DVector::from_column_slice(&arm).transpose();
+    }
+    let turn = rotation(products);
+    let back = |moved: &[f64; D]| -> [f64; D] {
+        std::array::from_fn(|i| (0..D).map(|j| turn[(j, i)] * moved[j]).sum())
+    };
+    arms.zip(moved)
+        .map(|(arm, moved)| sub(&back(&moved), &arm))
+        .collect()
+}

@@ -1,0 +1,117 @@
+//! What a collision will cost, before there is one.
+
+use crate::math::vector::{add, norm, scale, sub};
+use crate::mesh::Element;
+use crate::model::time_levels::{self, Joined};
+use crate::refinement::adaptivity::SecondScale;
+use crate::refinement::composite_mesh;
+use crate::refinement::indicator::Encounter;
+use crate::refinement::refined_block::Cover;
+
+/// Speed of the collision that is foreseen, m/s.
+pub(crate) const FORESEEN_SPEED: f64 = 1.0;
+
+/// A block in a collision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Foreseen {
+    pub(crate) block: usize,
+    /// Its elements then; `None` where it cannot be refined.
+    pub(crate) elements: Option<usize>,
+    /// Their updates in a coarse step, and those of the block as it is.
+    pub(crate) updates: [u64; 2],
+}
+
+impl<const D: usize> SecondScale<D> {
+    /// What becomes of the heaviest block that moves where its corner hits its like, head on
+    /// and at [`FORESEEN_SPEED`].
+    pub(crate) fn foresee(&self) -> Option<Foreseen> {
+        let foundation = &self.foundation;
+        let mass = |block: usize| -> f64 {
+            let nodes = &foundation.mesh.blocks[block].nodes;
+            let nodes = nodes.start as usize..nodes.end as usize;
+            foundation.masses.nodal[nodes].iter().sum()
+        };
+        let moving = (0..foundation.mesh.blocks.len()).filter(|&block| !self.is_still(block));
+        let masses = moving.map(|block| (block, mass(block)));
+        let (block, mass) = masses.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let encounter = self.corner_hit(block);
+        // Two of mass m that meet head on have ½·(m/2)·v² to lose.
+        let energy = 0.25 * mass * FORESEEN_SPEED * FORESEEN_SPEED;
+        let sizes = self.depth(std::slice::from_ref(&encounter), energy).sizes;
+        let zone = self.zone(&encounter, 0, sizes[0][0], false, 0);
+        let cover = if zone.finest < encounter.sizes[0] {
+            Cover::finer(foundation, block, &[zone], None)
+        } else {
+            Ok(None)
+        };
+        let [before, _] = self.updates(block, None);
+        let [updates, elements] = cover
+            .as_ref()
+            .map_or([before, 0], |cover| self.updates(block, cover.as_ref()));
+        Some(Foreseen {
+            block,
+            elements: cover.ok().map(|_| elements as usize),
+            updates: [updates, before],
+        })
+    }
+
+    /// Updates of the elements of a block in a coarse step, with a cover or without one, and
+    /// how many these are.
+    fn updates(&self, block: usize, cover: Option<&Cover<D>>) -> [u64; 2] {
+        let foundation = &self.foundation;
+        let overlay = cover.map(|cover| &cover.overlay);
+        let mesh = composite_mesh::of_block(&foundation.mesh, block, overlay);
+        let replaced = |element: &u32| overlay.is_some_and(|overlay| overlay.replaces(*element));
+        let kept = foundation.mesh.blocks[block].elements.clone();
+        let kept = kept.filter(|element| !replaced(element));
+        let before = kept.map(|element| Some(foundation.level[element as usize]));
+        let own = cover.map_or(&[][..], |cover| &cover.level);
+        let own = own.iter().copied().chain(std::iter::repeat(None));
+        let all = own.zip(before.chain(std::iter::repeat(None)));
+        let levels = all.take(mesh.elements.len());
+        let levels: Vec<u8> = levels
+            .map(|(own, before)| own.or(before).unwrap_or_default())
+            .collect();
+        let joined = Joined::new(mesh.nodes.len());
+        let nodes_of = |element: usize| mesh.elements[element].nodes();
+        let levels = time_levels::assign(&levels, nodes_of, mesh.nodes.len(), &joined);
+        let updates = levels.element.iter().map(|&level| 1_u64 << level).sum();
+        [updates, mesh.elements.len() as u64]
+    }
+
+    /// A block that is about to touch its like with its node that is farthest from its middle.
+    fn corner_hit(&self, block: usize) -> Encounter<D> {
+        let foundation = &self.foundation;
+        let nodes = foundation.mesh.blocks[block].nodes.clone();
+        let at = |node: u32| foundation.mesh.nodes[node as usize];
+        let sum = nodes
+            .clone()
+            .fold([0.0; D], |sum, node| add(&sum, &at(node)));
+        let middle = scale(1.0 / nodes.len() as f64, &sum);
+        let apart = |node: u32| norm(&sub(&at(node), &middle));
+        let corner = nodes.clone().max_by(|&a, &b| apart(a).total_cmp(&apart(b)));
+        let corner = corner.unwrap_or(nodes.start);
+        let is_there = |element: &u32| {
+            let element: &Element = &foundation.mesh.elements[*element as usize];
+            element.nodes().contains(&corner)
+        };
+        let roots = || {
+            foundation.mesh.blocks[block]
+                .elements
+                .clone()
+                .filter(is_there)
+        };
+        Encounter {
+            blocks: [block; 2],
+            is_first_of_node: true,
+            places: [at(corner); 2],
+            point: at(corner),
+            normal: [0.0; D],
+            speed: FORESEEN_SPEED,
+            unified: 0.0,
+            sizes: [self.base_size(roots()); 2],
+            halvings: [self.halvings(roots()); 2],
+            masses: [foundation.masses.nodal[corner as usize]; 2],
+        }
+    }
+}

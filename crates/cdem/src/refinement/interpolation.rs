@@ -1,0 +1,100 @@
+//! New nodes inside elements that are no simplices, as fields vary in these.
+
+use std::collections::HashMap;
+
+use crate::element::shape;
+use crate::element::tensor;
+use crate::math::vector::{add, add_scaled, dot, scale, sub};
+use crate::mesh::Element;
+
+/// An element that is refined, and where new nodes lie in it.
+pub(super) struct Inside<'a, const D: usize> {
+    /// Its corners, by their numbers in the block.
+    element: Element,
+    /// Of all nodes of the block, m.
+    points: &'a [[f64; D]],
+    /// Nodes of the block before, and between which others the new ones lie.
+    base_count: usize,
+    parents: &'a [Vec<u32>],
+    /// Where nodes are on the reference element.
+    places: HashMap<u32, [f64; 3]>,
+}
+
+impl<'a, const D: usize> Inside<'a, D> {
+    pub(super) fn new(
+        element: Element,
+        points: &'a [[f64; D]],
+        base_count: usize,
+        parents: &'a [Vec<u32>],
+    ) -> Self {
+        let corners = element.nodes().iter().enumerate();
+        Self {
+            places: corners
+                .map(|(a, &node)| (node, shape::corner(element.kind, a)))
+                .collect(),
+            element,
+            points,
+            base_count,
+            parents,
+        }
+    }
+
+    /// What each corner has in the value of a field at a node in it: by its shape
+    /// functions where the node is on the reference element, and by the mean gradient from
+    /// there on, so that what varies linearly in space does so.
+    pub(super) fn weights(&mut self, node: u32) -> Vec<(u32, f64)> {
+        let place = self.place(node);
+        let there = shape::shape(self.element.kind, place);
+        let nodes: Vec<u32> = self.element.nodes().to_vec();
+        let corners = nodes.iter().map(|&corner| self.points[corner as usize]);
+        let corners: Vec<[f64; D]> = corners.collect();
+        let mut reached = [0.0; D];
+        for (corner, value) in corners.iter().zip(there.values) {
+            add_scaled(&mut reached, value, corner);
+        }
+        let rest = sub(&self.points[node as usize], &reached);
+        let middle = self.middle();
+        let jacobian = tensor::filled::<D, f64>(|i, j| {
+            let along = corners.iter().zip(&middle.gradients);
+            along
+                .map(|(corner, gradient)| corner[i] * gradient[j])
+                .sum()
+        });
+        let (inverse, _) = tensor::inverse(&jacobian);
+        let weight = |a: usize| {
+            let gradient: [f64; D] = std::array::from_fn(|j| {
+                (0..D).map(|k| middle.gradients[a][k] * inverse[k][j]).sum()
+            });
+            there.values[a] + dot(&gradient, &rest)
+        };
+        nodes
+            .iter()
+            .enumerate()
+            .map(|(a, &node)| (node, weight(a)))
+            .collect()
+    }
+
+    /// Shape functions in the middle.
+    fn middle(&self) -> shape::Shape {
+        let kind = self.element.kind;
+        let count = kind.node_count();
+        let corners = (0..count).map(|a| shape::corner(kind, a));
+        let sum = corners.fold([0.0; 3], |sum, corner| add(&sum, &corner));
+        shape::shape(kind, scale(1.0 / count as f64, &sum))
+    }
+
+    /// Where a node is on the reference element: in the middle of its parents.
+    fn place(&mut self, node: u32) -> [f64; 3] {
+        if let Some(&place) = self.places.get(&node) {
+            return place;
+        }
+        let parents = &self.parents[node as usize - self.base_count];
+        let mut sum = [0.0; 3];
+        for &parent in parents {
+            sum = add(&sum, &self.place(parent));
+        }
+        let place = scale(1.0 / parents.len() as f64, &sum);
+        self.places.insert(node, place);
+        place
+    }
+}

@@ -1,0 +1,310 @@
+//! From a mesh of a block to one that has been made of it by bisection, and back.
+
+use std::collections::HashMap;
+
+use nalgebra::DMatrix;
+
+use crate::math::vector::{add, add_scaled, dot, scale, sub};
+use crate::refinement::overlay::Overlay;
+
+/// A fine mesh of a block and a coarse one of which it is a refinement: the nodes of the
+/// coarse one are among those of the fine one.
+pub(crate) struct Nesting<'a, const D: usize> {
+    fine: &'a Overlay<D>,
+    /// Fine number of each coarse node, and coarse number of each fine one that is both.
+    fine_of: Vec<u32>,
+    coarse_of: Vec<Option<u32>>,
+    /// Whether each new fine node lies in an element that is whole in the coarse mesh.
+    in_whole: Vec<bool>,
+}
+
+impl<'a, const D: usize> Nesting<'a, D> {
+    /// `None` for `coarse` is the base mesh. `None` if a coarse node is no fine one.
+    pub(crate) fn new(fine: &'a Overlay<D>, coarse: Option<&Overlay<D>>) -> Option<Self> {
+        // The same parents have given the same node the same bits; on the two faces of a
+        // crack there are others there.
+        let key = |overlay: &'_ Overlay<D>, new: usize| {
+            let place = overlay.points[overlay.base_count + new].map(f64::to_bits);
+            (place, overlay.hulls[new].clone())
+        };
+        let numbers = fine.base_count as u32..;
+        let places = (0..fine.hulls.len()).map(|new| key(fine, new)).zip(numbers);
+        let places: HashMap<_, u32> = places.collect();
+        let new = coarse.into_iter().flat_map(|coarse| {
+            let all = 0..coarse.hulls.len();
+            all.map(|new| places.get(&key(coarse, new)).copied())
+        });
+        let base = (0..fine.base_count as u32).map(Some);
+        let fine_of: Vec<u32> = base.chain(new).collect::<Option<_>>()?;
+        let mut coarse_of = vec![None; fine.points.len()];
+        for (number, &node) in (0..).zip(&fine_of) {
+            coarse_of[node as usize] = Some(number);
+        }
+        let is_whole = |root: u32| coarse.is_none_or(|coarse| !coarse.replaces(root));
+        let inside = fine.inside.iter();
+        let in_whole =
+            inside.map(|inside| inside.as_ref().is_some_and(|within| is_whole(within.root)));
+        Some(Self {
+            in_whole: in_whole.collect(),
+            fine,
+            fine_of,
+            coarse_of,
+        })
+    }
+
+    /// What the fine nodes have if the coarse ones have these values: new ones have the
+    /// mean of those between which they lie. What varies linearly in an element is
+    /// interpolated exactly.
+    pub(crate) fn spread<const C: usize>(&self, coarse: &[[f64; C]]) -> Vec<[f64; C]> {
+        let mut fine: Vec<[f64; C]> = Vec::with_capacity(self.coarse_of.len());
+        for (node, number) in self.coarse_of.iter().enumerate() {
+            fine.push(match number {
+                Some(number) => coarse[*number as usize],
+                None => {
+                    let parents = &self.fine.parents[node - self.fine.base_count];
+                    let of = parents.iter().map(|&parent| &fine[parent as usize]);
+                    let sum = of.fold([0.0; C], |sum, value| add(&sum, value));
+                    scale(1.0 / parents.len() as f64, &sum)
+                }
+            });
+        }
+        fine
+    }
+
+    /// The same of a field that varies in elements that are no simplices as it does in these.
+    pub(crate) fn grow(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
+        let mut fine = self.spread(coarse);
+        for (new, inside) in self.fine.inside.iter().enumerate() {
+            let node = self.fine.base_count + new;
+            if let Some(within) = inside.as_ref().filter(|_| self.in_whole[new])
+                && self.coarse_of[node].is_none()
+            {
+                let mut value = [0.0; D];
+                for &(corner, weight) in &within.weights {
+                    add_scaled(&mut value, weight, &fine[corner as usize]);
+                }
+                fine[node] = value;
+            }
+        }
+        fine
+    }
+
+    /// What the coarse nodes have of a fine field.
+    pub(crate) fn pick<T: Copy>(&self, fine: &[T]) -> Vec<T> {
+        let of = |&node: &u32| fine[node as usize];
+        self.fine_of.iter().map(of).collect()
+    }
+
+    /// What coarse nodes have, at the same nodes of the fine mesh; nothing at the others.
+    pub(crate) fn scatter(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
+        let of = |number: &Option<u32>| number.map_or([0.0; D], |number| coarse[number as usize]);
+        self.coarse_of.iter().map(of).collect()
+    }
+
+    /// Coarse nodes between which no other node of the fine mesh lies.
+    pub(crate) fn stays(&self) -> Vec<bool> {
+        let mut stays = vec![true; self.coarse_of.len()];
+        for node in (self.fine.base_count..stays.len()).rev() {
+            if self.coarse_of[node].is_none() {
+                for &parent in &self.fine.parents[node - self.fine.base_count] {
+                    stays[parent as usize] = false;
+                }
+            }
+        }
+        self.fine_of
+            .iter()
+            .map(|&node| stays[node as usize])
+            .collect()
+    }
+
+    /// The transpose of [`Self::spread`]: what fine nodes have that are not coarse ones goes to those
+    /// between which they lie, in equal parts.
+    pub(crate) fn gather(&self, mut fine: Vec<[f64; D]>) -> Vec<[f64; D]> {
+        for node in (self.fine.base_count..fine.len()).rev() {
+            if self.coarse_of[node].is_none() {
+                let parents = &self.fine.parents[node - self.fine.base_count];
+                let share = scale(1.0 / parents.len() as f64, &fine[node]);
+                for &parent in parents {
+                    add_scaled(&mut fine[parent as usize], 1.0, &share);
+                }
+            }
+        }
+        self.fine_of
+            .iter()
+            .map(|&node| fine[node as usize])
+            .collect()
+    }
+
+    /// Where the coarse nodes go when the fine mesh is given up, by their displacements,
+    /// those but that are `kept` where they are: what is lost has as little elastic energy
+    /// as can be, as the material of `lame`, λ and μ, Pa, has for small strain in a body
+    /// that is turned as it is on the mean. So no more energy is left than there was, where
+    /// the coarse elements are parts of the fine mesh; positions taken with masses for
+    /// weights could make some. What turns without strain counts a little besides.
+    pub(crate) fn smooth(&self, fine: &[[f64; D]], kept: &[bool], lame: [f64; 2]) -> Vec<[f64; D]> {
+        let stiffness = Stiffness::new(self.fine, fine, lame);
+        let at = |&node: &u32| fine[node as usize];
+        let mut moved: Vec<[f64; D]> = self.fine_of.iter().map(at).collect();
+        let forces = |field: &[[f64; D]]| but_of(kept, self.gather(stiffness.forces(field)));
+        let lost = fine
+            .iter()
+            .zip(self.spread(&moved))
+            .map(|(x, kept)| sub(x, &kept));
+        let right = forces(&lost.collect::<Vec<_>>());
+        let shift = conjugate_gradients(&right, |field| forces(&self.spread(field)));
+        for (moved, shift) in moved.iter_mut().zip(&shift) {
+            add_scaled(moved, 1.0, shift);
+        }
+        moved
+    }
+}
+
+impl<const D: usize> Overlay<D> {
+    /// Where its nodes would go by their displacements without deformation, m, but for those
+    /// that are `kept` where they are: least elastic energy, for small strain in a body that
+    /// is turned as it is on the mean.
+    pub(crate) fn slack(
+        &self,
+        displacement: &[[f64; D]],
+        kept: &[bool],
+        lame: [f64; 2],
+    ) -> Vec<[f64; D]> {
+        let stiffness = Stiffness::new(self, displacement, lame);
+        let forces = |field: &[[f64; D]]| but_of(kept, stiffness.forces(field));
+        let turned = self.points.iter().map(|point| stiffness.turned(point));
+        let unturned = displacement.iter().zip(&self.points).zip(turned);
+        let back: Vec<[f64; D]> = unturned
+            .map(|((moved, point), turned)| sub(&turned, &add(point, moved)))
+            .collect();
+        conjugate_gradients(&forces(&back), forces)
+    }
+}
+
+/// Forces on nodes but those that are `kept` where they are.
+fn but_of<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64; D]> {
+    for (force, _) in forces.iter_mut().zip(kept).filter(|(_, kept)| **kept) {
+        *force = [0.0; D];
+    }
+    forces
+}
+
+/// Stress of what turns without strain, over that of shear strain.
+const TURN: f64 = 0.01;
+
+/// The elements of an overlay, linear and turned as a whole.
+struct Stiffness<'a, const D: usize> {
+    overlay: &'a Overlay<D>,
+    /// Gradients of the shape functions in space, 1/m, and volume, m^D.
+    elements: Vec<(Vec<[f64; D]>, f64)>,
+    lame: [f64; 2],
+    /// How the body is turned.
+    turn: DMatrix<f64>,
+}
+
+impl<'a, const D: usize> Stiffness<'a, D> {
+    /// Of an overlay that is turned as these displacements turn it, m.
+    fn new(overlay: &'a Overlay<D>, displacement: &[[f64; D]], lame: [f64; 2]) -> Self {
+        let mean = overlay.mean_gradient(displacement);
+        let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        let deformation = DMatrix::from_fn(D, D, |i, j| identity(i, j) + mean[i][j]);
+        let turn = rotation(deformation);
+        let mut stiffness = Self {
+            overlay,
+            elements: Vec::new(),
+            lame,
+            turn,
+        };
+        let elements = overlay.gradients().map(|(gradients, volume)| {
+            let gradients = gradients.iter().map(|gradient| stiffness.turned(gradient));
+            (gradients.collect(), volume)
+        });
+        stiffness.elements = elements.collect();
+        stiffness
+    }
+
+    /// A vector of the body at rest as it is turned.
+    fn turned(&self, vector: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|i| (0..D).map(|j| self.turn[(i, j)] * vector[j]).sum())
+    }
+
+    /// Forces on the nodes that hold a field of displacements, N.
+    fn forces(&self, field: &[[f64; D]]) -> Vec<[f64; D]> {
+        let [lambda, mu] = self.lame;
+        let mut forces = vec![[0.0; D]; field.len()];
+        for (piece, (gradients, volume)) in self.overlay.elements.iter().zip(&self.elements) {
+            let nodes = || piece.element.nodes().iter().zip(gradients);
+            let mut gradient = [[0.0; D]; D];
+            for (&node, of_node) in nodes() {
+                for (row, component) in gradient.iter_mut().zip(field[node as usize]) {
+                    add_scaled(row, component, of_node);
+                }
+            }
+            let pressure = lambda * (0..D).map(|i| gradient[i][i]).sum::<f64>();
+            let stress: [[f64; D]; D] = std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    let (one, other) = (gradient[i][j], gradient[j][i]);
+                    let shear = mu * (one + other) + TURN * mu * (one - other);
+                    if i == j { shear + pressure } else { shear }
+                })
+            });
+            for (&node, of_node) in nodes() {
+                for (force, row) in forces[node as usize].iter_mut().zip(&stress) {
+                    *force += volume * dot(row, of_node);
+                }
+            }
+        }
+        forces
+    }
+}
+
+/// The rotation in a deformation; none in what is no deformation.
+pub(super) fn rotation(deformation: DMatrix<f64>) -> DMatrix<f64> {
+    let size = deformation.nrows();
+    // Of what is not a number the decomposition has no end.
+    if !deformation.iter().all(|entry| entry.is_finite()) {
+        return DMatrix::identity(size, size);
+    }
+    let parts = deformation.svd(true, true);
+    let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
+    turn.unwrap_or_else(|| DMatrix::identity(size, size))
+}
+
+/// Relative residual at which conjugate gradients end, and steps at most for each unknown.
+const PRECISION: f64 = 1e-14;
+const STEPS: usize = 4;
+
+/// Solves `apply` x = `right`, symmetric and not negative, for a field x.
+fn conjugate_gradients<const D: usize>(
+    right: &[[f64; D]],
+    apply: impl Fn(&[[f64; D]]) -> Vec<[f64; D]>,
+) -> Vec<[f64; D]> {
+    let product =
+        |a: &[[f64; D]], b: &[[f64; D]]| -> f64 { a.iter().zip(b).map(|(a, b)| dot(a, b)).sum() };
+    let add_to = |sum: &mut [[f64; D]], s: f64, of: &[[f64; D]]| {
+        sum.iter_mut()
+            .zip(of)
+            .for_each(|(sum, x)| add_scaled(sum, s, x));
+    };
+    let mut found = vec![[0.0; D]; right.len()];
+    let (mut residual, mut direction) = (right.to_vec(), right.to_vec());
+    let mut square = product(&residual, &residual);
+    let enough = PRECISION * PRECISION * square;
+    for _ in 0..STEPS * D * right.len() {
+        if square <= enough {
+            break;
+        }
+        let image = apply(&direction);
+        let step = square / product(&direction, &image);
+        if !step.is_finite() {
+            break;
+        }
+        add_to(&mut found, step, &direction);
+        add_to(&mut residual, -step, &image);
+        let last = std::mem::replace(&mut square, product(&residual, &residual));
+        let next = direction.iter().zip(&residual);
+        direction = next
+            .map(|(old, new)| add(new, &scale(square / last, old)))
+            .collect();
+    }
+    found
+}

@@ -1,0 +1,316 @@
+//! A block with an overlay: its mesh, its masses, and how fast its elements may go.
+
+use std::ops::RangeInclusive;
+
+use crate::element::ElementSet;
+use crate::element::mass::MassKind;
+use crate::mesh::{Block, Element, Mesh};
+use crate::refinement::base_model::Foundation;
+use crate::refinement::composite_mesh;
+use crate::refinement::indicator::Limit;
+use crate::refinement::mass_fit::Moments;
+use crate::refinement::overlay::Overlay;
+use crate::refinement::zone::{Zone, size};
+
+/// Share of its lumped mass that the fit leaves each node, at least: below it, elements
+/// would need steps of half the length and less.
+const LEAST: f64 = 0.3;
+
+/// How often all elements of a block are made half as large again where its masses cannot
+/// be fitted, at most: a simplex needs it twice (design, section 6).
+pub(super) const MOST_THROUGHOUT: i32 = 3;
+
+/// What elements may be larger than as small as they may be: round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// A block with an overlay.
+#[derive(Clone, Debug)]
+pub(crate) struct Cover<const D: usize> {
+    pub(crate) overlay: Overlay<D>,
+    /// Mass of its nodes, kg.
+    pub(crate) mass: Vec<f64>,
+    /// Level of its elements by their own stable step: of those that it keeps, then of
+    /// the new ones; `None` where it is as before.
+    pub(crate) level: Vec<Option<u8>>,
+    /// How often all elements are halved, so that masses can be fitted.
+    throughout: i32,
+}
+
+impl<const D: usize> Cover<D> {
+    /// A block with an overlay, or without, refined to more zones than before: never coarser
+    /// anywhere, so that nothing is lost. Without a cover where it is fine enough.
+    ///
+    /// # Errors
+    /// What keeps it from being refined so.
+    pub(super) fn finer(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        old: Option<&Self>,
+    ) -> Result<Option<Self>, Limit> {
+        let least = old.map_or(0, |old| old.throughout);
+        let most = MOST_THROUGHOUT.min(foundation.scene.contact.max_level as i32);
+        Self::first(foundation, block, zones, least..=most)
+    }
+
+    /// A block with an overlay, to some of its zones alone: never finer anywhere. Without
+    /// a cover where these need none.
+    ///
+    /// # Errors
+    /// What keeps it from being so.
+    pub(super) fn coarser(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        old: Option<&Self>,
+    ) -> Result<Option<Self>, Limit> {
+        let most = old.map_or(0, |old| old.throughout);
+        Self::first(foundation, block, zones, 0..=most)
+    }
+
+    /// The first whose masses can be fitted, its elements halved ever more often throughout.
+    fn first(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        mut times: RangeInclusive<i32>,
+    ) -> Result<Option<Self>, Limit> {
+        let found = times.find_map(|times| {
+            let cover = Self::new(foundation, block, zones, times);
+            // No mesh that is finer yet has longer steps.
+            (!matches!(cover, Err(Limit::Masses))).then_some(cover)
+        });
+        found.unwrap_or(Err(Limit::Masses))
+    }
+
+    /// A block refined to its zones, and all its elements halved so often.
+    pub(super) fn new(
+        foundation: &Foundation<D>,
+        block: usize,
+        zones: &[Zone<D>],
+        throughout: i32,
+    ) -> Result<Option<Self>, Limit> {
+        let most = match throughout {
+            0 => f64::INFINITY,
+            _ => foundation.largest_size(block) * 0.5_f64.powi(throughout),
+        };
+        let finest = 0.5_f64.powi(foundation.scene.contact.max_level as i32);
+        let overlay = foundation.overlay(block, &|corners, root| {
+            let wanted = zones.iter().map(|zone| zone.size_at(corners));
+            let wanted = wanted.fold(f64::INFINITY, f64::min);
+            let least = || finest * foundation.size(root) * (1.0 + ROUND_OFF);
+            wanted.is_finite() && {
+                let size = size(corners);
+                size > wanted.min(most) && size > least()
+            }
+        });
+        let Some(overlay) = overlay else {
+            return Ok(None);
+        };
+        Self::with_masses(foundation, block, overlay, throughout).map(Some)
+    }
+
+    /// How often all elements are halved.
+    pub(super) fn throughout(&self) -> i32 {
+        self.throughout
+    }
+
+    /// The same with an overlay, if its masses can be fitted, and there are levels for its
+    /// elements.
+    fn with_masses(
+        foundation: &Foundation<D>,
+        block: usize,
+        overlay: Overlay<D>,
+        throughout: i32,
+    ) -> Result<Self, Limit> {
+        let mesh = composite_mesh::of_block(&foundation.mesh, block, Some(&overlay));
+        let sets = foundation.sets(block, &mesh);
+        let kept = mesh.elements.len() - overlay.elements.len();
+        let lumped = lumped(&mesh, &sets, kept);
+        let fit = Fit {
+            foundation,
+            block,
+            overlay: &overlay,
+            points: &mesh.nodes,
+        };
+        let factors = fit.factors(&lumped).ok_or(Limit::Masses)?;
+        let mass = |node: usize| {
+            (0..2)
+                .map(|part| factors.of[part][node] * lumped[part][node])
+                .sum()
+        };
+        let mut level = vec![None; mesh.elements.len()];
+        for set in &sets {
+            for (i, &element) in set.mesh_elements().iter().enumerate() {
+                let is_new = element as usize >= kept;
+                if is_new || factors.are_others {
+                    let omega = set.frequency(i, &factors.of[usize::from(is_new)]);
+                    let own = foundation.level(block, omega).ok_or(Limit::Step)?;
+                    level[element as usize] = Some(own);
+                }
+            }
+        }
+        Ok(Self {
+            mass: (0..mesh.nodes.len()).map(mass).collect(),
+            level,
+            overlay,
+            throughout,
+        })
+    }
+}
+
+/// Masses of a block whose mesh has changed.
+struct Fit<'a, const D: usize> {
+    foundation: &'a Foundation<D>,
+    block: usize,
+    overlay: &'a Overlay<D>,
+    /// All nodes, m.
+    points: &'a [[f64; D]],
+}
+
+/// Factors on the lumped masses of nodes.
+pub(crate) struct Factors {
+    /// On those of the elements that are kept, and of the new ones.
+    of: [Vec<f64>; 2],
+    /// Whether the first are others than before.
+    are_others: bool,
+}
+
+impl<const D: usize> Fit<'_, D> {
+    /// Factors that give the block the mass, the centre and the second moments that it
+    /// had: if possible by those on the new elements alone.
+    fn factors(&self, [of_kept, of_new]: &[Vec<f64>; 2]) -> Option<Factors> {
+        let kind = self.foundation.masses.kind[self.block];
+        let before = self.factors_before();
+        if kind != MassKind::Consistent
+            && let Some(of_new) = self.fit(of_new, &self.replaced())
+        {
+            return Some(Factors {
+                of: [before, of_new],
+                are_others: false,
+            });
+        }
+        let all = of_kept.iter().zip(of_new).zip(&before);
+        let all: Vec<f64> = all
+            .map(|((kept, new), factor)| factor * kept + new)
+            .collect();
+        if let Some(fitted) = self.fit(&all, &self.whole()) {
+            let of_kept = before.iter().zip(&fitted).map(|(one, other)| one * other);
+            return Some(Factors {
+                of: [of_kept.collect(), fitted],
+                are_others: true,
+            });
+        }
+        // Too few nodes for what lumped masses are wrong by: that changes with the mesh.
+        let ones = vec![1.0; before.len()];
+        (kind == MassKind::Lumped).then_some(Factors {
+            of: [before, ones],
+            are_others: false,
+        })
+    }
+
+    /// Factors on the lumped masses of the nodes before, 1 on those of new ones.
+    fn factors_before(&self) -> Vec<f64> {
+        let nodes = self.nodes();
+        let mut factors = self.foundation.masses.factor[nodes].to_vec();
+        factors.resize(self.points.len(), 1.0);
+        factors
+    }
+
+    fn nodes(&self) -> std::ops::Range<usize> {
+        let nodes = &self.foundation.mesh.blocks[self.block].nodes;
+        nodes.start as usize..nodes.end as usize
+    }
+
+    /// Factors on these masses of nodes, kg, that give them the moments of others; 1 where
+    /// there is no mass.
+    fn fit(&self, masses: &[f64], wanted: &[(usize, usize, f64)]) -> Option<Vec<f64>> {
+        let nodes: Vec<usize> = (0..masses.len()).filter(|&n| masses[n] > 0.0).collect();
+        let points: Vec<[f64; D]> = nodes.iter().map(|&node| self.points[node]).collect();
+        let own: Vec<f64> = nodes.iter().map(|&node| masses[node]).collect();
+        let mut moments = Moments::new(&points, &own);
+        for &(a, b, mass) in wanted {
+            moments.add(mass, &self.points[a], &self.points[b]);
+        }
+        let fitted = moments.fit(&points, &own, LEAST)?;
+        let mut factors = vec![1.0; masses.len()];
+        for (node, fitted) in nodes.into_iter().zip(fitted) {
+            factors[node] = fitted;
+        }
+        Some(factors)
+    }
+
+    /// Entries of the mass matrix of the block before, kg; of fitted masses, of the exact
+    /// one, of which they have the mass, the centre and the moments of inertia.
+    fn whole(&self) -> Vec<(usize, usize, f64)> {
+        let masses = &self.foundation.masses;
+        if masses.kind[self.block] == MassKind::Lumped {
+            let masses = masses.nodal[self.nodes()].iter().enumerate();
+            return masses.map(|(node, &mass)| (node, node, mass)).collect();
+        }
+        let mesh = composite_mesh::of_block(&self.foundation.mesh, self.block, None);
+        let mut entries = Vec::new();
+        let mut matrix = [0.0; 64];
+        for set in self.foundation.sets(self.block, &mesh) {
+            for i in 0..set.len() {
+                set.consistent_mass(i, &mesh, &mut matrix);
+                let nodes: Vec<usize> = set.nodes(&mesh, i).iter().map(|&n| n as usize).collect();
+                for (k, &a) in nodes.iter().enumerate() {
+                    let row = nodes.iter().zip(&matrix[k * nodes.len()..]);
+                    entries.extend(row.map(|(&b, &mass)| (a, b, mass)));
+                }
+            }
+        }
+        entries
+    }
+
+    /// What the elements that are replaced have had of it.
+    fn replaced(&self) -> Vec<(usize, usize, f64)> {
+        let nodes = self.nodes();
+        let (foundation, first) = (self.foundation, nodes.start as u32);
+        let element = |&number: &u32| {
+            let element = &foundation.mesh.elements[number as usize];
+            let own: Vec<u32> = element.nodes().iter().map(|node| node - first).collect();
+            Element::new(element.kind, &own)
+        };
+        let elements: Vec<Element> = self.overlay.replaced.iter().map(element).collect();
+        let mesh = Mesh {
+            blocks: vec![Block {
+                name: String::new(),
+                source: 0,
+                nodes: 0..nodes.len() as u32,
+                elements: 0..elements.len() as u32,
+            }],
+            nodes: foundation.mesh.nodes[nodes.clone()].to_vec(),
+            elements,
+            ..Mesh::default()
+        };
+        let sets = foundation.sets(self.block, &mesh);
+        let [_, masses] = lumped(&mesh, &sets, 0);
+        let shares = masses.iter().zip(&foundation.masses.factor[nodes]);
+        let shares = shares.map(|(mass, factor)| mass * factor).enumerate();
+        let shares = shares.filter(|(_, mass)| *mass > 0.0);
+        shares.map(|(node, mass)| (node, node, mass)).collect()
+    }
+}
+
+/// Row sums of the masses of the first `kept` elements and of the others, kg.
+fn lumped<const D: usize>(
+    mesh: &Mesh<D>,
+    sets: &[Box<dyn ElementSet<D>>],
+    kept: usize,
+) -> [Vec<f64>; 2] {
+    let nodes = mesh.nodes.len();
+    let mut masses = [vec![0.0; nodes], vec![0.0; nodes]];
+    let mut shares = [0.0; 8];
+    for set in sets {
+        for (i, &element) in set.mesh_elements().iter().enumerate() {
+            set.lumped_mass(i, &mut shares);
+            let masses = &mut masses[usize::from(element as usize >= kept)];
+            for (&node, share) in set.nodes(mesh, i).iter().zip(shares) {
+                masses[node as usize] += share;
+            }
+        }
+    }
+    masses
+}

@@ -1,0 +1,212 @@
+//! How a body of which some nodes are held can move as if it were rigid.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub, truncate};
+use crate::refinement::rigid_momenta::{Body, Momenta};
+
+/// Share of the most that a motion moves what is held, below which that is round-off.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Motions of a body as if it were rigid that move nothing of it that is held.
+pub(crate) struct Twists<'a, const D: usize, M> {
+    body: &'a Body<'a, D, M>,
+    centre: [f64; D],
+    all: Vec<Twist>,
+    /// Velocities of the nodes in each.
+    fields: Vec<Vec<[f64; D]>>,
+    /// Momentum in each along each.
+    inertia: DMatrix<f64>,
+}
+
+/// Velocity of a point of a body, and rate at which it turns about that.
+#[derive(Clone, Copy, Debug, Default)]
+struct Twist {
+    linear: [f64; 3],
+    angular: [f64; 3],
+}
+
+impl Twist {
+    /// Velocity at the end of an arm from the point.
+    fn at<const D: usize>(&self, arm: &[f64; D]) -> [f64; D] {
+        truncate(&add(&self.linear, &cross(&self.angular, &pad(arm))))
+    }
+
+    /// What momenta have along it.
+    fn along(&self, momenta: &Momenta) -> f64 {
+        dot(&self.linear, &momenta.linear) + dot(&self.angular, &momenta.angular)
+    }
+
+    /// Motions along the axes, and turns about them that are as fast at some `radius`.
+    fn units<const D: usize>(radius: f64) -> Vec<Self> {
+        let along = |axis: usize, length: f64| {
+            let mut vector = [0.0; 3];
+            vector[axis] = length;
+            vector
+        };
+        let shifts = (0..D).map(|axis| Self {
+            linear: along(axis, 1.0),
+            ..Self::default()
+        });
+        let turns = (if D == 2 { 2 } else { 0 }..3).map(|axis| Self {
+            angular: along(axis, 1.0 / radius),
+            ..Self::default()
+        });
+        shifts.chain(turns).collect()
+    }
+}
+
+impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M> {
+    /// Motions about `centre` of a body of which these components of nodes are `held`.
+    pub(crate) fn new(body: &'a Body<'a, D, M>, centre: [f64; D], held: &[[bool; D]]) -> Self {
+        let arms: Vec<[f64; D]> = body.points.iter().map(|x| sub(x, &centre)).collect();
+        let radius = arms.iter().map(norm).fold(0.0, f64::max);
+        let all = free(&Twist::units::<D>(radius), &arms, held);
+        let field = |twist: &Twist| {
+            let nodes = arms.iter().zip(held);
+            let velocity = nodes.map(|(arm, held)| {
+                let velocity = twist.at(arm);
+                std::array::from_fn(|c| if held[c] { 0.0 } else { velocity[c] })
+            });
+            velocity.collect::<Vec<[f64; D]>>()
+        };
+        let fields: Vec<Vec<[f64; D]>> = all.iter().map(field).collect();
+        let momenta: Vec<Momenta> = fields.iter().map(|f| body.momenta(f, &centre)).collect();
+        let inertia = DMatrix::from_fn(all.len(), all.len(), |k, l| all[k].along(&momenta[l]));
+        Self {
+            body,
+            centre,
+            all,
+            fields,
+            inertia,
+        }
+    }
+
+    /// Adds the motion to `velocities` that gives the body the momenta `wanted` about the
+    /// centre, as far as it is free.
+    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &Momenta) {
+        // A second time for the round-off of the first.
+        for _ in 0..2 {
+            let now = self.body.momenta(velocities, &self.centre);
+            let lack = Momenta {
+                linear: sub(&wanted.linear, &now.linear),
+                angular: sub(&wanted.angular, &now.angular),
+            };
+            for (rate, field) in self.rates(&lack).iter().zip(&self.fields) {
+                for (velocity, of_node) in velocities.iter_mut().zip(field) {
+                    add_scaled(velocity, *rate, of_node);
+                }
+            }
+        }
+    }
+
+    /// Inverse mass that an impulse along a unit `normal` finds at a point, 1/kg.
+    pub(crate) fn mobility(&self, point: &[f64; D], normal: &[f64; D]) -> f64 {
+        let impulse = Momenta {
+            linear: pad(normal),
+            angular: cross(&pad(&sub(point, &self.centre)), &pad(normal)),
+        };
+        let rates = self.rates(&impulse);
+        let speeds = rates.iter().zip(&self.all);
+        speeds
+            .map(|(rate, twist)| rate * twist.along(&impulse))
+            .sum()
+    }
+
+    /// How fast each motion goes with these momenta.
+    fn rates(&self, momenta: &Momenta) -> Vec<f64> {
+        if self.all.is_empty() {
+            return Vec::new();
+        }
+        let along = self.all.iter().map(|twist| twist.along(momenta));
+        let along = DVector::from_iterator(self.all.len(), along);
+        let rates = self.inertia.clone().lu().solve(&along);
+        rates.map_or_else(Vec::new, |rates| rates.iter().copied().collect())
+    }
+}
+
+/// The sums of some motions that do not move what is held at the end of these arms.
+fn free<const D: usize>(units: &[Twist], arms: &[[f64; D]], held: &[[bool; D]]) -> Vec<Twist> {
+    let mut moved = DMatrix::zeros(units.len(), units.len());
+    for (arm, held) in arms.iter().zip(held) {
+        for c in (0..D).filter(|&c| held[c]) {
+            let of_units = units.iter().map(|unit| unit.at(arm)[c]);
+            let of_units = DVector::from_iterator(units.len(), of_units);
+            moved += &of_units * of_units.transpose();
+        }
+    }
+    let parts = moved.symmetric_eigen();
+    let most = parts.eigenvalues.max();
+    let is_free = |k: &usize| parts.eigenvalues[*k] <= ROUND_OFF * most;
+    let all = (0..units.len()).filter(is_free).map(|k| {
+        let mut sum = Twist::default();
+        for (unit, &part) in units.iter().zip(&parts.eigenvectors.column(k)) {
+            add_scaled(&mut sum.linear, part, &unit.linear);
+            add_scaled(&mut sum.angular, part, &unit.angular);
+        }
+        sum
+    });
+    all.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Corners of a box of 1 kg each.
+    const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [0.0, 4.0]];
+
+    fn body(points: &[[f64; 2]]) -> Body<'_, 2, impl Fn(usize, &[[f64; 2]]) -> [f64; 2]> {
+        Body {
+            points,
+            momentum: |node: usize, velocities: &[[f64; 2]]| velocities[node],
+        }
+    }
+
+    #[test]
+    fn what_is_free_moves_as_a_rigid_body() {
+        let body = body(&CORNERS);
+        let twists = Twists::new(&body, [1.5, 2.0], &[[false; 2]; 4]);
+        let mobility = twists.mobility(&[3.0, 1.0], &[-1.0, 0.0]);
+        assert!(
+            (mobility - (1.0 / 4.0 + 1.0 / 25.0)).abs() < 1e-15,
+            "{mobility}"
+        );
+    }
+
+    #[test]
+    fn what_is_pinned_turns_about_the_pin() {
+        let body = body(&CORNERS);
+        let mut held = [[false; 2]; 4];
+        held[0] = [true; 2];
+        let twists = Twists::new(&body, [1.5, 2.0], &held);
+        // 9 + 25 + 16 kg m² about the pin, 4 m beside it.
+        let mobility = twists.mobility(&[3.0, 4.0], &[-1.0, 0.0]);
+        assert!((mobility - 16.0 / 50.0).abs() < 1e-14, "{mobility}");
+        let turned = [[0.0, 0.0], [0.0, 3.0], [-4.0, 3.0], [-4.0, 0.0]];
+        let wanted = body.momenta(&turned, &[1.5, 2.0]);
+        let mut velocities = [[0.0; 2]; 4];
+        twists.give_back(&mut velocities, &wanted);
+        for (velocity, turned) in velocities.iter().zip(&turned) {
+            assert!(norm(&sub(velocity, turned)) < 1e-14, "{velocities:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_held_at_two_nodes_stays() {
+        let body = body(&CORNERS);
+        let mut held = [[false; 2]; 4];
+        held[0] = [true; 2];
+        held[1] = [false, true];
+        let twists = Twists::new(&body, [1.5, 2.0], &held);
+        assert_eq!(twists.mobility(&[3.0, 4.0], &[0.0, 1.0]), 0.0);
+    }
+
+    #[test]
+    fn what_is_guided_slides() {
+        let body = body(&CORNERS);
+        let twists = Twists::new(&body, [1.5, 2.0], &[[false, true]; 4]);
+        assert!(twists.mobility(&[3.0, 4.0], &[0.0, 1.0]).abs() < 1e-15);
+        assert!((twists.mobility(&[3.0, 4.0], &[1.0, 0.0]) - 0.25).abs() < 1e-15);
+    }
+}

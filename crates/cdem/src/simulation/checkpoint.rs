@@ -1,0 +1,44 @@
+//! All that a run has come to, for another process to go on from, bit for bit.
+//!
+//! It holds what cannot be made anew from scene and mesh: motion, contacts with the search
+//! that found them, zones, ledgers. Models, refined meshes, masses, levels and solvers are made
+//! anew. Numbers are in the format of [postcard](https://postcard.jamesmunns.com/wire-format).
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::simulation::validity::{Exchange, Health};
+use crate::step::checkpoint::SavedRun;
+
+/// Why a run cannot go on from a checkpoint.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ResumeError {
+    /// It holds something else than the state of a run of this version.
+    #[error("it does not hold the state of a run: {0}")]
+    Unreadable(postcard::Error),
+    /// It is not of a run of this scene and mesh.
+    #[error("it is not of a run of this scene: {0}")]
+    Misfit(&'static str),
+}
+
+/// A run in a checkpoint, with what only its reports need.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct SavedDriven<'a, const D: usize> {
+    pub(crate) run: SavedRun<'a, D>,
+    /// Kinetic plus strain energy at t = 0, J.
+    pub(crate) start_energy: f64,
+    pub(crate) exchange: Exchange,
+    /// When rows of blocks were last asked for, s.
+    pub(crate) last_block_rows: f64,
+    pub(crate) health: Cow<'a, Health>,
+    /// The step since which `stop_when` is fulfilled.
+    pub(crate) at_rest_since: Option<u64>,
+}
+
+/// Says what of a checkpoint does not fit, if it is not `fits`.
+pub(crate) fn require(fits: bool, what: &'static str) -> Result<(), ResumeError> {
+    fits.then_some(()).ok_or(ResumeError::Misfit(what))
+}

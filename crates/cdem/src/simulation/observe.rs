@@ -1,0 +1,281 @@
+//! What a run tells of its state: rows and contacts, synchronised.
+
+use std::sync::Arc;
+
+use crate::contact::constraint::contact_point::Record;
+use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
+use crate::mesh::Mesh;
+use crate::output::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};
+use crate::step::{Run, Synchronised};
+
+/// A synchronised instant, and the number of its step.
+pub(crate) struct Instant<const D: usize> {
+    pub(crate) number: u64,
+    pub(crate) state: Synchronised<D>,
+}
+
+impl<const D: usize> Run<D> {
+    /// The synchronised state now.
+    pub(crate) fn instant(&mut self) -> Arc<Instant<D>> {
+        Arc::new(Instant {
+            number: self.state.number,
+            state: self.synchronise(),
+        })
+    }
+
+    /// Time as it is told, s: a whole number of steps misses the end of the
+    /// scene by round-off, the last row does not.
+    pub(crate) fn told_time(&self) -> f64 {
+        if self.state.number == self.model.step_count {
+            self.model.end
+        } else {
+            self.time()
+        }
+    }
+
+    /// Deepest penetration at the start of a kick so far, and now, m.
+    pub(crate) fn max_penetration(&self) -> f64 {
+        let at = self.model.positions(&self.state);
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(0.0, |contacts| contacts.max_penetration(at))
+    }
+
+    /// Energies and momenta, `start_energy` being kinetic plus strain energy
+    /// at t = 0, J.
+    pub(crate) fn history(&self, instant: &Instant<D>, start_energy: f64) -> HistoryRow {
+        let at = self.model.positions(&self.state);
+        let mut row = HistoryRow {
+            step: self.state.number,
+            time: self.told_time(),
+            kinetic_energy: instant.state.kinetic_energy,
+            strain_energy: self.model.strain_energy(&self.state.displacement),
+            external_work: instant.state.ledger.external_work,
+            gravity_work: instant.state.ledger.gravity_work,
+            damping_loss: instant.state.ledger.damping_loss,
+            correction_loss: instant.state.ledger.correction_loss,
+            remesh_loss: instant.state.ledger.remesh_loss,
+            impulse: instant.state.ledger.impulse.value(),
+            elements: self.plan.histogram().iter().sum(),
+            refined_blocks: self.refined_blocks(),
+            ..HistoryRow::default()
+        };
+        for (number, block) in self.model.blocks.iter().enumerate() {
+            if block.fixed {
+                continue;
+            }
+            for node in self.model.nodes(number) {
+                let momentum = pad(&self.model.inertia.momentum(node, &instant.state.velocity));
+                add_scaled(&mut row.momentum, 1.0, &momentum);
+                let turning = cross(&pad(&at.at(node as u32)), &momentum);
+                add_scaled(&mut row.angular_momentum, 1.0, &turning);
+            }
+        }
+        if let Some(contacts) = &self.contacts {
+            row.strain_energy += contacts.spring_energy(at);
+            row.impact_loss = contacts.books().impact_loss + instant.state.impact_loss;
+            row.friction_loss = contacts.books().friction_loss + instant.state.friction_loss;
+            row.fracture_loss = contacts.books().fracture_loss;
+            row.contacts = contacts.live().count() as u64;
+        }
+        row.energy_residual = row.kinetic_energy
+            + row.strain_energy
+            + row.impact_loss
+            + row.friction_loss
+            + row.damping_loss
+            + row.fracture_loss
+            + row.remesh_loss
+            + row.correction_loss
+            - row.external_work
+            - row.gravity_work
+            - start_energy;
+        row
+    }
+
+    /// Kinetic plus strain energy, J.
+    pub(crate) fn energy(&self, instant: &Instant<D>) -> f64 {
+        instant.state.kinetic_energy + self.model.strain_energy(&self.state.displacement)
+    }
+
+    /// Rows of the blocks for which `wanted` holds; contact forces are means
+    /// since the last call, `since` seconds ago.
+    pub(crate) fn block_rows(
+        &mut self,
+        instant: &Instant<D>,
+        since: f64,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<BlockRow> {
+        let mut rows = Vec::new();
+        for block in (0..self.model.blocks.len()).filter(|&block| wanted(block)) {
+            let force = if since > 0.0 {
+                scale(1.0 / since, &self.block_impulse[block])
+            } else {
+                [0.0; 3]
+            };
+            self.block_impulse[block] = [0.0; 3];
+            rows.push(BlockRow {
+                force,
+                ..self.block_row(instant, block)
+            });
+        }
+        rows
+    }
+
+    /// The row of a block, without its contact force.
+    pub(crate) fn block_row(&self, instant: &Instant<D>, block: usize) -> BlockRow {
+        let at = self.model.positions(&self.state);
+        let centre = self.model.centre(block, |node| at.at(node as u32));
+        let mut mass = 0.0;
+        let (mut momentum, mut turning) = ([0.0; 3], [0.0; 3]);
+        let mut second = [[0.0; 3]; 3];
+        // Arms go through the mass matrix like velocities: the same matrix
+        // gives angular momentum and inertia.
+        let arm_of = |node: usize| sub(&at.at(node as u32), &centre);
+        for node in self.model.nodes(block) {
+            mass += self.model.inertia.mass()[node];
+            let p = pad(&self.model.inertia.momentum(node, &instant.state.velocity));
+            add_scaled(&mut momentum, 1.0, &p);
+            let arm = pad(&arm_of(node));
+            add_scaled(&mut turning, 1.0, &cross(&arm, &p));
+            let weighted = pad(&self.model.inertia.weighted(node, arm_of));
+            for i in 0..3 {
+                add_scaled(&mut second[i], arm[i], &weighted);
+            }
+        }
+        let fixed = self.model.blocks[block].fixed;
+        BlockRow {
+            time: self.told_time(),
+            block: self.model.mesh.blocks[block].name.clone(),
+            mass,
+            position: pad(&centre),
+            velocity: if fixed {
+                [0.0; 3]
+            } else {
+                scale(1.0 / mass, &momentum)
+            },
+            angular_velocity: if fixed {
+                [0.0; 3]
+            } else {
+                spin::<D>(&second, &turning)
+            },
+            force: [0.0; 3],
+        }
+    }
+
+    /// Rows of probes.
+    pub(crate) fn probe_rows(&self, instant: &Instant<D>, probes: &[Probe]) -> Vec<ProbeRow> {
+        let at = self.model.positions(&self.state);
+        let row = |probe: &Probe| {
+            let node = self.model.nodes(probe.block).start + probe.node;
+            ProbeRow {
+                time: self.told_time(),
+                probe: probe.name.clone(),
+                position: pad(&at.at(node as u32)),
+                displacement: pad(&self.state.displacement[node]),
+                velocity: pad(&instant.state.velocity[node]),
+            }
+        };
+        probes.iter().map(row).collect()
+    }
+
+    /// Live contact points.
+    pub(crate) fn contact_frame(&self) -> ContactFrame {
+        let mut frame = ContactFrame {
+            time: self.told_time(),
+            ..ContactFrame::default()
+        };
+        let Some(contacts) = &self.contacts else {
+            return frame;
+        };
+        let at = self.model.positions(&self.state);
+        for live in contacts.live() {
+            let operator = live.operator(contacts.surface(), at);
+            let mut force = [0.0; D];
+            for r in 0..D {
+                let share = if live.interval > 0.0 {
+                    live.impulse[r] / live.interval
+                } else {
+                    0.0
+                };
+                add_scaled(&mut force, share, &operator.frame[r]);
+            }
+            frame
+                .points
+                .push(pad(&contacts.surface().point(live.pair, at)));
+            frame.normals.push(pad(&operator.frame[0]));
+            frame.forces.push(pad(&force));
+            frame.slips.push(live.record.slip);
+            frame.areas.push(live.record.area);
+        }
+        frame
+    }
+
+    /// A record as a row of `contacts.csv`.
+    pub(crate) fn contact_row(&self, record: &Record) -> ContactRow {
+        let name = |block: u32| self.model.mesh.blocks[block as usize].name.clone();
+        ContactRow {
+            main: name(record.blocks[0]),
+            target: name(record.blocks[1]),
+            kind: record.kind,
+            time_on: record.time_on,
+            time_off: record.time_off,
+            position: record.position,
+            peak_normal_force: record.peak_normal_force,
+            normal_impulse: record.normal_impulse,
+            shear_impulse: record.shear_impulse,
+            slip: record.slip,
+            level: record.level,
+        }
+    }
+}
+
+/// Angular velocity from Σ m r⊗r and angular momentum, both about the centre.
+fn spin<const D: usize>(second: &[[f64; 3]; 3], turning: &[f64; 3]) -> [f64; 3] {
+    let trace = second[0][0] + second[1][1] + second[2][2];
+    if D == 2 {
+        return [0.0, 0.0, turning[2] / trace];
+    }
+    let inertia = nalgebra::Matrix3::from_fn(|i, j| {
+        let own = 0.5 * (second[i][j] + second[j][i]);
+        if i == j { trace - own } else { -own }
+    });
+    let momentum = nalgebra::Vector3::from(*turning);
+    inertia
+        .cholesky()
+        .map_or([0.0; 3], |factor| factor.solve(&momentum).into())
+}
+
+/// A node that is watched.
+#[derive(Clone, Debug)]
+pub(crate) struct Probe {
+    name: String,
+    block: usize,
+    /// Within its block, where those that refinement adds come last.
+    node: usize,
+}
+
+impl Probe {
+    /// At the node of some blocks that is nearest to a point at rest, if there is any.
+    pub(crate) fn new<const D: usize>(
+        name: &str,
+        mesh: &Mesh<D>,
+        blocks: impl Iterator<Item = usize>,
+        point: &[f64; D],
+    ) -> Option<Self> {
+        let nodes = blocks.flat_map(|block| {
+            let nodes = mesh.blocks[block].nodes.clone();
+            nodes
+                .enumerate()
+                .map(move |(node, global)| (block, node, global))
+        });
+        let distance = |&(_, _, global): &(usize, usize, u32)| {
+            let arm = sub(&mesh.nodes[global as usize], point);
+            dot(&arm, &arm)
+        };
+        let nearest = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map(|(block, node, _)| Self {
+            name: name.to_owned(),
+            block,
+            node,
+        })
+    }
+}

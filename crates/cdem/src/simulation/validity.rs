@@ -1,0 +1,513 @@
+//! Whether a run is still physical. What costs next to nothing is looked at
+//! after every coarse step, so that nothing but numbers is ever reported; the
+//! elements and the ledger now and then, for they cost as much as a step.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::element::Deformation;
+use crate::element::material::Elastic;
+use crate::math::format::{quantity, short, significant};
+use crate::math::vector::{add_scaled, dot, pad, scale, sub};
+use crate::model::AT_ONCE;
+use crate::output::HistoryRow;
+use crate::scene::{Kinematics, Scene};
+use crate::simulation::checkpoint::{ResumeError, require};
+use crate::step::Run;
+
+/// Why a run stopped itself.
+#[derive(Clone, Debug, Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// A velocity or displacement is not a number.
+    #[error(
+        "t = {} s: block \"{block}\" moves at no finite speed (node {node}); loads or \
+         prescribed velocities are far too strong, or the run is unstable: check their units, lower \
+         `time.safety`, and with the penalty model its stiffnesses",
+        short(*time)
+    )]
+    #[allow(missing_docs)] // the message names them
+    NotFinite { time: f64, block: String, node: u32 },
+    /// A node leaves its block faster than any wave could carry it.
+    #[error(
+        "t = {} s: block \"{block}\", node {node} runs away from its block at {} m/s, \
+         ten times as fast as waves and blocks; the loads are too strong for an elastic block, or \
+         the run is unstable: check units and loads, lower `time.safety`",
+        short(*time),
+        short(*speed)
+    )]
+    #[allow(missing_docs)] // the message names them
+    Runaway {
+        time: f64,
+        block: String,
+        node: u32,
+        speed: f64,
+    },
+    /// An element has turned inside out, or next to nothing is left of it.
+    #[error(
+        "t = {} s: block \"{block}\", element {element} has been pressed flat or turned inside out \
+         (det F = {}); the loads or the impact are too strong for an elastic block, or \
+         the run is unstable: check units and velocities, lower `time.safety`",
+        short(*time),
+        short(*jacobian)
+    )]
+    #[allow(missing_docs)] // the message names them
+    Inverted {
+        time: f64,
+        block: String,
+        element: u32,
+        jacobian: f64,
+    },
+    /// Blocks lie in each other, deeper than contact leaves them.
+    #[error(
+        "t = {time:e} s: block \"{}\" lies {depth:.3e} m deep in block \"{}\" at ({:.6}, {:.6}, \
+         {:.6}): prescribed motions press them together, or a contact was missed; then report the \
+         scene as a defect, and try a smaller `time.step`",
+        blocks[0], blocks[1], at[0], at[1], at[2]
+    )]
+    #[allow(missing_docs)] // the message names them
+    Penetration {
+        time: f64,
+        blocks: [String; 2],
+        at: [f64; 3],
+        depth: f64,
+    },
+    /// Energy has come from nowhere, or gone there.
+    #[error(
+        "t = {} s: {} J of {} J are unaccounted for in the energy ledger; \
+         lower `time.safety`, refine the blocks, or report the scene as a defect",
+        short(*time),
+        short(*residual),
+        short(*scale)
+    )]
+    #[allow(missing_docs)] // the message names them
+    Energy {
+        time: f64,
+        residual: f64,
+        scale: f64,
+    },
+}
+
+/// Share of the energy exchanged beyond which the ledger's residual is told of:
+/// the limit of the design for unrefined one-element blocks.
+const DOUBTFUL: f64 = 0.02;
+
+/// Share of the energy exchanged that the ledger's residual may reach: five
+/// times the limit of the design for unrefined one-element blocks.
+const RESIDUAL_LIMIT: f64 = 0.1;
+
+/// Principal stretches for which the total kinematics are meant (design,
+/// section 2).
+const STRETCHES: [f64; 2] = [0.8, 1.1];
+
+/// Norm of Green's strain up to which principal stretches are within these: √(1 − 0.2) and
+/// √(1 + 0.2). It costs a tenth of what the stretches themselves do.
+const MODERATE: f64 = 0.1;
+
+/// Principal stretch below which an element is flat: a hard impact may leave it as a sheet
+/// whose volume round-off keeps above 0.
+const FLAT: f64 = 1e-2;
+
+/// A node may leave its block at so many times the speed of waves and of the
+/// fastest block at the start. Nothing that is stable comes near.
+const RUNAWAY: f64 = 10.0;
+
+/// Coarse steps between two looks for blocks in each other: one costs as much as
+/// some ten steps.
+const OVERLAP_INTERVAL: u64 = 1024;
+
+/// Depth at which blocks lie in each other, over the contact tolerance: what a
+/// solved contact leaves is less than one.
+const OVERLAP_LIMIT: f64 = 10.0;
+
+/// Strains below this share are round-off: what they and the speeds that go
+/// with them hold of energy, no ledger can tell from nothing.
+const ROUND_OFF: f64 = 1e-12;
+
+/// The energy that the ledger's residual is held against: the most that has
+/// been in the blocks or has gone through gravity, loads and boundary
+/// conditions so far. What is there now may be nothing, at the end of a cycle.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Exchange {
+    /// Kinetic plus strain energy at t = 0, J.
+    start: f64,
+    /// Most so far, J.
+    most: f64,
+    /// What is no more than this is round-off, J.
+    round_off: f64,
+}
+
+impl Exchange {
+    /// Of a run that starts with the kinetic plus strain energy `start`, J.
+    pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene, start: f64) -> Self {
+        let blocks = run.model.blocks.iter().enumerate();
+        let round_off = blocks.filter(|(_, data)| !data.fixed).map(|(block, data)| {
+            let speed = ROUND_OFF * Elastic::new(&scene.material[data.material]).p_wave_speed();
+            let nodes = run.model.nodes(block);
+            let mass: f64 = nodes.map(|node| run.model.inertia.mass()[node]).sum();
+            mass * speed * speed
+        });
+        Self {
+            start,
+            most: start.max(0.0),
+            round_off: round_off.sum(),
+        }
+    }
+
+    /// Takes in what external forces and gravity have done so far, J.
+    pub(crate) fn count(&mut self, external_work: f64, gravity_work: f64) {
+        let sums = [
+            external_work.abs(),
+            gravity_work.abs(),
+            self.start + external_work + gravity_work,
+        ];
+        // What is not a number is not taken.
+        self.most = sums.into_iter().fold(self.most, f64::max);
+    }
+
+    /// The most energy exchanged so far, J; 0 where it is round-off.
+    pub(crate) fn most(&self) -> f64 {
+        if self.most > self.round_off {
+            self.most
+        } else {
+            0.0
+        }
+    }
+
+    /// What residuals are held against, J.
+    fn scale(&self) -> f64 {
+        self.most.max(self.round_off)
+    }
+}
+
+/// What the looks at a run have found, and need.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Health {
+    /// Speed of a node relative to its block that nothing stable reaches, m/s.
+    limit: f64,
+    /// Step of the last look at the elements.
+    looked: Option<u64>,
+    /// Blocks that have been warned of.
+    stretched: Vec<bool>,
+    /// Whether it has been warned of blocks that have outrun the search.
+    outrun: bool,
+    /// What the user should know, in order of time.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Whether components of velocities and displacements are numbers, and no square of those is
+/// more than `most`: side by side, as registers take them.
+fn are_moderate(velocity: &[f64], displacement: &[f64], most: f64) -> bool {
+    const LANES: usize = 8;
+    let (mut sum, mut fastest) = ([0.0; LANES], [0.0_f64; LANES]);
+    let mut look = |velocity: &[f64], displacement: &[f64]| {
+        for (lane, (v, u)) in velocity.iter().zip(displacement).enumerate() {
+            let square = v * v;
+            // One sum finds what is not finite, wherever it is.
+            sum[lane] += square + u * u;
+            fastest[lane] = if square > fastest[lane] {
+                square
+            } else {
+                fastest[lane]
+            };
+        }
+    };
+    let (velocity, last_velocity) = velocity.as_chunks::<LANES>();
+    let (displacement, last_displacement) = displacement.as_chunks::<LANES>();
+    for (velocity, displacement) in velocity.iter().zip(displacement) {
+        look(velocity, displacement);
+    }
+    look(last_velocity, last_displacement);
+    sum.iter().sum::<f64>().is_finite() && fastest.iter().all(|&square| square <= most)
+}
+
+impl Health {
+    /// Of a run at its start.
+    pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene) -> Self {
+        let waves = scene
+            .material
+            .iter()
+            .map(|m| Elastic::new(m).p_wave_speed());
+        let start = run.state.velocity.iter().map(|v| dot(v, v).sqrt());
+        Self {
+            limit: RUNAWAY * (waves.fold(0.0, f64::max) + start.fold(0.0, f64::max)),
+            looked: None,
+            stretched: vec![false; run.model.blocks.len()],
+            outrun: false,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Whether it is of a run of so many blocks.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub(crate) fn is_of(&self, blocks: usize) -> Result<(), ResumeError> {
+        require(self.stretched.len() == blocks, "its blocks")
+    }
+
+    /// The look at velocities and displacements of every step.
+    pub(crate) fn check_motion<const D: usize>(&self, run: &Run<D>) -> Result<(), StepError> {
+        let (velocity, displacement) = (&run.state.velocity, &run.state.displacement);
+        let chunks = velocity.par_chunks(AT_ONCE);
+        let chunks = chunks.zip(displacement.par_chunks(AT_ONCE));
+        // So fast a component at least has a node that runs away.
+        let most = self.limit * self.limit / D as f64;
+        if chunks.all(|(v, u)| are_moderate(v.as_flattened(), u.as_flattened(), most)) {
+            return Ok(());
+        }
+        let mut nodes = velocity.iter().zip(displacement);
+        let finite = nodes.all(|(v, u)| f64::is_finite(dot(v, v) + dot(u, u)));
+        let symptom = if finite {
+            run.runaway(self.limit)
+        } else {
+            Some(run.not_finite())
+        };
+        // An element inside out is the cause, where there is one.
+        symptom.map_or(Ok(()), |symptom| {
+            run.each_deformation(|_, _, _| ())?;
+            Err(symptom)
+        })
+    }
+
+    /// The look at the elements, once a step at most: none may be inside out.
+    pub(crate) fn check_elements<const D: usize>(&mut self, run: &Run<D>) -> Result<(), StepError> {
+        let number = run.state.number;
+        if self.looked == Some(number) {
+            return Ok(());
+        }
+        let (stretched, warnings) = (&mut self.stretched, &mut self.warnings);
+        run.each_deformation(|block, element, found| {
+            let [least, most] = STRETCHES;
+            let worst = if found.min_stretch < least {
+                found.min_stretch
+            } else {
+                found.max_stretch
+            };
+            if stretched[block] || (least..=most).contains(&worst) {
+                return;
+            }
+            let (set, _) = run
+                .model
+                .place
+                .of(run.model.elements(block).start + element);
+            if run.model.sets[set].kinematics() == Kinematics::Total {
+                stretched[block] = true;
+                warnings.push(format!(
+                    "block \"{}\": principal stretch {worst:.3} in element {element} at t = {}; \
+                     the material law of kinematics = \"total\" is meant for {least} to {most}: \
+                     judge this block's stresses with care, or try \"incremental\"",
+                    run.model.mesh.blocks[block].name,
+                    quantity(run.time(), "s")
+                ));
+            }
+        })?;
+        self.looked = Some(number);
+        Ok(())
+    }
+
+    /// The look at what no contact knows of: blocks in each other. Dear, so
+    /// every [`OVERLAP_INTERVAL`] steps, at the end, and where nodes have
+    /// outrun the search.
+    pub(crate) fn check_overlap<const D: usize>(
+        &mut self,
+        run: &mut Run<D>,
+    ) -> Result<(), StepError> {
+        let number = run.state.number;
+        let due = number.is_multiple_of(OVERLAP_INTERVAL) || number == run.model.step_count;
+        let Some(contacts) = &mut run.contacts else {
+            return Ok(());
+        };
+        let outrun = contacts.take_outrun();
+        if !outrun && !due {
+            return Ok(());
+        }
+        if outrun && !self.outrun {
+            self.outrun = true;
+            self.warnings.push(format!(
+                "blocks were thrown farther in the step before t = {} than contacts had been \
+                 looked for, and may have gone through others: try a smaller `time.step`",
+                quantity(number as f64 * run.model.step, "s")
+            ));
+        }
+        let contacts = &*contacts;
+        let at = run.model.positions(&run.state);
+        let mut mesh = run.model.mesh.clone();
+        for (node, place) in (0..).zip(&mut mesh.nodes) {
+            *place = at.at(node);
+        }
+        let apart = |a: usize, b: usize| contacts.keeps_apart(a as u32, b as u32);
+        let depth = OVERLAP_LIMIT * contacts.tolerance();
+        match crate::mesh::overlap(&mesh, depth, &apart) {
+            None => Ok(()),
+            Some(found) => Err(StepError::Penetration {
+                time: run.time(),
+                blocks: found.blocks.map(|block| run.block_name(block)),
+                at: pad(&found.point),
+                depth: found.depth,
+            }),
+        }
+    }
+
+    /// The look at the ledger: it must balance where it is `enforced`, and
+    /// hold numbers anywhere.
+    pub(crate) fn check_energy(
+        row: &HistoryRow,
+        exchange: &Exchange,
+        enforced: bool,
+    ) -> Result<(), StepError> {
+        let (time, residual, scale) = (row.time, row.energy_residual, exchange.scale());
+        // Comparisons with what is not a number are false.
+        if residual.is_finite() && (!enforced || residual.abs() <= RESIDUAL_LIMIT * scale) {
+            return Ok(());
+        }
+        Err(StepError::Energy {
+            time,
+            residual,
+            scale,
+        })
+    }
+
+    /// What to say of a ledger that does not balance well; of one that is not
+    /// `enforced`, that springs are to blame.
+    pub(crate) fn ledger_warning(
+        row: &HistoryRow,
+        exchange: &Exchange,
+        enforced: bool,
+    ) -> Option<String> {
+        let (residual, scale) = (row.energy_residual, exchange.scale());
+        let fatal = residual.abs() > RESIDUAL_LIMIT * scale;
+        let advice = if fatal && !enforced {
+            "with these contact springs the run is not stable; lower `time.safety`, or the \
+             stiffnesses"
+        } else if !fatal && residual.abs() > DOUBTFUL * scale {
+            "more than blocks of one element should show, so take the results as no better than \
+             that; lower `time.safety`, or use more elements"
+        } else {
+            return None;
+        };
+        Some(format!(
+            "{} J of {} J, {} %, are unaccounted for in the energy ledger: {advice}",
+            significant(residual, 3),
+            significant(scale, 3),
+            significant(100.0 * residual.abs() / scale, 2)
+        ))
+    }
+}
+
+impl<const D: usize> Run<D> {
+    fn block_name(&self, block: usize) -> String {
+        self.model.mesh.blocks[block].name.clone()
+    }
+
+    /// Visits (block, number in it, deformation) of all elements that are deformed by more
+    /// than is [`MODERATE`], up to one that is inside out or flat.
+    fn each_deformation(
+        &self,
+        mut visit: impl FnMut(usize, usize, &Deformation),
+    ) -> Result<(), StepError> {
+        let displacement = &self.state.displacement;
+        let mut strained = Vec::new();
+        for set in &self.model.sets {
+            set.strained(displacement, MODERATE, &mut |e| strained.push(e));
+        }
+        strained.sort_unstable();
+        for element in strained {
+            let node = self.model.mesh.elements[element as usize].nodes()[0];
+            let block = self.model.block_of[node as usize] as usize;
+            if self.model.blocks[block].fixed {
+                continue;
+            }
+            let number = element as usize - self.model.elements(block).start;
+            let (set, i) = self.model.place.of(element as usize);
+            let found = self.model.sets[set].deformation(i, displacement);
+            let jacobian = found.min_jacobian;
+            if jacobian.is_finite() && (jacobian <= 0.0 || found.min_stretch < FLAT) {
+                return Err(StepError::Inverted {
+                    time: self.time(),
+                    block: self.block_name(block),
+                    element: number as u32,
+                    jacobian,
+                });
+            }
+            visit(block, number, &found);
+        }
+        Ok(())
+    }
+
+    /// The first node that moves by no number, or farthest from any.
+    fn not_finite(&self) -> StepError {
+        let motions = self.state.velocity.iter().zip(&self.state.displacement);
+        let size = |(v, u): (&[f64; D], &[f64; D])| {
+            let size = dot(v, v) + dot(u, u);
+            if size.is_nan() { f64::INFINITY } else { size }
+        };
+        let worst = motions.map(size).enumerate();
+        let worst = worst.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+        StepError::NotFinite {
+            time: self.time(),
+            block: self.block_name(self.model.block_of[worst.0] as usize),
+            node: worst.0 as u32,
+        }
+    }
+
+    /// The first node that is faster than `limit` relative to its block.
+    fn runaway(&self, limit: f64) -> Option<StepError> {
+        for block in 0..self.model.blocks.len() {
+            let nodes = self.model.nodes(block);
+            let mut sum = [0.0; D];
+            for velocity in &self.state.velocity[nodes.clone()] {
+                add_scaled(&mut sum, 1.0, velocity);
+            }
+            let mean = scale(1.0 / nodes.len() as f64, &sum);
+            for node in nodes {
+                let own = sub(&self.state.velocity[node], &mean);
+                let speed = dot(&own, &own).sqrt();
+                if speed > limit {
+                    return Some(StepError::Runaway {
+                        time: self.time(),
+                        block: self.block_name(block),
+                        node: node as u32,
+                        speed,
+                    });
+                }
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ledger_is_told_of_where_more_than_2_per_cent_are_missing() {
+        let exchange = Exchange {
+            start: 100.0,
+            most: 100.0,
+            round_off: 0.0,
+        };
+        let told = |energy_residual: f64, enforced: bool| {
+            let row = HistoryRow {
+                energy_residual,
+                ..HistoryRow::default()
+            };
+            Health::ledger_warning(&row, &exchange, enforced).unwrap_or_default()
+        };
+        assert_eq!(told(1.9, true), "");
+        assert_eq!(told(-1.9, false), "");
+        for enforced in [true, false] {
+            let text = told(-2.345, enforced);
+            let start = "-2.35 J of 100 J, 2.3 %, are unaccounted for";
+            assert!(
+                text.starts_with(start) && text.contains("more elements"),
+                "{text}"
+            );
+        }
+        assert!(told(11.0, false).contains("springs"));
+        // Such a run has stopped itself, and said why.
+        assert_eq!(told(11.0, true), "");
+    }
+}

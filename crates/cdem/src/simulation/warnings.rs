@@ -1,0 +1,243 @@
+//! What is not wrong with a scene and its mesh, but most likely not meant.
+
+use crate::element::material::Elastic;
+use crate::math::format::short;
+use crate::math::vector::{norm, sub};
+use crate::mesh::{Mesh, coordinates};
+use crate::model::Model;
+use crate::model::block_names;
+use crate::scene::{Cadence, Geometry, KeyPath, Problem, Scene, Split};
+use crate::simulation::build::default_tolerance;
+
+/// Share of its moment of inertia by which a block may be off unnoticed.
+const INERTIA_ERROR: f64 = 0.01;
+
+/// Damping that makes the stable step so many times shorter is the first thing to
+/// look at in a run that takes long.
+const SLOWED: f64 = 10.0;
+
+/// Contact tolerance over the default's, up to which results do not depend on it.
+const TOLERANT: f64 = 10.0;
+
+/// Speeds of compression waves in solids, m/s: from soft gels up to diamond.
+const WAVE_SPEEDS: [f64; 2] = [1.0, 2e4];
+
+/// All that a user should look at before a run, `shortest` being the shortest
+/// stable step in each block, s.
+pub(super) fn cautions<const D: usize>(
+    scene: &Scene,
+    model: &Model<D>,
+    shortest: &[f64],
+) -> Vec<Problem> {
+    let mut found = blocks(scene, model);
+    found.extend(materials(scene));
+    found.extend(joints(scene));
+    found.extend(tolerance(scene, &model.mesh));
+    found.extend(damping(scene, model, shortest));
+    found.extend(late(scene));
+    found.extend(intervals(scene, model.step));
+    found.extend(probes(scene, &model.mesh));
+    found
+}
+
+fn at(list: &str, number: usize, key: &str) -> KeyPath {
+    KeyPath::root().key(list).index(number).key(key)
+}
+
+/// Masses that turn too easily, and parts that pass through each other.
+fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
+    let mut found = Vec::new();
+    for (number, (block, data)) in model.mesh.blocks.iter().zip(&model.blocks).enumerate() {
+        if data.fixed {
+            continue;
+        }
+        let (name, source) = (&block.name, &scene.block[block.source]);
+        if data.inertia_error > INERTIA_ERROR {
+            let message = format!(
+                "block \"{name}\": moment of inertia off by {:.1} %; use two elements through \
+                 its thickness, or mass = \"consistent\"",
+                100.0 * data.inertia_error
+            );
+            found.push(Problem::new(at("block", block.source, "mass"), message));
+        }
+        let whole = source.split == Split::None && matches!(source.geometry, Geometry::Mesh { .. });
+        let parts = if whole {
+            model.mesh.part_count(number)
+        } else {
+            1
+        };
+        if parts > 1 {
+            let message = format!(
+                "block \"{name}\" has {parts} unconnected parts, which do not touch each other; \
+                 use split = \"components\""
+            );
+            found.push(Problem::new(at("block", block.source, "mesh"), message));
+        }
+    }
+    found
+}
+
+/// Joints that any shear breaks before they are pulled.
+fn joints(scene: &Scene) -> Option<Problem> {
+    let strength = &scene.contact.strength;
+    let pulls = strength.tensile_strength > 0.0 && strength.cohesion == 0.0;
+    let message = "without `cohesion` the first shear breaks a joint, and its tensile strength is \
+                   lost with it; give it cohesion too";
+    pulls.then(|| {
+        Problem::new(
+            KeyPath::root().key("contact").key("tensile_strength"),
+            message,
+        )
+    })
+}
+
+/// A tolerance that moves what touches, and when.
+fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
+    let default = default_tolerance(mesh);
+    let tolerance = scene.contact.tolerance?;
+    (tolerance > TOLERANT * default).then(|| {
+        let message = format!(
+            "blocks up to {} m apart may touch, {:.0} times the default: a 1e-4th of the shortest \
+             edge, {} m; leave it out, unless gaps of that size are to be bridged",
+            short(tolerance),
+            tolerance / default,
+            short(default)
+        );
+        Problem::new(KeyPath::root().key("contact").key("tolerance"), message)
+    })
+}
+
+/// Moduli and densities in other units than was thought.
+fn materials(scene: &Scene) -> Vec<Problem> {
+    let [slowest, fastest] = WAVE_SPEEDS;
+    let caution = |(number, material): (usize, &crate::scene::Material)| {
+        let speed = Elastic::new(material).p_wave_speed();
+        let (odd, advice) = if speed < slowest {
+            (
+                "slower",
+                "did you forget GPa, as in young_modulus = \"40 GPa\"?",
+            )
+        } else if speed > fastest {
+            ("faster", "check the units of young_modulus and density")
+        } else {
+            return None;
+        };
+        let message = format!(
+            "material \"{}\": waves travel at {} m/s, {odd} than in any solid \
+             ({slowest} to {fastest} m/s); {advice}",
+            material.name,
+            short(speed)
+        );
+        Some(Problem::new(
+            at("material", number, "young_modulus"),
+            message,
+        ))
+    };
+    scene
+        .material
+        .iter()
+        .enumerate()
+        .filter_map(caution)
+        .collect()
+}
+
+/// Stiffness-proportional damping that costs most of the run.
+fn damping<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) -> Vec<Problem> {
+    let slow = |(number, material): (usize, &crate::scene::Material)| {
+        let blocks = model.blocks.iter().zip(shortest);
+        let own = blocks.filter(|(block, _)| block.material == number && !block.fixed);
+        let step = own.map(|(_, &step)| step).fold(f64::INFINITY, f64::min);
+        // With ξ = βω/2, (2/ω)(√(1+ξ²) − ξ) = step solved for 2/ω.
+        let factor = (1.0 + 2.0 * material.damping.stiffness / step).sqrt();
+        (factor > SLOWED).then(|| {
+            let message = format!(
+                "material \"{}\": this damping makes the stable step {factor:.0} times shorter, \
+                 {} s instead of {} s, and the run as much longer; lower it, or use damping.mass \
+                 or damping.local",
+                material.name,
+                short(step),
+                short(step * factor)
+            );
+            let path = at("material", number, "damping").key("stiffness");
+            Problem::new(path, message)
+        })
+    };
+    scene.material.iter().enumerate().filter_map(slow).collect()
+}
+
+/// Loads and boundary conditions that start after the end.
+fn late(scene: &Scene) -> Vec<Problem> {
+    let end = scene.time.end;
+    let loads = scene.load.iter().map(|load| load.start);
+    let loads = loads.enumerate().map(|(n, start)| ("load", n, start));
+    let motions = scene.boundary.iter().map(|boundary| boundary.start);
+    let motions = motions.enumerate().map(|(n, start)| ("boundary", n, start));
+    let late = loads.chain(motions).filter(|(_, _, start)| *start >= end);
+    late.map(|(list, number, start)| {
+        let message = format!(
+            "starts at {} s, but the run ends at {} s: it never acts",
+            short(start),
+            short(end)
+        );
+        Problem::new(at(list, number, "start"), message)
+    })
+    .collect()
+}
+
+/// Output that is wanted more often than there are steps.
+fn intervals(scene: &Scene, step: f64) -> Vec<Problem> {
+    let output = &scene.output;
+    let short_of = |(key, cadence): (&str, Cadence)| match cadence {
+        // Equal up to round-off is one a step.
+        Cadence::Interval(interval) if interval < step * (1.0 - 1e-9) => {
+            let message = format!(
+                "{} s is shorter than the coarse step of {} s, and there is one a step at most; \
+                 lower `time.step` if more are needed",
+                short(interval),
+                short(step)
+            );
+            let path = KeyPath::root().key("output").key(key);
+            Some(Problem::new(path, message))
+        }
+        _ => None,
+    };
+    let cadences = [
+        ("frame_interval", output.frames),
+        ("history_interval", output.history),
+        ("blocks_interval", output.blocks),
+    ];
+    cadences.into_iter().filter_map(short_of).collect()
+}
+
+/// Probes whose nearest node is farther away than the largest element edge of
+/// their block: within a mesh, the nearest node is always nearer than that.
+fn probes<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Vec<Problem> {
+    let mut found = Vec::new();
+    for (number, probe) in scene.probe.iter().enumerate() {
+        let point: [f64; D] = std::array::from_fn(|c| probe.point[c]);
+        let blocks = block_names::parts(scene, mesh, &probe.block).map(|part| &mesh.blocks[part]);
+        let nodes = blocks.clone().flat_map(|block| block.nodes.clone());
+        let away = nodes.map(|node| {
+            let place = mesh.nodes[node as usize];
+            (norm(&sub(&place, &point)), place)
+        });
+        let Some((distance, place)) = away.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            continue;
+        };
+        let edge = blocks.map(|block| mesh.largest_edge(block.elements.clone()));
+        let edge = edge.fold(0.0, f64::max);
+        if distance > edge {
+            let message = format!(
+                "probe \"{}\" is {} m away from the nearest node of block \"{}\", at {}, farther \
+                 than the block's largest element edge of {} m; it watches that node",
+                probe.name,
+                short(distance),
+                probe.block,
+                coordinates(&place),
+                short(edge)
+            );
+            found.push(Problem::new(at("probe", number, "point"), message));
+        }
+    }
+    found
+}

@@ -1,0 +1,349 @@
+//! Blocks are given other meshes: all that moves to their new nodes and elements.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::contact::remap::Sight;
+use crate::contact::surface::Positions;
+use crate::element::{ElementSet, Past, Places};
+use crate::math::adjacency::Around;
+use crate::math::vector::sub;
+use crate::mesh::{Element, Mesh};
+use crate::model::{Model, State};
+use crate::refinement::{Change, Cover, SecondScale, Transfer, predecessors};
+use crate::step::Run;
+use crate::step::adapt::conserve::Before;
+use crate::step::adapt::when::ROUND_OFF;
+use crate::step::kick::Impulses;
+use crate::step::schedule::Plan;
+
+impl<const D: usize> Run<D> {
+    /// Gives blocks other covers, and all that moves to their new nodes.
+    pub(super) fn remesh(&mut self, second: &mut SecondScale<D>, changes: Vec<Change<D>>) {
+        let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
+        let before: Vec<Before<D>> = blocks.iter().map(|&block| self.before(block)).collect();
+        let bound = blocks.iter().zip(&before).map(|(&block, before)| {
+            let bound = self.with_momenta(block, before).but_loose(1.0);
+            (block, bound)
+        });
+        let bound = bound.collect();
+        let old_mesh = self.model.mesh.clone();
+        let (old_state, kicks) = self.carry_over(second, changes, &bound, &old_mesh);
+        let unpaid = blocks.iter().zip(&before);
+        let unpaid: Vec<f64> = unpaid
+            .map(|(&block, before)| self.give_back(block, before))
+            .collect();
+        for (&block, before) in blocks.iter().zip(&before) {
+            let work = self.work_of_gravity(block, before);
+            self.ledger.gravity_work += work;
+            second.owe(block, -work);
+        }
+        self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
+        for (&block, unpaid) in blocks.iter().zip(unpaid) {
+            let unpaid = self.pay_of_deformation(second, block, unpaid);
+            second.owe(block, unpaid);
+        }
+        // What a block has been given now is no acceleration.
+        for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
+            self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
+        }
+        let mesh = &self.model.mesh;
+        self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
+        self.touched = (0..mesh.nodes.len() as u32).collect();
+        self.plan = Plan::default();
+    }
+
+    /// Exchanges covers, and carries over model and state: velocities of blocks that are
+    /// coarser by the momenta that they have beside those of their `bound` motion, m/s.
+    /// Returns the state as it was, and what the last kick has made of velocities, m/s.
+    fn carry_over(
+        &mut self,
+        second: &mut SecondScale<D>,
+        changes: Vec<Change<D>>,
+        bound: &BTreeMap<usize, Vec<[f64; D]>>,
+        old_mesh: &Mesh<D>,
+    ) -> (State<D>, Vec<[f64; D]>) {
+        let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
+        let momenta = self.loose_momenta(bound);
+        let (mut old_covers, mut coarser) = (BTreeMap::new(), BTreeMap::new());
+        for mut change in changes {
+            let block = change.block;
+            if let Some(displacement) = change.displacement.take() {
+                coarser.insert(block, displacement);
+            }
+            old_covers.insert(block, second.exchange(change));
+        }
+        let old_state = std::mem::take(&mut self.state);
+        self.bring_up(&blocks, &old_state);
+        let old_elements = Elements {
+            mesh: old_mesh,
+            sets: std::mem::take(&mut self.model.sets),
+            place: std::mem::take(&mut self.model.place),
+        };
+        let time = old_state.number as f64 * self.model.step;
+        self.model.remesh(second, time);
+        let covers = old_covers.iter().map(|(&block, old)| {
+            let covers = [old.as_ref(), second.covers()[block].as_ref()];
+            (block, covers)
+        });
+        let covers: BTreeMap<usize, [Option<&Cover<D>>; 2]> = covers.collect();
+        let transfers = covers.iter().map(|(&block, &[old, new])| {
+            let transfer = Transfer::between(old, new, second.foundation.lame(block));
+            (block, transfer.expect("zones come or go, not both"))
+        });
+        let transfers: BTreeMap<usize, Transfer<D>> = transfers.collect();
+        let carry = Carry {
+            old: old_mesh,
+            new: &self.model.mesh,
+            transfers: &transfers,
+            base: &second.foundation.mesh,
+            covers,
+        };
+        let origins = carry.origins();
+        let mut state = carry.state(&old_state, &origins, &coarser);
+        let kicks = old_state.velocity.iter().zip(&self.impulses.before);
+        let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
+        let kicks = carry.values(&kicks);
+        self.impulses = carry.impulses(&self.impulses);
+        self.node_impulse =
+            carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
+        for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
+            let nodes = self.model.nodes(*block);
+            let bound = transfer.velocities(&bound[block]);
+            let gathered = transfer.gather(momenta[block].clone());
+            let own = &mut state.velocity[nodes.clone()];
+            let inertia = &self.model.inertia;
+            inertia.solve(nodes.start, (&gathered, &bound), own);
+        }
+        self.model
+            .remember(&old_elements, &origins, &state.displacement);
+        self.state = state;
+        (old_state, kicks)
+    }
+
+    /// Takes some energy, J, of the deformation of a block that is refined; returns how much
+    /// it has too much yet.
+    fn pay_of_deformation(&mut self, second: &SecondScale<D>, block: usize, energy: f64) -> f64 {
+        match &second.covers()[block] {
+            Some(cover) if energy > ROUND_OFF * self.energy_of(block) => {
+                let lame = second.foundation.lame(block);
+                self.slacken(block, &cover.overlay, lame, energy)
+            }
+            _ => energy,
+        }
+    }
+
+    /// Contact goes on with blocks that have had another mesh and other displacements, m.
+    fn remesh_contacts(
+        &mut self,
+        second: &SecondScale<D>,
+        blocks: &[usize],
+        (old_mesh, old_displacement): (&Mesh<D>, &[[f64; D]]),
+    ) {
+        let Some(contacts) = &mut self.contacts else {
+            return;
+        };
+        let mesh = &self.model.mesh;
+        let old = Sight {
+            at: Positions::new(&old_mesh.nodes, old_displacement),
+            rest: Positions::at_rest(&old_mesh.nodes),
+        };
+        let new = Sight {
+            at: Positions::new(&mesh.nodes, &self.state.displacement),
+            rest: Positions::at_rest(&mesh.nodes),
+        };
+        let mut changed = vec![false; self.model.blocks.len()];
+        blocks.iter().for_each(|&block| changed[block] = true);
+        let surface = second.foundation.surface(mesh, contacts.tolerance());
+        let time = self.state.number as f64 * self.model.step;
+        let inertia = &self.model.inertia;
+        contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
+    }
+
+    /// Brings the history of the elements of some blocks up to now.
+    fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
+        let model = &mut self.model;
+        for &block in blocks {
+            for (set, i) in model.elements(block).map(|e| model.place.of(e)) {
+                model.sets[set].bring_up(i, &state.displacement);
+            }
+        }
+    }
+
+    /// Momenta of the nodes of blocks beside those of their `bound` motion, m/s, in N·s: what
+    /// goes with the momenta of a block is the same for whoever flies beside it.
+    fn loose_momenta(
+        &self,
+        bound: &BTreeMap<usize, Vec<[f64; D]>>,
+    ) -> BTreeMap<usize, Vec<[f64; D]>> {
+        let of = |(&block, bound): (&usize, &Vec<[f64; D]>)| {
+            let nodes = self.model.nodes(block);
+            let first = nodes.start;
+            let loose = |node: usize| sub(&self.state.velocity[node], &bound[node - first]);
+            let momentum = |node: usize| self.model.inertia.weighted(node, loose);
+            (block, nodes.map(momentum).collect())
+        };
+        bound.iter().map(of).collect()
+    }
+}
+
+/// Elements of a mesh: sets, and the place of each in them.
+struct Elements<'a, const D: usize> {
+    mesh: &'a Mesh<D>,
+    sets: Vec<Box<dyn ElementSet<D>>>,
+    place: Places,
+}
+
+impl<const D: usize> Elements<'_, D> {
+    fn past(&self, element: u32) -> Option<Past<D>> {
+        let (set, i) = self.place.of(element as usize);
+        self.sets[set].past(i)
+    }
+
+    fn corners(mesh: &Mesh<D>, element: usize) -> impl Iterator<Item = [f64; D]> {
+        let nodes = mesh.elements[element].nodes().iter();
+        nodes.map(|&node| mesh.nodes[node as usize])
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// Gives elements the pasts of those that they have come of.
+    fn remember(&mut self, old: &Elements<D>, origins: &Origins, displacement: &[[f64; D]]) {
+        for (element, of) in origins.iter().enumerate() {
+            let (set, i) = self.place.of(element);
+            let set = &mut self.sets[set];
+            let own = Elements::corners(&self.mesh, element);
+            if own.eq(Elements::corners(old.mesh, of[0] as usize)) {
+                let (old_set, old_i) = old.place.of(of[0] as usize);
+                set.set_record(i, &old.sets[old_set].record(old_i));
+                continue;
+            }
+            let known: Vec<Past<D>> = of.iter().filter_map(|&e| old.past(e)).collect();
+            if let Some(past) = Past::of_all(&known) {
+                set.set_past(i, &past, displacement);
+            }
+        }
+    }
+}
+
+/// Arrays of one mesh to those of another.
+struct Carry<'a, const D: usize> {
+    old: &'a Mesh<D>,
+    new: &'a Mesh<D>,
+    transfers: &'a BTreeMap<usize, Transfer<'a, D>>,
+    base: &'a Mesh<D>,
+    /// Of blocks that change, before and after.
+    covers: BTreeMap<usize, [Option<&'a Cover<D>>; 2]>,
+}
+
+impl<'a, const D: usize> Carry<'a, D> {
+    /// Block by block: `of` it and its transfer where there is one, else as it is.
+    fn vectors<const C: usize>(
+        &self,
+        all: &[[f64; C]],
+        of: impl Fn(usize, &Transfer<'a, D>, &[[f64; C]]) -> Vec<[f64; C]>,
+    ) -> Vec<[f64; C]> {
+        let mut new = Vec::with_capacity(self.new.nodes.len());
+        for (number, block) in self.old.blocks.iter().enumerate() {
+            let own = &all[as_usize(&block.nodes)];
+            match self.transfers.get(&number) {
+                Some(transfer) => new.extend(of(number, transfer, own)),
+                None => new.extend(own),
+            }
+        }
+        new
+    }
+
+    fn values<const C: usize>(&self, all: &[[f64; C]]) -> Vec<[f64; C]> {
+        self.vectors(all, |_, transfer, of| transfer.values(of))
+    }
+
+    fn scalars(&self, all: &[f64]) -> Vec<f64> {
+        let all: Vec<[f64; 1]> = all.iter().map(|&x| [x]).collect();
+        self.values(&all).into_iter().map(|[x]| x).collect()
+    }
+
+    /// The state of an old mesh on the new one, blocks that are coarser having these
+    /// displacements, m; their velocities want their momenta yet.
+    fn state(
+        &self,
+        old: &State<D>,
+        origins: &Origins,
+        coarser: &BTreeMap<usize, Vec<[f64; D]>>,
+    ) -> State<D> {
+        State {
+            number: old.number,
+            displacement: self.vectors(&old.displacement, |block, transfer, of| {
+                let known = coarser.get(&block).cloned();
+                known.unwrap_or_else(|| transfer.grown(of))
+            }),
+            carry: self.values(&old.carry),
+            velocity: self.vectors(&old.velocity, |_, transfer, of| transfer.velocities(of)),
+            element_interval: origins.means(&old.element_interval),
+            node_interval: self.scalars(&old.node_interval),
+            contact_force: self
+                .vectors(&old.contact_force, |_, transfer, of| transfer.impulses(of)),
+        }
+    }
+
+    /// What a report between two steps needs of the last kick.
+    fn impulses(&self, old: &Impulses<D>) -> Impulses<D> {
+        let mut impulses = Impulses::new(self.new.nodes.len());
+        impulses.before = self.vectors(&old.before, |_, transfer, of| transfer.velocities(of));
+        impulses.interval = self.scalars(&old.interval);
+        impulses
+    }
+
+    /// For each new element, the old ones that it has come of.
+    fn origins(&self) -> Origins {
+        let mut origins = Origins::default();
+        for (number, block) in self.old.blocks.iter().enumerate() {
+            if !self.transfers.contains_key(&number) {
+                block.elements.clone().for_each(|e| origins.push(&[e]));
+                continue;
+            }
+            let own = self.base.blocks[number].elements.clone();
+            let [old, new] = self.covers[&number];
+            for mut of in predecessors(own, old, new) {
+                of.iter_mut().for_each(|e| *e += block.elements.start);
+                origins.push(&of);
+            }
+        }
+        origins
+    }
+}
+
+/// For each element of a mesh, those of another that it has come of.
+#[derive(Debug, Default)]
+struct Origins {
+    all: Vec<u32>,
+    end: Vec<usize>,
+}
+
+impl Origins {
+    fn push(&mut self, of: &[u32]) {
+        self.all.extend(of);
+        self.end.push(self.all.len());
+    }
+
+    /// Element by element.
+    fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let start = std::iter::once(&0).chain(&self.end);
+        start
+            .zip(&self.end)
+            .map(|(&start, &end)| &self.all[start..end])
+    }
+
+    /// Means of what the others have.
+    fn means(&self, of: &[f64]) -> Vec<f64> {
+        let mean = |all: &[u32]| {
+            let sum: f64 = all.iter().map(|&e| of[e as usize]).sum();
+            sum / all.len() as f64
+        };
+        self.iter().map(mean).collect()
+    }
+}
+
+fn as_usize(range: &Range<u32>) -> Range<usize> {
+    range.start as usize..range.end as usize
+}

@@ -1,0 +1,348 @@
+//! The second scale in time: blocks are refined before they collide, and as they were
+//! again after it (design, section 6; [Li2015], section 5). Here: where, when, how finely.
+
+use std::collections::BTreeSet;
+
+use crate::contact::Contacts;
+use crate::contact::remap::{Foreseen, Place};
+use crate::contact::surface::Positions;
+use crate::math::profile::Stage;
+use crate::math::vector::{add_scaled, norm, scale};
+use crate::mesh::Mesh;
+use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
+use crate::step::Run;
+
+/// How far collisions are foreseen, in coarse steps: velocities change by less than half
+/// in one, but where other collisions are in between.
+const AHEAD: f64 = 1.5;
+
+/// Looks at what new nodes on refined faces meet in the same step, at most.
+const LOOKS: usize = 8;
+
+/// Approach over what gravity makes in a coarse step, and in the time that waves take across
+/// the larger block, up to which it is no impact: what rests comes and goes with the one,
+/// what settles with the other, whose own vibration has four times that period.
+const RESTING: f64 = 4.0;
+const SETTLING: f64 = 4.0;
+
+/// Way of an approach in the time that waves take across the larger block, over the
+/// tolerance of contact, up to which it is no impact.
+const SLIGHT: f64 = 1e-2;
+
+/// Time for which a contact is an impact, over that which waves take across the larger of
+/// its blocks: twice there and back.
+const IMPACT: f64 = 4.0;
+
+/// Time for which a zone stays while its blocks touch elsewhere, the same way; and after
+/// they have parted.
+const STAY: f64 = 1.0;
+const PARTED: f64 = 0.25;
+
+/// Share of its energy that a block may owe and not pay, and of the mobility of two blocks
+/// that they have though they are held: round-off.
+pub(super) const ROUND_OFF: f64 = 1e-12;
+
+impl<const D: usize> Run<D> {
+    /// Section 6: refines blocks where they are about to collide. Returns what the ledger
+    /// lacked before, J, if any mesh has changed.
+    pub(crate) fn refine(&mut self) -> Option<f64> {
+        self.second_scale.as_ref()?;
+        if !self.outlook.is_physical() {
+            return None;
+        }
+        let mut second = self.second_scale.take()?;
+        second.set_still(self.still_blocks());
+        let mut before = None;
+        for block in second.debtors() {
+            let debt = second.debt(block);
+            if debt > ROUND_OFF * self.energy_of(block) {
+                before.get_or_insert_with(|| self.balance());
+                let paid = self.pay(block, debt);
+                second.owe(block, -paid);
+            } else {
+                second.owe(block, -debt);
+            }
+        }
+        second.forget_credit();
+        for look in 0..LOOKS {
+            self.ask_for_zones(&mut second);
+            let changes = second.changes(self.state.number, look == 0);
+            let changes = self.without_harm(&second, changes);
+            if changes.is_empty() {
+                break;
+            }
+            before.get_or_insert_with(|| self.balance());
+            self.remesh(&mut second, changes);
+            self.watch.lap(Stage::Refinement);
+            self.find_contacts();
+        }
+        self.second_scale = Some(second);
+        before
+    }
+
+    /// The mesh without what is refined now.
+    pub(crate) fn base_mesh(&self) -> &Mesh<D> {
+        let second = self.second_scale.as_ref();
+        second.map_or(&self.model.mesh, |second| &second.foundation.mesh)
+    }
+
+    /// How many blocks are refined now.
+    pub(crate) fn refined_blocks(&self) -> u64 {
+        let covers = self.second_scale.iter().flat_map(SecondScale::covers);
+        covers.filter(|cover| cover.is_some()).count() as u64
+    }
+
+    /// Changes but those to coarser meshes that would move a surface into, or away from,
+    /// what is beside it, or would need more energy than there is.
+    fn without_harm(&self, second: &SecondScale<D>, changes: Vec<Change<D>>) -> Vec<Change<D>> {
+        let Some(contacts) = self.contacts.as_ref().filter(|_| !changes.is_empty()) else {
+            return changes;
+        };
+        let at = self.model.positions(&self.state);
+        let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
+        let can_be = |change: Change<D>| self.settled(second, change, contacts, &mut moves);
+        let mut changes: Vec<Change<D>> = changes.into_iter().filter_map(can_be).collect();
+        if changes.iter().any(|change| change.displacement.is_some()) {
+            let harmed = contacts.harmed(at, &moves);
+            changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
+        }
+        changes
+    }
+
+    /// A change with the displacements that go with it, and how nodes move then, m; nothing
+    /// where that would need more energy than there is. A block that rests is lifted off what
+    /// its faces would come into as they become plane.
+    fn settled(
+        &self,
+        second: &SecondScale<D>,
+        mut change: Change<D>,
+        contacts: &Contacts<D>,
+        moves: &mut [[f64; D]],
+    ) -> Option<Change<D>> {
+        let (block, cover) = (change.block, change.cover.as_ref());
+        let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
+        let transfer = Transfer::between(old, cover, foundation.lame(block))?;
+        if transfer.is_finer() {
+            return Some(change);
+        }
+        let nodes = self.model.nodes(block);
+        let own = &self.state.displacement[nodes.clone()];
+        let kept = transfer.kept(&self.held(block));
+        let masses = [old, cover].map(|cover| foundation.nodal_masses(block, cover));
+        let mut after = transfer.smoothed(own, &kept, masses);
+        moves[nodes.clone()].copy_from_slice(&transfer.moves(own, &after));
+        if !kept.contains(&true) {
+            let at = self.model.positions(&self.state);
+            let lift = contacts.lift(block as u32, at, moves);
+            for moved in after.iter_mut().chain(&mut moves[nodes.clone()]) {
+                add_scaled(moved, 1.0, &lift.unwrap_or([0.0; D]));
+            }
+        }
+        let strain_energy = foundation.strain_energy(block, cover, &after);
+        if self.bound_energy_of(block) + strain_energy > self.energy_of(block) {
+            moves[nodes].fill([0.0; D]);
+            return None;
+        }
+        change.displacement = Some(after);
+        Some(change)
+    }
+
+    /// What the ledger lacks, J, but for what was there at the start.
+    pub(crate) fn balance(&mut self) -> f64 {
+        // The search goes by what the last kick was, which a look at an instant changes.
+        let before = self.impulses.before.clone();
+        let interval = self.impulses.interval.clone();
+        let instant = self.instant();
+        let balance = self.history(&instant, 0.0).energy_residual;
+        (self.impulses.before, self.impulses.interval) = (before, interval);
+        balance
+    }
+
+    /// Asks for zones where blocks are about to collide, and keeps them where they do.
+    fn ask_for_zones(&mut self, second: &mut SecondScale<D>) {
+        let mut foreseen = std::mem::take(&mut self.foreseen);
+        if let Some(contacts) = &self.contacts {
+            self.ask_where_touching(second, contacts, &mut foreseen);
+        }
+        self.foreseen = foreseen;
+    }
+
+    /// The same where blocks touch, and will.
+    fn ask_where_touching(
+        &self,
+        second: &mut SecondScale<D>,
+        contacts: &Contacts<D>,
+        foreseen: &mut Foreseen<D>,
+    ) {
+        let (at, velocity) = (self.model.positions(&self.state), &self.state.velocity);
+        let rest = Positions::at_rest(&self.model.mesh.nodes);
+        let horizon = AHEAD * self.model.step;
+        contacts.foresee(at, velocity, rest, horizon, foreseen);
+        for (blocks, places) in foreseen.of_blocks() {
+            self.ask_for_encounter(second, blocks, places, contacts.tolerance());
+        }
+        for place in contacts.present(at, velocity, rest) {
+            let transit = self.transit(second, place.blocks);
+            let since = place.since.unwrap_or_default();
+            if self.time() - since <= IMPACT * transit {
+                let until = self.until(STAY * transit);
+                let [a, b] = place.blocks;
+                second.impact([a.min(b), a.max(b)], 0.0, until);
+                for (block, rest) in place.blocks.iter().zip(&place.rest) {
+                    let slip = [place.slip, place.slip_rate * self.model.step];
+                    second.keep(*block as usize, rest, slip, until);
+                    second.stay(*block as usize, self.until(PARTED * transit));
+                }
+            }
+        }
+    }
+
+    /// The coarse step that is so many seconds from now.
+    fn until(&self, duration: f64) -> u64 {
+        self.state.number + (duration / self.model.step).ceil() as u64 + 1
+    }
+
+    /// Time that waves take across the larger of two blocks, s.
+    fn transit(&self, second: &SecondScale<D>, blocks: [u32; 2]) -> f64 {
+        let of = |block: u32| second.crossing(block as usize);
+        let moves = blocks.into_iter().filter(|&b| !second.is_still(b as usize));
+        moves.map(of).fold(0.0, f64::max)
+    }
+
+    fn ask_for_encounter(
+        &self,
+        second: &mut SecondScale<D>,
+        blocks: [u32; 2],
+        places: &[Place<D>],
+        tolerance: f64,
+    ) {
+        let transit = self.transit(second, blocks);
+        let gravity = norm(&self.model.gravity_at(self.time()));
+        let slight = f64::max(
+            gravity * f64::max(RESTING * self.model.step, SETTLING * transit),
+            SLIGHT * tolerance / transit,
+        );
+        let mut nodes = BTreeSet::new();
+        let encounters: Vec<Encounter<D>> = places
+            .iter()
+            .filter(|place| place.speed > slight)
+            .map(|place| Encounter {
+                is_first_of_node: nodes.insert(place.nodes[0]),
+                ..self.encounter(second, place)
+            })
+            .collect();
+        let Some(mobility) = self.mobility(&encounters) else {
+            return;
+        };
+        let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
+        let until = self.until(STAY * transit);
+        let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
+        let depth = second.depth(&encounters, energy);
+        second.look(blocks, &depth, [self.time(), fastest]);
+        let are_flush = Encounter::are_flush(&encounters);
+        for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
+            second.ask(encounter, sizes, are_flush, until);
+        }
+        for block in blocks {
+            second.stay(block as usize, self.until(PARTED * transit));
+        }
+    }
+
+    fn encounter(&self, second: &SecondScale<D>, place: &Place<D>) -> Encounter<D> {
+        let root = |element: u32| {
+            let parts = self.model.mesh.parts.as_ref();
+            parts.map_or(element, |parts| parts.root[element as usize])
+        };
+        let around = |node: u32| self.around.of(node).iter().map(|&element| root(element));
+        let blocks = place.blocks.map(|block| block as usize);
+        let sizes = place.nodes.map(|node| second.base_size(around(node)));
+        let halvings = place.nodes.map(|node| second.halvings(around(node)));
+        let mass = |side: usize| {
+            let number = place.nodes[side] as usize - self.model.nodes(blocks[side]).start;
+            let roots = around(place.nodes[side]);
+            let of = (roots, place.are_edges[side]);
+            second.base_mass(blocks[side], number, &place.rest[side], of)
+        };
+        Encounter {
+            blocks,
+            masses: [mass(0), mass(1)],
+            is_first_of_node: true,
+            places: place.rest,
+            point: place.point,
+            normal: place.normal,
+            speed: place.speed,
+            unified: self.model.step - place.wait % self.model.step,
+            sizes,
+            halvings,
+        }
+    }
+
+    /// Inverse mass seen by both blocks as rigid bodies in the middle of some encounters,
+    /// along their mean normal, 1/kg; of none, nothing.
+    fn mobility(&self, encounters: &[Encounter<D>]) -> Option<f64> {
+        let first = encounters.first()?;
+        let count = encounters.len() as f64;
+        let (mut point, mut normal) = ([0.0; D], [0.0; D]);
+        for encounter in encounters {
+            add_scaled(&mut point, 1.0 / count, &encounter.point);
+            let sign = if encounter.blocks == first.blocks {
+                1.0
+            } else {
+                -1.0
+            };
+            add_scaled(&mut normal, sign, &encounter.normal);
+        }
+        let normal = if norm(&normal) > 0.0 {
+            scale(1.0 / norm(&normal), &normal)
+        } else {
+            first.normal
+        };
+        let of_both = |is_free: bool| {
+            let of = |&block: &usize| self.rigid_mobility(block, &point, &normal, is_free);
+            first.blocks.iter().map(of).sum::<f64>()
+        };
+        let is_held = |&block: &usize| self.held(block).iter().any(|held| held.contains(&true));
+        let held = of_both(false);
+        if !first.blocks.iter().any(is_held) {
+            return Some(held);
+        }
+        // Two that are both held where they meet collide as far as they are elastic.
+        let free = of_both(true);
+        Some(if held > ROUND_OFF * free { held } else { free })
+    }
+
+    /// Inverse mass of a rigid block at a point along a direction, 1/kg; if it `is_free`, as
+    /// though nothing held it.
+    fn rigid_mobility(
+        &self,
+        block: usize,
+        point: &[f64; D],
+        normal: &[f64; D],
+        is_free: bool,
+    ) -> f64 {
+        if self.model.blocks[block].fixed {
+            return 0.0;
+        }
+        let at = self.model.positions(&self.state);
+        let nodes = self.model.nodes(block);
+        let points: Vec<[f64; D]> = nodes.clone().map(|node| at.at(node as u32)).collect();
+        let body = self.body(block, &points);
+        let (_, centre) = body.centre();
+        let held = if is_free {
+            vec![[false; D]; points.len()]
+        } else {
+            self.held(block)
+        };
+        Twists::new(&body, centre, &held).mobility(point, normal)
+    }
+
+    /// Blocks that do not move, or move as is prescribed in all their nodes.
+    fn still_blocks(&self) -> impl Iterator<Item = bool> + '_ {
+        let is_still = move |block: usize| {
+            let inertia = &self.model.inertia;
+            self.model.blocks[block].fixed
+                || self.model.nodes(block).all(|node| inertia.is_held(node))
+        };
+        (0..self.model.blocks.len()).map(is_still)
+    }
+}

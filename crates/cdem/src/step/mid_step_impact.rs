@@ -1,0 +1,288 @@
+//! The step of an impact inside the bodies (the paper's section 3): the
+//! elements around a point that touches in the middle of a drift.
+//!
+//! Forces act at the ends of a drift of L seconds only. Let a touch change
+//! velocities from w₀ to w₁, r seconds before the end. The force f then changes
+//! along two slopes, and its true impulse over the drift, ∫f dt, is more than
+//! ½L of that at either end by p = c K (w₁ − w₀), c = ½ r (L − r). It is given
+//! at the touch, which makes velocities w₂; so an impact in the middle of a
+//! drift is of second order, as the rest is.
+//!
+//! The ledger's energy, ½v⁻·M·v⁺ + U, takes velocities for those of the middle
+//! of the drift and forces for those of its ends. What the touch takes of it is
+//! the work of the contacts less
+//! p·½(w₀ + w₂) + c (w₀·K·w₀ − w₂·K·w₂) + (L/2 − r) f·(w₂ − w₀), with the force f
+//! at the touch. From bodies that fly undeformed it should take no more than
+//! without p: p is scaled, by 1 + O((ωL)²), to s p with
+//! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
+
+use rayon::prelude::*;
+
+use crate::contact::island::Receive;
+use crate::contact::island::rollback::Trail;
+use crate::contact::{Interior, Jump};
+use crate::element::{ElementSet, MAX_NODES, Places};
+use crate::math::adjacency::Around;
+use crate::math::vector::{add, dot, scale, sub};
+use crate::mesh::Element;
+use crate::model::inverse_mass::Inertia;
+use crate::model::kinematics::Motion;
+use crate::model::time_levels::Levels;
+
+/// Elements that a thread takes in a row: some tens of microseconds of work, as long as a thread
+/// takes to wake.
+const SHARE: usize = 128;
+
+/// What a touch needs of the bodies.
+pub(crate) struct Split<'a, const D: usize> {
+    pub(crate) sets: &'a [Box<dyn ElementSet<D>>],
+    pub(crate) place: &'a Places,
+    pub(crate) elements: &'a [Element],
+    pub(crate) around: &'a Around,
+    pub(crate) inertia: &'a Inertia<D>,
+    pub(crate) levels: &'a Levels,
+    /// Interval before the next kick of each element, s.
+    pub(crate) interval: &'a [f64],
+}
+
+/// A touch in hand.
+#[derive(Default)]
+pub(crate) struct Touch<const D: usize> {
+    /// Elements behind it, and what is known of each.
+    due: Vec<u32>,
+    parts: Vec<Part<D>>,
+    /// Their nodes beyond the island.
+    ring: Vec<u32>,
+    /// Their impulses on their nodes, N·s.
+    impulses: Vec<(u32, [f64; D])>,
+    /// Velocities of the island after it, m/s, while those before are back.
+    after: Vec<[f64; D]>,
+}
+
+/// A value for each node of an element, and zeros.
+type Nodal<const D: usize> = [[f64; D]; MAX_NODES];
+
+/// An element in a touch.
+struct Part<const D: usize> {
+    element: u32,
+    /// c, s².
+    share: f64,
+    /// f, N, and p, N·s.
+    force: Nodal<D>,
+    impulse: Nodal<D>,
+    /// w₀ and w₁, m/s.
+    velocity: [Nodal<D>; 2],
+    /// −K·w₀ and −K·w₁, N/s.
+    rate: [Nodal<D>; 2],
+}
+
+impl<const D: usize> Interior<D> for Split<'_, D> {
+    type Touch = Touch<D>;
+
+    fn split(
+        &self,
+        motion: &mut Motion<D>,
+        jump: &Jump<D>,
+        trail: &mut Trail<D>,
+        touch: &mut Touch<D>,
+    ) {
+        let Touch {
+            due,
+            parts,
+            ring,
+            impulses,
+            after,
+        } = touch;
+        self.list_behind(motion, jump, due);
+        self.list_ring(due, jump, ring);
+        trail.reach(ring, motion);
+        motion.drift(ring, -jump.remaining);
+        let (now, due) = (&*motion, due.par_iter().with_min_len(SHARE));
+        due.map(|&element| self.part(element, now, jump.remaining))
+            .collect_into_vec(parts);
+        jump.swap(motion.velocity, after);
+        let (now, all) = (&*motion, parts.par_iter_mut().with_min_len(SHARE));
+        all.for_each(|part| self.compare(part, now));
+        impulses.clear();
+        impulses.extend(parts.iter().flat_map(|part| {
+            let nodes = self.elements[part.element as usize].nodes().iter();
+            nodes.copied().zip(part.impulse)
+        }));
+        for (&node, velocity) in jump.nodes.iter().zip(&*after) {
+            motion.velocity[node as usize] = *velocity;
+        }
+    }
+
+    fn impulses(touch: &Touch<D>) -> &[(u32, [f64; D])] {
+        &touch.impulses
+    }
+
+    fn balance(&self, touch: &Touch<D>, motion: &Motion<D>) -> f64 {
+        let terms = |part: &Part<D>| {
+            let now = self.velocities(part.element, motion);
+            let change = std::array::from_fn(|k| sub(&now[k], &part.velocity[1][k]));
+            let rate = self.force_rate(part.element, &change, motion);
+            [
+                product(&part.impulse, &part.velocity[1]),
+                product(&part.impulse, &change),
+                -part.share * product(&part.rate[1], &change),
+                -part.share * product(&rate, &change),
+            ]
+        };
+        let sum = |sum: [f64; 4], terms: [f64; 4]| std::array::from_fn(|i| sum[i] + terms[i]);
+        let [work, square, slope, curvature] =
+            each(&touch.parts, terms).into_iter().fold([0.0; 4], sum);
+        root(0.5 * square - curvature, work - 2.0 * slope, work)
+    }
+
+    fn settle(
+        &self,
+        touch: &Touch<D>,
+        motion: &mut Motion<D>,
+        (remaining, times): (f64, f64),
+        on_held: Receive<D>,
+    ) -> f64 {
+        let now = &*motion;
+        let recovered = |part: &Part<D>| {
+            let timing = 0.5 * self.interval[part.element as usize] - remaining;
+            let before = &part.velocity[0];
+            let after = self.velocities(part.element, now);
+            let rate = self.force_rate(part.element, &after, now);
+            let mut recovered = [0.0; 1 + MAX_NODES];
+            recovered[0] = part.share * (product(&rate, &after) - product(&part.rate[0], before));
+            for k in 0..MAX_NODES {
+                recovered[1 + k] = timing * dot(&part.force[k], &sub(&after[k], &before[k]))
+                    + 0.5 * times * dot(&part.impulse[k], &add(&before[k], &after[k]));
+            }
+            recovered
+        };
+        let recovered = each(&touch.parts, recovered).into_iter().flatten().sum();
+        for part in &touch.parts {
+            let nodes = self.elements[part.element as usize].nodes().iter();
+            for (&node, impulse) in nodes.zip(&part.impulse) {
+                if self.inertia.held(node as usize).contains(&true) {
+                    on_held(node, &scale(times, impulse));
+                }
+            }
+        }
+        motion.drift(&touch.ring, remaining);
+        recovered
+    }
+}
+
+/// The root of a s² + b s = c near 1; 1 where there is none within a factor
+/// of two.
+fn root(a: f64, b: f64, c: f64) -> f64 {
+    let discriminant = b * b + 4.0 * a * c;
+    let root = 2.0 * c / (b + discriminant.sqrt().copysign(b));
+    if (0.5..=2.0).contains(&root) {
+        root
+    } else {
+        1.0
+    }
+}
+
+/// What each part has, worked out on however many threads.
+fn each<const D: usize, const N: usize>(
+    parts: &[Part<D>],
+    terms: impl Fn(&Part<D>) -> [f64; N] + Sync + Send,
+) -> Vec<[f64; N]> {
+    let parts = parts.par_iter().with_min_len(SHARE);
+    parts.map(terms).collect()
+}
+
+/// Sum of the scalar products of two fields of an element.
+fn product<const D: usize>(a: &Nodal<D>, b: &Nodal<D>) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+}
+
+impl<const D: usize> Split<'_, D> {
+    /// Elements with a node that jumps, all of whose nodes are where the jump
+    /// is in time: of the same level, and in no other island.
+    fn list_behind(&self, motion: &Motion<D>, jump: &Jump<D>, due: &mut Vec<u32>) {
+        let nodes = jump.nodes.iter().zip(jump.before);
+        let jumps = nodes.filter(|(node, before)| motion.velocity[**node as usize] != **before);
+        due.clear();
+        due.extend(jumps.flat_map(|(&node, _)| self.around.of(node)));
+        due.sort_unstable();
+        due.dedup();
+        let level = jump
+            .nodes
+            .first()
+            .map_or(0, |&node| self.levels.node[node as usize]);
+        due.retain(|&e| {
+            let mut nodes = self.elements[e as usize].nodes().iter();
+            self.levels.element[e as usize] == level
+                && nodes.all(|&node| {
+                    self.levels.node[node as usize] == level
+                        && (!jump.taken[node as usize] || jump.nodes.binary_search(&node).is_ok())
+                })
+        });
+    }
+
+    /// Nodes of elements that have drifted on without the island.
+    fn list_ring(&self, due: &[u32], jump: &Jump<D>, ring: &mut Vec<u32>) {
+        let nodes = due.iter().flat_map(|&e| self.elements[e as usize].nodes());
+        ring.clear();
+        ring.extend(nodes);
+        ring.sort_unstable();
+        ring.dedup();
+        ring.retain(|node| jump.nodes.binary_search(node).is_err());
+    }
+
+    /// An element at the touch, `remaining` seconds before the end of the drift,
+    /// with the velocities after it.
+    fn part(&self, element: u32, motion: &Motion<D>, remaining: f64) -> Part<D> {
+        let zero = [[0.0; D]; MAX_NODES];
+        let mut force = zero;
+        let (set, i) = self.place.of(element as usize);
+        self.sets[set].force(i, motion.displacement, &mut force);
+        let after = self.velocities(element, motion);
+        Part {
+            element,
+            share: 0.5 * remaining * (self.interval[element as usize] - remaining),
+            force,
+            impulse: zero,
+            velocity: [zero, after],
+            rate: [zero, self.force_rate(element, &after, motion)],
+        }
+    }
+
+    /// The same element with the velocities before the touch, and what it then owes its nodes.
+    fn compare(&self, part: &mut Part<D>, motion: &Motion<D>) {
+        part.velocity[0] = self.velocities(part.element, motion);
+        part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
+        for k in 0..MAX_NODES {
+            part.impulse[k] = scale(part.share, &sub(&part.rate[0][k], &part.rate[1][k]));
+        }
+    }
+
+    /// Velocities of the nodes of an element, m/s.
+    fn velocities(&self, element: u32, motion: &Motion<D>) -> Nodal<D> {
+        let mut velocities = [[0.0; D]; MAX_NODES];
+        let nodes = self.elements[element as usize].nodes();
+        for (velocity, &node) in velocities.iter_mut().zip(nodes) {
+            *velocity = motion.velocity[node as usize];
+        }
+        velocities
+    }
+
+    /// −K·w of an element for velocities w of its nodes, N/s.
+    fn force_rate(&self, element: u32, velocity: &Nodal<D>, motion: &Motion<D>) -> Nodal<D> {
+        let mut rate = [[0.0; D]; MAX_NODES];
+        let (set, i) = self.place.of(element as usize);
+        self.sets[set].force_rate(i, motion.displacement, velocity, &mut rate);
+        rate
+    }
+}
+
+impl<const D: usize> Jump<'_, D> {
+    /// Puts the velocities before the touch back; lists those `after` it.
+    fn swap(&self, velocity: &mut [[f64; D]], after: &mut Vec<[f64; D]>) {
+        let nodes = self.nodes.iter().zip(self.before);
+        after.clear();
+        after.extend(
+            nodes.map(|(&node, before)| std::mem::replace(&mut velocity[node as usize], *before)),
+        );
+    }
+}

@@ -1,0 +1,192 @@
+//! What a kick does at nodes, row by row: all of it while they are in the caches.
+
+use crate::math::vector::{add, add_scaled};
+use crate::model::{Model, State};
+use crate::step::assembly::Assembly;
+use crate::step::kick::{Acting, Impulses};
+use crate::step::schedule::Substep;
+
+/// What a kick does to nodes, beside contact.
+struct Nodal<'a, const D: usize> {
+    model: &'a Model<D>,
+    acting: Acting,
+    gravity: [f64; D],
+    assembly: &'a Assembly,
+    /// The coarsest level that is due, and shares of elements, elastic and viscous.
+    coarsest: u8,
+    shares: &'a [Vec<[f64; D]>; 2],
+    /// Kick interval of each node, s.
+    interval: &'a [f64],
+    /// Impulses of loads, N·s.
+    load: &'a [[f64; D]],
+    /// Of the last kick, N.
+    contact_force: &'a [[f64; D]],
+}
+
+/// What a kick writes of nodes in a row, from a first one on.
+struct Row<'a, const D: usize> {
+    first: usize,
+    /// All their impulses but contact, viscous ones, and those of damping, N·s.
+    total: &'a mut [[f64; D]],
+    viscous: &'a mut [[f64; D]],
+    damping: &'a mut [[f64; D]],
+    /// Velocities before and after, m/s.
+    before: &'a mut [[f64; D]],
+    velocity: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> Nodal<'_, D> {
+    /// Sums what acts, and notes the velocities before it.
+    fn act(&self, row: &mut Row<D>) {
+        let [elastic, viscous] = self.shares;
+        row.before.copy_from_slice(row.velocity);
+        self.assembly
+            .sums(row.first, (self.coarsest, elastic), row.total);
+        if self.acting.stiffness_damping {
+            self.assembly
+                .sums(row.first, (self.coarsest, viscous), row.viscous);
+            for (total, viscous) in row.total.iter_mut().zip(&*row.viscous) {
+                add_scaled(total, 1.0, viscous);
+            }
+        }
+        if self.acting.loads {
+            for (total, load) in row.total.iter_mut().zip(&self.load[row.first..]) {
+                add_scaled(total, 1.0, load);
+            }
+        }
+        if self.acting.gravity {
+            let mass = &self.model.inertia.mass()[row.first..];
+            let heavy = mass.iter().zip(&self.interval[row.first..]);
+            for (total, (mass, interval)) in row.total.iter_mut().zip(heavy) {
+                add_scaled(total, mass * interval, &self.gravity);
+            }
+        }
+        if self.acting.mass_damping || self.acting.local_damping {
+            row.damping.fill([0.0; D]);
+        }
+        if self.acting.local_damping {
+            self.oppose(row);
+        }
+    }
+
+    /// Local damping after Cundall: it opposes the velocity with a share of the unbalanced
+    /// force, contact as it was in the last kick.
+    fn oppose(&self, row: &mut Row<D>) {
+        for (k, total) in row.total.iter_mut().enumerate() {
+            let n = row.first + k;
+            let local = self.model.damping_of(n).local;
+            if local > 0.0 {
+                for c in 0..D {
+                    let unbalanced = total[c] + self.contact_force[n][c] * self.interval[n];
+                    let damping = -local * unbalanced.abs() * sign(row.velocity[k][c]);
+                    row.damping[k][c] += damping;
+                    total[c] += damping;
+                }
+            }
+        }
+    }
+
+    /// Mass-proportional damping, centred in time: stable at any step. Contact
+    /// impulses, which come later, see it in their [`Mobility`].
+    ///
+    /// [`Mobility`]: crate::model::inverse_mass::Mobility
+    fn damp(&self, row: &mut Row<D>) {
+        let velocities = row.velocity.iter_mut().zip(&*row.before);
+        for (n, (velocity, before)) in (row.first..).zip(velocities) {
+            let alpha = self.model.damping_of(n).mass;
+            if alpha > 0.0 {
+                let share = 0.5 * alpha * self.interval[n];
+                for c in 0..D {
+                    velocity[c] = (velocity[c] - share * before[c]) / (1.0 + share);
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// Kicks the nodes that are due, whose shares of elements and loads are known; contact comes
+    /// after.
+    pub(super) fn kick_nodes(
+        &self,
+        state: &State<D>,
+        velocity: &mut [[f64; D]],
+        impulses: &mut Impulses<D>,
+        (substep, acting): (&Substep, Acting),
+    ) {
+        let nodal = Nodal {
+            model: self,
+            acting,
+            gravity: self.gravity_at(substep.time),
+            assembly: &substep.plan.assembly,
+            coarsest: substep.coarsest,
+            shares: &impulses.shares,
+            interval: &impulses.interval,
+            load: &impulses.load,
+            contact_force: &state.contact_force,
+        };
+        let arrays = [
+            &mut *impulses.total,
+            &mut impulses.viscous,
+            &mut impulses.damping,
+            &mut impulses.before,
+            velocity,
+        ];
+        substep.each_row(
+            arrays,
+            &|first, [total, viscous, damping, before, velocity]| {
+                let mut row = Row {
+                    first,
+                    total,
+                    viscous,
+                    damping,
+                    before,
+                    velocity,
+                };
+                nodal.act(&mut row);
+                self.inertia.kick(first, row.total, row.velocity);
+                if acting.mass_damping {
+                    nodal.damp(&mut row);
+                }
+            },
+        );
+    }
+
+    /// Impulses of mass-proportional damping, once contact is solved and the
+    /// velocities are `after`.
+    pub(super) fn book_damping(
+        &self,
+        after: &[[f64; D]],
+        impulses: &mut Impulses<D>,
+        substep: &Substep,
+    ) {
+        if !self.acting(substep.time).mass_damping {
+            return;
+        }
+        let (before, interval) = (&impulses.before, &impulses.interval);
+        let arrays = [&mut *impulses.damping, &mut impulses.total];
+        substep.each_node(arrays, &|n, sums| {
+            let alpha = self.damping_of(n).mass;
+            if alpha == 0.0 {
+                return;
+            }
+            let share = 0.5 * alpha * interval[n];
+            let momenta = self
+                .inertia
+                .weighted(n, |other| add(&before[other], &after[other]));
+            for sum in sums {
+                add_scaled(sum, -share, &momenta);
+            }
+        });
+    }
+}
+
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}

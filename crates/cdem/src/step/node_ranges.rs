@@ -1,0 +1,129 @@
+//! Rows of nodes that are due, and work on them on all threads.
+
+use std::ops::Range;
+
+use crate::model::AT_ONCE;
+use crate::model::time_levels::MAX_LEVEL;
+
+/// The most nodes of a row, but for those that have to stay together: what a kick has of them
+/// fits into a core's first cache.
+pub(super) const ROW: usize = AT_ONCE / 16;
+
+/// For each level, the nodes of that or a finer one: rows of nodes that follow each other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    of_level: Vec<Vec<Range<u32>>>,
+}
+
+impl Rows {
+    /// Of the nodes `0..levels.len()` for which `is_active` holds; a row may begin where
+    /// `may_begin` says so, or where the node before is not in it.
+    pub(super) fn new(
+        levels: &[u8],
+        is_active: impl Fn(usize) -> bool,
+        may_begin: impl Fn(usize) -> bool,
+    ) -> Self {
+        let active = (0..levels.len()).filter(|&node| is_active(node));
+        let mut all = Self::default();
+        for node in active {
+            let count = all.of_level.len().max(levels[node] as usize + 1);
+            all.of_level.resize(count, Vec::new());
+            for rows in &mut all.of_level[..=levels[node] as usize] {
+                let follows = |row: &&mut Range<u32>| {
+                    row.end as usize == node && (row.len() < ROW || !may_begin(node))
+                };
+                match rows.last_mut().filter(follows) {
+                    Some(row) => row.end += 1,
+                    None => rows.push(node as u32..node as u32 + 1),
+                }
+            }
+        }
+        debug_assert!(all.of_level.len() <= MAX_LEVEL as usize + 1);
+        all
+    }
+
+    /// The finest level of a node.
+    pub(super) fn finest(&self) -> u8 {
+        self.of_level.len().saturating_sub(1) as u8
+    }
+
+    /// Rows of the nodes of level `coarsest` or finer, in their order.
+    pub(super) fn due(&self, coarsest: u8) -> &[Range<u32>] {
+        self.of_level
+            .get(coarsest as usize)
+            .map_or(&[], Vec::as_slice)
+    }
+}
+
+/// Does the same to some rows of nodes, on all threads: to what they have of arrays that begin
+/// with the node `first`.
+pub(super) fn each_row<T: Send, const N: usize>(
+    (rows, first): (&[Range<u32>], usize),
+    mut arrays: [&mut [T]; N],
+    work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
+) {
+    let count = rows.iter().map(Range::len).sum::<usize>();
+    if rows.len() > 1 && count > AT_ONCE {
+        let (left, right) = rows.split_at(rows.len() / 2);
+        let middle = right[0].start as usize;
+        let mut halves = arrays.map(|array| array.split_at_mut(middle - first));
+        let of_left = halves.each_mut().map(|half| std::mem::take(&mut half.0));
+        let of_right = halves.map(|half| half.1);
+        rayon::join(
+            || each_row((left, first), of_left, work),
+            || each_row((right, middle), of_right, work),
+        );
+        return;
+    }
+    for row in rows {
+        let own = row.start as usize - first..row.end as usize - first;
+        let own = arrays.each_mut().map(|array| &mut array[own.clone()]);
+        work(row.start as usize, own);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn due_nodes_are_those_of_the_level_or_finer() {
+        let all = Rows::new(&[0, 2, 1, 2, 0], |node| node != 4, |_| true);
+        assert_eq!(all.finest(), 2);
+        let nodes = |coarsest| all.due(coarsest).iter().cloned().flatten();
+        let due = [0, 1, 2, 3].map(|coarsest| nodes(coarsest).collect::<Vec<_>>());
+        assert_eq!(due, [vec![0, 1, 2, 3], vec![1, 2, 3], vec![1, 3], vec![]]);
+        assert_eq!(all.due(2), [1..2, 3..4]);
+    }
+
+    #[test]
+    fn rows_are_short_but_for_what_stays_together() {
+        let levels = vec![0; 3 * ROW];
+        let all = Rows::new(&levels, |_| true, |node| node % (ROW + 1) == 0);
+        let (one, other) = (ROW as u32 + 1, 2 * (ROW as u32 + 1));
+        assert_eq!(all.due(0), [0..one, one..other, other..3 * ROW as u32]);
+    }
+
+    #[test]
+    fn work_is_done_once_to_each_node_that_is_due_with_what_is_its_own() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let levels: Vec<u8> = (0..5 * AT_ONCE).map(|_| random.u8(0..4)).collect();
+        let is_active = |node: usize| !(AT_ONCE..AT_ONCE + 100).contains(&node);
+        let all = Rows::new(&levels, is_active, |_| true);
+        for coarsest in [0, 1, 3, 4] {
+            let mut numbers: Vec<usize> = (0..levels.len()).collect();
+            let mut counts = vec![0; levels.len()];
+            let arrays = [&mut *numbers, &mut *counts];
+            each_row((all.due(coarsest), 0), arrays, &|first, [own, counts]| {
+                for (node, (own, count)) in (first..).zip(own.iter().zip(counts)) {
+                    assert_eq!(node, *own);
+                    *count += 1;
+                }
+            });
+            for (node, (count, &level)) in counts.into_iter().zip(&levels).enumerate() {
+                let is_due = is_active(node) && level >= coarsest;
+                assert_eq!(count, usize::from(is_due));
+            }
+        }
+    }
+}

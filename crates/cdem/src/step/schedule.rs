@@ -1,0 +1,212 @@
+//! Who is due when: levels as groups of elements and rows of nodes.
+
+use std::ops::Range;
+
+use crate::contact::Contacts;
+use crate::element::{Due, Interval};
+use crate::model::time_levels::{Joined, Levels, MAX_LEVEL};
+use crate::model::{Model, State};
+use crate::step::assembly::Assembly;
+use crate::step::node_ranges::{Rows, each_row};
+
+/// Who is due when, until the levels change.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plan {
+    pub(crate) levels: Levels,
+    /// Number of elements of each level; like the nodes, without those of fixed blocks.
+    elements: Vec<u64>,
+    nodes: Rows,
+    pub(super) assembly: Assembly,
+    /// Whether the interval before the last kick of each element and node is that of its
+    /// level.
+    pub(super) is_settled: bool,
+    /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
+    /// right, too.
+    pub(super) is_steady: bool,
+    /// Held nodes of blocks that are not fixed.
+    pub(super) held: Vec<u32>,
+    pub(super) finest: u8,
+}
+
+/// One substep of the plan.
+pub(crate) struct Substep<'a> {
+    pub(super) plan: &'a Plan,
+    /// The coarsest level that is due.
+    pub(super) coarsest: u8,
+    /// Interval of each level, s.
+    durations: [f64; MAX_LEVEL as usize + 1],
+    /// Start of the coarse step, and of this substep, s.
+    pub(crate) step_start: f64,
+    pub(crate) time: f64,
+}
+
+impl Substep<'_> {
+    /// Nodes that are due: rows of such that follow each other.
+    pub(super) fn rows(&self) -> &[Range<u32>] {
+        self.plan.nodes.due(self.coarsest)
+    }
+
+    /// Does the same to each row, on all threads: to what it has of some arrays of all nodes.
+    pub(super) fn each_row<T: Send, const N: usize>(
+        &self,
+        arrays: [&mut [T]; N],
+        work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
+    ) {
+        each_row((self.rows(), 0), arrays, work);
+    }
+
+    /// Does the same to each node.
+    pub(super) fn each_node<T: Send, const N: usize>(
+        &self,
+        arrays: [&mut [T]; N],
+        work: &(impl Fn(usize, [&mut T; N]) + Sync),
+    ) {
+        self.each_row(arrays, &|first, mut row| {
+            for k in 0..row[0].len() {
+                work(first + k, row.each_mut().map(|own| &mut own[k]));
+            }
+        });
+    }
+
+    /// Number of elements that are due.
+    pub(crate) fn element_count(&self) -> u64 {
+        self.plan.elements[self.coarsest as usize..].iter().sum()
+    }
+
+    /// The elements that are due, over the intervals of their levels, s, or over these.
+    pub(super) fn due<'b>(&'b self, of_element: Option<&'b [f64]>, is_kept: bool) -> Due<'b> {
+        Due {
+            coarsest: self.coarsest,
+            interval: of_element.map_or(Interval::OfLevel(&self.durations), Interval::OfElement),
+            is_kept,
+        }
+    }
+
+    /// Held nodes of moving blocks that are due.
+    pub(crate) fn held(&self) -> impl Iterator<Item = u32> + '_ {
+        let held = self.plan.held.iter().copied();
+        held.filter(|&node| self.is_due(node))
+    }
+
+    /// Whether a node is due.
+    pub(crate) fn is_due(&self, node: u32) -> bool {
+        self.plan.levels.node[node as usize] >= self.coarsest
+    }
+
+    /// Interval of a node, s.
+    pub(crate) fn duration(&self, node: u32) -> f64 {
+        self.durations[self.plan.levels.node[node as usize] as usize]
+    }
+
+    /// Interval of an element of the mesh, s.
+    pub(crate) fn element_duration(&self, element: usize) -> f64 {
+        self.durations[self.plan.levels.element[element] as usize]
+    }
+}
+
+impl Plan {
+    /// Sorts the elements of the model by their levels.
+    pub(super) fn new<const D: usize>(
+        model: &mut Model<D>,
+        state: &State<D>,
+        levels: Levels,
+    ) -> Self {
+        let (blocks, block_of) = (&model.blocks, &model.block_of);
+        let fixed = |node: u32| blocks[block_of[node as usize] as usize].fixed;
+        let elements = &model.mesh.elements;
+        let due = |e: u32| !fixed(elements[e as usize].nodes()[0]);
+        for set in &mut model.sets {
+            set.arrange(&|e| due(e).then(|| levels.element[e as usize]));
+        }
+        let mut count = vec![0; MAX_LEVEL as usize + 1];
+        let mut is_settled = true;
+        for e in (0..elements.len() as u32).filter(|&e| due(e)) {
+            let level = levels.element[e as usize];
+            count[level as usize] += 1;
+            is_settled &= state.element_interval[e as usize] == duration(model.step, level);
+        }
+        let is_active = |node: usize| !fixed(node as u32);
+        let begins = |node: usize| model.inertia.coupled(node).start == node;
+        let nodes = Rows::new(&levels.node, is_active, begins);
+        is_settled &= nodes.due(0).iter().cloned().flatten().all(|node| {
+            let level = levels.node[node as usize];
+            state.node_interval[node as usize] == duration(model.step, level)
+        });
+        Self {
+            elements: count,
+            assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
+            is_settled,
+            is_steady: false,
+            held: model.held_nodes(),
+            finest: nodes.finest(),
+            nodes,
+            levels,
+        }
+    }
+
+    /// Whether there is none yet.
+    pub(super) fn is_empty(&self) -> bool {
+        self.elements.is_empty()
+    }
+
+    /// The `number`-th substep of a coarse step.
+    pub(super) fn substep(&self, number: u32, step: f64, start: f64) -> Substep<'_> {
+        let coarsest = match number {
+            0 => 0,
+            _ => self.finest - number.trailing_zeros().min(u32::from(self.finest)) as u8,
+        };
+        Substep {
+            plan: self,
+            coarsest,
+            durations: std::array::from_fn(|level| duration(step, level as u8)),
+            step_start: start,
+            time: start + f64::from(number) * step / f64::from(1_u32 << self.finest),
+        }
+    }
+
+    /// The whole model at the start of a coarse step.
+    pub(crate) fn all(&self, step: f64, start: f64) -> Substep<'_> {
+        self.substep(0, step, start)
+    }
+
+    /// Number of elements of each level.
+    pub(crate) fn histogram(&self) -> Vec<u64> {
+        let used = self.elements.iter().rposition(|&count| count > 0);
+        self.elements[..used.map_or(1, |last| last + 1)].to_vec()
+    }
+}
+
+/// Interval of a level, s.
+fn duration(step: f64, level: u8) -> f64 {
+    step / f64::from(1_u32 << level)
+}
+
+impl<const D: usize> Model<D> {
+    /// Nodes that count as one in the levels: those of contacts, and those of
+    /// blocks with a dense mass matrix.
+    pub(super) fn joined_nodes(&self, contacts: Option<&Contacts<D>>) -> Joined {
+        let mut joined = Joined::new(self.mesh.nodes.len());
+        for block in 0..self.blocks.len() {
+            let nodes = self.nodes(block);
+            if self.inertia.is_dense(nodes.start) {
+                for node in nodes.clone() {
+                    joined.join(nodes.start as u32, node as u32);
+                }
+            }
+        }
+        if let Some(contacts) = contacts {
+            contacts.joined_nodes(&mut joined);
+        }
+        joined.flatten();
+        joined
+    }
+
+    /// Held nodes of blocks that are not fixed.
+    pub(super) fn held_nodes(&self) -> Vec<u32> {
+        let nodes = 0..self.mesh.nodes.len() as u32;
+        let held = |node: &u32| self.inertia.held(*node as usize).contains(&true);
+        nodes
+            .filter(|node| !self.is_fixed(*node) && held(node))
+            .collect()
+    }
+}

@@ -1,0 +1,131 @@
+//! How fast blocks may move in the coarse step to come: what the search for
+//! contacts must reach.
+
+use crate::math::vector::{add_scaled, dot, norm, scale, sub};
+use crate::model::block_max::Largest;
+use crate::model::boundary::Prescribed;
+use crate::simulation::build::SPEED_OF_LIGHT;
+use crate::step::Run;
+
+/// What to reckon with in the step to come.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outlook {
+    /// Speeds to which nodes of each block may come, m/s.
+    ahead: Vec<f64>,
+    /// Squares of the largest speed of a node of each block, m²/s², and acceleration in its last
+    /// kick, m²/s⁴.
+    squares: Largest<2>,
+    /// What changes of loads add to accelerations, m/s²; and nodes with these.
+    pushed: Vec<f64>,
+    loaded: Vec<usize>,
+}
+
+impl Outlook {
+    /// Speeds to which nodes of each block may come, m/s.
+    pub(crate) fn speeds(&self) -> &[f64] {
+        &self.ahead
+    }
+
+    /// Whether all are below the speed of light: what is torn to pieces is beyond a search, and
+    /// stopped after the step. Nothing is looked out for without contacts.
+    pub(crate) fn is_physical(&self) -> bool {
+        self.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT)
+    }
+}
+
+impl<const D: usize> Run<D> {
+    /// Finds speeds of now, with what the last step's accelerations, loads and gravity add,
+    /// or what is prescribed.
+    pub(crate) fn look_out(&mut self) {
+        let mut outlook = std::mem::take(&mut self.outlook);
+        let step = self.model.step;
+        let heavier = self.change_of_gravity();
+        let (velocity, before) = (&self.state.velocity, &self.impulses.before);
+        let interval = &self.impulses.interval;
+        let of_node = |node: u32| {
+            let n = node as usize;
+            let change = sub(&velocity[n], &before[n]);
+            let gain = if interval[n] > 0.0 {
+                dot(&change, &change) / (interval[n] * interval[n])
+            } else {
+                0.0
+            };
+            [dot(&velocity[n], &velocity[n]), gain]
+        };
+        let blocks = self.model.blocks.len();
+        let squares = outlook.squares.find(&self.model.block_of, blocks, of_node);
+        let ahead = &mut outlook.ahead;
+        ahead.clear();
+        ahead.extend(squares.iter().map(|[speed, _]| speed.sqrt()));
+        self.raise_to_prescribed(ahead);
+        self.change_of_loads(&mut outlook.pushed, &mut outlook.loaded);
+        let added = outlook.squares.of_blocks().iter().zip(&outlook.pushed);
+        for (ahead, ([_, gain], pushed)) in outlook.ahead.iter_mut().zip(added) {
+            *ahead += step * (gain.sqrt() + heavier + pushed);
+        }
+        self.outlook = outlook;
+    }
+
+    /// Raises speeds to those that prescribed motions ask for over the step.
+    fn raise_to_prescribed(&self, speeds: &mut [f64]) {
+        let (time, step) = (self.time(), self.model.step);
+        let at = self.model.positions(&self.state);
+        let acting = |motion: &&Prescribed| motion.acts(time);
+        for motion in self.model.prescribed.iter().filter(acting) {
+            for &node in &motion.nodes {
+                let mut wanted = [0.0; D];
+                motion.set((time, step), &at.at(node), &mut wanted);
+                let speed = &mut speeds[self.model.block_of[node as usize] as usize];
+                let wanted = norm(&wanted);
+                // What is not a number stays so.
+                if wanted > *speed {
+                    *speed = wanted;
+                }
+            }
+        }
+    }
+
+    /// Change of gravity over the step, m/s²; from nothing at t = 0.
+    fn change_of_gravity(&self) -> f64 {
+        let before = if self.state.number == 0 {
+            [0.0; D]
+        } else {
+            self.model.gravity_at(self.time())
+        };
+        norm(&sub(
+            &self.model.gravity_at(self.time() + self.model.step),
+            &before,
+        ))
+    }
+
+    /// Finds the largest change of the acceleration of each block by loads over the step,
+    /// m/s²; from nothing at t = 0. Lists the nodes with loads.
+    fn change_of_loads(&mut self, pushed: &mut Vec<f64>, loaded: &mut Vec<usize>) {
+        let (start, end) = (self.time(), self.time() + self.model.step);
+        let begins = self.state.number == 0;
+        let at = self.model.positions(&self.state);
+        let (load, mass) = (&mut self.impulses.load, self.model.inertia.mass());
+        loaded.clear();
+        for surface in &self.model.loads {
+            if !begins && !surface.changes(start, end) {
+                continue;
+            }
+            for (time, sign) in [(start, -1.0), (end, 1.0)] {
+                if sign > 0.0 || !begins {
+                    let push = |node: u32, force: [f64; D]| {
+                        add_scaled(&mut load[node as usize], sign, &force);
+                        loaded.push(node as usize);
+                    };
+                    surface.forces(time, |node| at.at(node), push);
+                }
+            }
+        }
+        pushed.clear();
+        pushed.resize(self.model.blocks.len(), 0.0);
+        for &node in &*loaded {
+            let force = std::mem::replace(&mut load[node], [0.0; D]);
+            let pushed = &mut pushed[self.model.block_of[node] as usize];
+            *pushed = pushed.max(norm(&scale(1.0 / mass[node], &force)));
+        }
+    }
+}
