@@ -9,7 +9,7 @@ use crate::contact::constraint::contact_point::Record;
 use crate::contact::detection::candidates::Search;
 use crate::contact::island::{Books, Island};
 use crate::contact::surface::Pair;
-use crate::simulation::checkpoint::{ResumeError, require};
+use crate::math::restore::{ResumeError, require};
 
 /// What contact keeps from step to step: the fields of [`Contacts`]. Surfaces, laws and
 /// overlaps at t = 0 are made anew.

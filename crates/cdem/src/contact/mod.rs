@@ -6,6 +6,7 @@ pub(crate) mod checkpoint;
 pub(crate) mod constraint;
 pub(crate) mod detection;
 pub(crate) mod island;
+pub(crate) mod kicked;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
 pub(crate) mod remap;
@@ -22,16 +23,17 @@ use crate::contact::detection::initial_overlap::Overlaps;
 use crate::contact::island::parallel::{self, Copies};
 use crate::contact::island::rollback::Trail;
 use crate::contact::island::{Books, Island, Receive, Receivers, Setting};
+use crate::contact::kicked::Kicked;
 use crate::contact::surface::boundary_2d;
 use crate::contact::surface::boundary_3d;
 use crate::contact::surface::geometry_cache::Formed;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::math::profile::Stage;
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::Inertia;
-use crate::model::kinematics::{Kicked, Motion};
+use crate::model::kinematics::Motion;
+use crate::model::ledger::Velocity;
 use crate::scene::{ContactModel, Scene};
-use crate::step::kick::Velocity;
 
 /// Penetration that is left as it is, over the tolerance. To take it out of the
 /// positions compresses the bodies more where they press on each other, and makes
@@ -273,7 +275,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Closes the pairs within the tolerance at t = 0: joints, with the gap
     /// they have.
-    pub(crate) fn close_initial(&mut self, at: Positions<D>, inertia: &Inertia<D>) {
+    pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &Inertia<D>) {
         let within = self.terms.tolerance;
         let blocks = self.terms.blocks(&self.fixed);
         let mut pairs = blocks.pairs_within(at, within, &self.terms.may_meet(&self.fixed));
@@ -299,7 +301,7 @@ impl<const D: usize> Contacts<D> {
     /// whether other nodes than before count as one in the levels.
     pub(crate) fn find(
         &mut self,
-        at: Positions<D>,
+        at: Configuration<D>,
         speeds: &[f64],
         (step, number): (f64, u64),
     ) -> bool {
@@ -361,7 +363,7 @@ impl<const D: usize> Contacts<D> {
         let kick = (before, time, timing);
         let (islands, books) = ((&mut *self.islands, &self.copies), &mut self.books);
         self.formed = setting.surface.form(contacts, self.formed.take());
-        let motion = &mut motion.kicked(self.formed.as_ref());
+        let motion = &mut Kicked::new(motion, self.formed.as_ref());
         let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
         self.ended
             .extend(ended.into_iter().map(|record| record.ended(time)));
@@ -386,7 +388,7 @@ impl<const D: usize> Contacts<D> {
         let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
         let formed = setting.surface.form(self.live().count(), None);
-        let motion = &mut motion.kicked(formed.as_ref());
+        let motion = &mut Kicked::new(motion, formed.as_ref());
         hold_all(
             self.model,
             (islands, &self.copies),
@@ -433,7 +435,11 @@ impl<const D: usize> Contacts<D> {
     /// Takes penetration out of the positions, velocities untouched: moves
     /// by M⁻¹∇g so that closed pairs that overlap touch. Returns the nodal
     /// moves, m.
-    pub(crate) fn part(&mut self, at: Positions<D>, inertia: &Inertia<D>) -> Vec<(u32, [f64; D])> {
+    pub(crate) fn part(
+        &mut self,
+        at: Configuration<D>,
+        inertia: &Inertia<D>,
+    ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
         let limit = PENETRATION * self.terms.tolerance;
         let is_deep = self.live().any(|live| live.penetration() > limit);
@@ -506,7 +512,7 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Deepest penetration at the start of a kick so far, and now, m.
-    pub(crate) fn max_penetration(&self, now: Positions<D>) -> f64 {
+    pub(crate) fn max_penetration(&self, now: Configuration<D>) -> f64 {
         let surface = &*self.terms.surface;
         let depths = self
             .live()
@@ -520,7 +526,7 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Energy of the penalty springs, J.
-    pub(crate) fn spring_energy(&self, at: Positions<D>) -> f64 {
+    pub(crate) fn spring_energy(&self, at: Configuration<D>) -> f64 {
         match self.model {
             ContactModel::Penalty => self
                 .live()

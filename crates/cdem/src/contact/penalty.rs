@@ -3,14 +3,14 @@
 
 use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
 use crate::contact::island::{Books, Island, Receive, Setting};
+use crate::contact::kicked::Kicked;
 use crate::contact::solver::gauss_seidel::shear_norm;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::model::inverse_mass::Mobility;
-use crate::model::kinematics::Kicked;
 
 impl<const D: usize> Live<D> {
     /// Energy of the normal and shear springs, J.
-    pub(crate) fn spring_energy(&self, surface: &dyn Surface<D>, at: Positions<D>) -> f64 {
+    pub(crate) fn spring_energy(&self, surface: &dyn Surface<D>, at: Configuration<D>) -> f64 {
         let overlap = (self.offset[0] - surface.project(self.pair, at).gap).max(0.0);
         let shear = shear_norm(&self.shear_spring);
         0.5 * self.law.normal_stiffness * overlap * overlap

@@ -8,7 +8,7 @@ use crate::contact::detection::clusters::Patches;
 use crate::contact::detection::initial_overlap::ordered;
 use crate::contact::island::{Island, MISS};
 use crate::contact::solver::gauss_seidel::shear_norm;
-use crate::contact::surface::{Feature, Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Feature, Pair, Surface};
 use crate::contact::{Contacts, Moment};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
@@ -70,9 +70,9 @@ impl<const D: usize> Contacts<D> {
     /// Finds where open pairs will touch within `duration` seconds at constant velocities.
     pub(crate) fn foresee(
         &self,
-        at: Positions<D>,
+        at: Configuration<D>,
         velocity: &[[f64; D]],
-        rest: Positions<D>,
+        rest: Configuration<D>,
         duration: f64,
         foreseen: &mut Foreseen<D>,
     ) {
@@ -113,9 +113,9 @@ impl<const D: usize> Contacts<D> {
     /// Where closed pairs touch.
     pub(crate) fn present<'a>(
         &'a self,
-        at: Positions<'a, D>,
+        at: Configuration<'a, D>,
         velocity: &'a [[f64; D]],
-        rest: Positions<'a, D>,
+        rest: Configuration<'a, D>,
     ) -> impl Iterator<Item = Place<D>> + 'a {
         let surface = &*self.terms.surface;
         let place = move |live: &Live<D>| {
@@ -134,7 +134,7 @@ impl<const D: usize> Contacts<D> {
         &self,
         pair: Pair,
         foot: &[f64; 2],
-        (at, rest): (Positions<D>, Positions<D>),
+        (at, rest): (Configuration<D>, Configuration<D>),
         normal: [f64; D],
     ) -> Place<D> {
         let surface = &*self.terms.surface;
@@ -161,7 +161,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Nodes of features that would come into what is beside them by these `moves` of all
     /// nodes, m, or leave what they touch.
-    pub(crate) fn harmed(&self, at: Positions<D>, moves: &[[f64; D]]) -> Vec<bool> {
+    pub(crate) fn harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
         let tolerance = self.terms.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
         let mut margins = vec![tolerance; self.fixed.len()];
@@ -216,7 +216,7 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn lift(
         &self,
         block: u32,
-        at: Positions<D>,
+        at: Configuration<D>,
         moves: &[[f64; D]],
     ) -> Option<[f64; D]> {
         let of_block = self
@@ -324,7 +324,7 @@ impl<const D: usize> Contacts<D> {
     fn begin_anew(
         &mut self,
         mut lost: Vec<Lost<D>>,
-        at: Positions<D>,
+        at: Configuration<D>,
         inertia: &Inertia<D>,
         time: f64,
     ) {
@@ -438,8 +438,8 @@ impl<const D: usize> Carry<'_, D> {
 /// A mesh as it lies: now, and at rest.
 #[derive(Clone, Copy)]
 pub(crate) struct Sight<'a, const D: usize> {
-    pub(crate) at: Positions<'a, D>,
-    pub(crate) rest: Positions<'a, D>,
+    pub(crate) at: Configuration<'a, D>,
+    pub(crate) rest: Configuration<'a, D>,
 }
 
 /// A vector in one frame in another, its first component as it is.

@@ -12,7 +12,7 @@ use crate::element::gather_scatter::Nearby;
 use crate::element::geometry::Moduli;
 use crate::element::simd::{Lanes, Register, Row, WIDTH};
 use crate::element::{Due, Interval};
-use crate::model::AT_ONCE;
+use crate::math::parallel::NODES_AT_ONCE;
 
 /// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
 /// viscous ones, which are left out where nothing is damped.
@@ -45,7 +45,7 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     let (elements, nodes) = due.fold((0, 0), |(elements, nodes), group| {
         (elements + group.members.len(), nodes + group.nodes.len())
     });
-    if parts.len() == 1 || elements * Q * D <= FEW && nodes <= AT_ONCE {
+    if parts.len() == 1 || elements * Q * D <= FEW && nodes <= NODES_AT_ONCE {
         for part in parts {
             let [own, others] = split(shares, part.node_count());
             work(part, own);

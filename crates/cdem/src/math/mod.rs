@@ -2,7 +2,9 @@
 
 pub(crate) mod adjacency;
 pub(crate) mod format;
+pub(crate) mod parallel;
 pub(crate) mod profile;
 pub(crate) mod quadratic;
+pub(crate) mod restore;
 pub(crate) mod serde_pod;
 pub(crate) mod vector;

@@ -4,7 +4,6 @@ pub(crate) mod assemble;
 pub(crate) mod box_tree;
 pub(crate) mod coincident;
 pub(crate) mod conformity;
-pub(crate) mod element_kind;
 pub(crate) mod error;
 pub(crate) mod facet;
 pub(crate) mod member;
@@ -30,14 +29,13 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::assemble::assemble;
-pub(crate) use crate::mesh::element_kind::CORNERS;
-pub use crate::mesh::element_kind::ElementKind;
 pub(crate) use crate::mesh::error::coordinates;
 pub use crate::mesh::error::{BlockFault, MeshError};
 pub use crate::mesh::overlap::{Overlap, overlap};
 pub(crate) use crate::mesh::quality::volume;
 pub use crate::mesh::raw_mesh::{CellKind, RawCells, RawGroup, RawMesh};
-pub(crate) use crate::mesh::shape::MOST_ELEMENTS;
+pub(crate) use crate::scene::element_kind::CORNERS;
+pub use crate::scene::element_kind::ElementKind;
 
 /// The mesh of all blocks of a scene, placed and checked.
 ///

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::model::AT_ONCE;
+use crate::math::parallel::NODES_AT_ONCE;
 
 /// The largest of `N` numbers of each node, none below 0, found for each block on all threads.
 #[derive(Clone, Debug)]
@@ -30,13 +30,13 @@ impl<const N: usize> Largest<N> {
         blocks: usize,
         of: impl Fn(u32) -> [f64; N] + Sync,
     ) -> &[[f64; N]] {
-        let some = block_of.par_chunks(AT_ONCE);
+        let some = block_of.par_chunks(NODES_AT_ONCE);
         self.of_nodes.resize_with(some.len(), Vec::new);
         let some = self.of_nodes.par_iter_mut().zip(some).enumerate();
         some.for_each(|(part, (largest, block_of))| {
             largest.clear();
             let (mut block, mut most) = (block_of[0], [0.0; N]);
-            for (node, &other) in ((part * AT_ONCE) as u32..).zip(block_of) {
+            for (node, &other) in ((part * NODES_AT_ONCE) as u32..).zip(block_of) {
                 if other != block {
                     largest.push((block, most));
                     (block, most) = (other, [0.0; N]);
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn blocks_get_the_largest_of_their_nodes_however_many_these_are() {
         // Some blocks lie in one part of the nodes, one in several, one has none.
-        let counts = [3, 2 * AT_ONCE + 7, 0, 1, AT_ONCE];
+        let counts = [3, 2 * NODES_AT_ONCE + 7, 0, 1, NODES_AT_ONCE];
         let block_of: Vec<u32> = (0..).zip(counts).flat_map(|(b, n)| vec![b; n]).collect();
         let mut random = fastrand::Rng::with_seed(11);
         let numbers: Vec<f64> = block_of.iter().map(|_| 1.0 + random.f64()).collect();

@@ -1,7 +1,9 @@
 //! Prescribed velocities: held components of nodes, and what they do.
 
 use crate::math::vector::{cross, dot, pad, scale, sub, truncate};
-use crate::scene::{Boundary, Motion};
+use crate::mesh::MeshError;
+use crate::model::{Model, ModelError, block_names};
+use crate::scene::{Boundary, BoundaryTarget, Motion, Scene};
 
 /// A prescribed motion of some nodes.
 pub(crate) struct Prescribed {
@@ -105,5 +107,92 @@ impl Prescribed {
                 *velocity = truncate(&scale(1.0 / drift, &chord));
             }
         }
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// Prescribed motions of a scene on the nodes of the mesh.
+    ///
+    /// # Errors
+    /// When a group is unknown, a block is fixed, or two motions contradict each other.
+    pub(crate) fn prescribed_motions(&self, scene: &Scene) -> Result<Vec<Prescribed>, ModelError> {
+        let mut motions = Vec::new();
+        for (number, boundary) in scene.boundary.iter().enumerate() {
+            let key = |name: &str| format!("boundary[{number}].{name}");
+            let nodes: Vec<u32> = match &boundary.target {
+                BoundaryTarget::Group(name) => {
+                    let blame = |source: MeshError| ModelError::Group {
+                        key: key("group"),
+                        source,
+                    };
+                    self.mesh.group(name).map_err(blame)?.nodes.clone()
+                }
+                BoundaryTarget::Block(name) => {
+                    let parts = block_names::parts(scene, &self.mesh, name);
+                    parts
+                        .flat_map(|part| self.mesh.blocks[part].nodes.clone())
+                        .collect()
+                }
+            };
+            if let Some(&node) = nodes.iter().find(|&&node| self.is_fixed(node)) {
+                let block = self.block_of[node as usize] as usize;
+                return Err(ModelError::FixedBoundary {
+                    key: key(match boundary.target {
+                        BoundaryTarget::Group(_) => "group",
+                        BoundaryTarget::Block(_) => "block",
+                    }),
+                    block: self.mesh.blocks[block].name.clone(),
+                });
+            }
+            let motion = Prescribed::new(boundary, nodes);
+            self.refuse_contradiction(number, &motion, &motions)?;
+            motions.push(motion);
+        }
+        Ok(motions)
+    }
+
+    fn refuse_contradiction(
+        &self,
+        number: usize,
+        motion: &Prescribed,
+        earlier: &[Prescribed],
+    ) -> Result<(), ModelError> {
+        for (other_number, other) in earlier.iter().enumerate() {
+            let Some(axis) = motion.contradicts::<D>(other) else {
+                continue;
+            };
+            let both = |node: &&u32| other.nodes.binary_search(node).is_ok();
+            if let Some(&node) = motion.nodes.iter().find(both) {
+                let block = self.block_of[node as usize] as usize;
+                return Err(ModelError::Contradiction {
+                    key: format!("boundary[{number}]"),
+                    earlier: other_number,
+                    node: node - self.nodes(block).start as u32,
+                    block: self.mesh.blocks[block].name.clone(),
+                    axis: ['x', 'y', 'z'][axis],
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the components that are prescribed from `time` on out of the
+    /// equations of motion.
+    pub(crate) fn hold(&mut self, time: f64) {
+        let mut held = vec![[false; D]; self.mesh.nodes.len()];
+        for (number, block) in self.blocks.iter().enumerate() {
+            if block.fixed {
+                held[self.nodes(number)].fill([true; D]);
+            }
+        }
+        for motion in self.prescribed.iter().filter(|motion| motion.acts(time)) {
+            let components: [bool; D] = motion.holds();
+            for &node in &motion.nodes {
+                for c in 0..D {
+                    held[node as usize][c] |= components[c];
+                }
+            }
+        }
+        self.inertia.hold(&held);
     }
 }

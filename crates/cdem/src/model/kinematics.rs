@@ -1,7 +1,9 @@
 //! Where the nodes are and how they move.
 
-use crate::contact::surface::Positions;
-use crate::contact::surface::geometry_cache::Formed;
+use crate::model::positions::Positions;
+
+/// Speed of light in vacuum, m/s: no node is faster.
+pub(crate) const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 /// Displacements and velocities of all nodes: what a step changes.
 pub(crate) struct Motion<'a, const D: usize> {
@@ -13,32 +15,6 @@ pub(crate) struct Motion<'a, const D: usize> {
     pub(crate) carry: &'a mut [[f64; D]],
     /// Velocities, m/s.
     pub(crate) velocity: &'a mut [[f64; D]],
-}
-
-/// Nodes between a kick and the drift after it: where they are, and how they are about to move.
-pub(crate) struct Kicked<'a, const D: usize> {
-    /// Current positions.
-    at: Positions<'a, D>,
-    /// Velocities, m/s.
-    pub(crate) velocity: &'a mut [[f64; D]],
-}
-
-impl<'a, const D: usize> Kicked<'a, D> {
-    /// Other velocities at the same positions.
-    pub(crate) fn with<'b>(&self, velocity: &'b mut [[f64; D]]) -> Kicked<'b, D>
-    where
-        'a: 'b,
-    {
-        Kicked {
-            at: self.at,
-            velocity,
-        }
-    }
-
-    /// Current positions.
-    pub(crate) fn positions(&self) -> Positions<'a, D> {
-        self.at
-    }
 }
 
 /// Displacement of a node and what round-off has kept from it, m, and its velocity, m/s.
@@ -96,15 +72,6 @@ impl<const D: usize> Motion<'_, D> {
     /// Current positions.
     pub(crate) fn positions(&self) -> Positions<'_, D> {
         Positions::new(self.rest, self.displacement)
-    }
-
-    /// Nodes that do not move for now, with what is [kept](Positions::with) of the surface where
-    /// they are.
-    pub(crate) fn kicked<'a>(&'a mut self, formed: Option<&'a Formed<D>>) -> Kicked<'a, D> {
-        Kicked {
-            at: Positions::new(self.rest, self.displacement).with(formed),
-            velocity: self.velocity,
-        }
     }
 
     /// Moves `nodes` for `duration` at constant velocities.

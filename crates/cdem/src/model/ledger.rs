@@ -60,3 +60,13 @@ impl Ledger {
         self.impulse.add_sum(share, &other.impulse);
     }
 }
+
+/// At which velocity the impulses of a kick do their work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Velocity {
+    /// The mean of those before and after: the whole kick.
+    #[default]
+    Mean,
+    /// That before: what of it belongs to the interval before.
+    Before,
+}

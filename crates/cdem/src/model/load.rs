@@ -2,7 +2,8 @@
 
 use crate::math::vector::{cross, pad, scale, sub, truncate};
 use crate::mesh::Mesh;
-use crate::scene::{Load, LoadKind};
+use crate::model::{Model, ModelError};
+use crate::scene::{Load, LoadKind, Scene};
 
 /// A load on its facets.
 pub(crate) struct SurfaceLoad<const D: usize> {
@@ -129,6 +130,43 @@ fn quadrilateral_shares(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
         }
     }
     shares
+}
+
+impl<const D: usize> Model<D> {
+    /// Surface loads of a scene on the facets of the mesh.
+    ///
+    /// # Errors
+    /// When a group is unknown, or none of its facets can move.
+    pub(crate) fn surface_loads(&self, scene: &Scene) -> Result<Vec<SurfaceLoad<D>>, ModelError> {
+        let mut loads = Vec::new();
+        for (number, load) in scene.load.iter().enumerate() {
+            let key = format!("load[{number}].group");
+            let group = self
+                .mesh
+                .group(&load.group)
+                .map_err(|source| ModelError::Group {
+                    key: key.clone(),
+                    source,
+                })?;
+            let facets = group.facets.iter();
+            let facets = facets.map(|&facet| self.mesh.facet_nodes(facet).collect::<Vec<u32>>());
+            let facets: Vec<Vec<u32>> = facets.filter(|facet| !self.is_fixed(facet[0])).collect();
+            if facets.is_empty() {
+                return Err(ModelError::NoFacets {
+                    key,
+                    group: load.group.clone(),
+                });
+            }
+            let thickness = thickness::<D>(scene);
+            loads.push(SurfaceLoad::new(load, facets, &self.mesh, thickness));
+        }
+        Ok(loads)
+    }
+}
+
+/// Thickness of the blocks, m; 1 in space.
+pub(crate) fn thickness<const D: usize>(scene: &Scene) -> f64 {
+    if D == 2 { scene.thickness } else { 1.0 }
 }
 
 #[cfg(test)]

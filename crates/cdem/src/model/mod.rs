@@ -8,25 +8,24 @@ pub(crate) mod inverse_mass;
 pub(crate) mod kinematics;
 pub(crate) mod ledger;
 pub(crate) mod load;
+pub(crate) mod positions;
 pub(crate) mod time_levels;
 pub(crate) mod time_step;
 
 pub use crate::model::error::ModelError;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::surface::Positions;
 use crate::element::mass::MassKind;
-use crate::element::{ElementSet, Places};
+use crate::element::{BlockProperties, ElementSet, Places};
 use crate::math::serde_pod;
+use crate::math::vector::add_scaled;
 use crate::mesh::Mesh;
 use crate::model::boundary::Prescribed;
 use crate::model::inverse_mass::Inertia;
 use crate::model::kinematics::Motion;
 use crate::model::load::SurfaceLoad;
-use crate::scene::{Damping, Problem, Schedule};
-
-/// Nodes that a thread takes at once.
-pub(crate) const AT_ONCE: usize = 4096;
+use crate::model::positions::Positions;
+use crate::scene::{Damping, Problem, Scene, Schedule};
 
 /// What a step does not change, but a change of mesh does; the arrays of [`State`] are what
 /// it does.
@@ -100,6 +99,18 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// Centre of mass of a block, `at` giving the nodes' positions.
+    pub(crate) fn centre(&self, block: usize, at: impl Fn(usize) -> [f64; D]) -> [f64; D] {
+        let mut sum = [0.0; D];
+        let mut mass = 0.0;
+        for node in self.nodes(block) {
+            let m = self.inertia.mass()[node];
+            mass += m;
+            add_scaled(&mut sum, m, &at(node));
+        }
+        sum.map(|x| x / mass)
+    }
+
     /// Current positions.
     pub(crate) fn positions<'a>(&'a self, state: &'a State<D>) -> Positions<'a, D> {
         Positions::new(&self.mesh.nodes, &state.displacement)
@@ -156,5 +167,27 @@ impl<const D: usize> Model<D> {
         elements
             .map(|(set, i)| self.sets[set].strain_energy(i, displacement))
             .sum()
+    }
+}
+
+/// Block of each node.
+pub(crate) fn block_of<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
+    let mut block_of = vec![0; mesh.nodes.len()];
+    for (number, block) in mesh.blocks.iter().enumerate() {
+        block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
+    }
+    block_of
+}
+
+/// What the elements of a block of the scene are made of.
+pub(crate) fn properties(scene: &Scene, source: usize) -> BlockProperties {
+    let block = &scene.block[source];
+    let material = scene
+        .material
+        .iter()
+        .position(|material| material.name == block.material);
+    BlockProperties {
+        material: material.expect("the scene check has found every material"),
+        kinematics: block.kinematics,
     }
 }

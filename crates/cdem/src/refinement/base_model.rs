@@ -7,17 +7,18 @@ use crate::element::{self, BlockProperties, ElementSet, stable_step};
 use crate::math::adjacency::Around;
 use crate::math::vector::{add, scale, sub};
 use crate::mesh::{Element, ElementKind, Mesh, volume};
+use crate::model::load::thickness;
+use crate::model::properties;
 use crate::model::time_levels::level_of;
 use crate::model::time_step::CAREFUL;
 use crate::refinement::Base;
 use crate::refinement::composite_mesh;
+use crate::refinement::dimension::Space;
 use crate::refinement::overlay::{Overlay, Wanted};
 use crate::refinement::prolongation::rotation;
 use crate::refinement::refined_block::Cover;
 use crate::refinement::zone::size;
 use crate::scene::Scene;
-use crate::simulation::build::{properties, thickness};
-use crate::simulation::dimension::Space;
 use nalgebra::{DMatrix, DVector};
 
 /// The blocks as they were before refinement.

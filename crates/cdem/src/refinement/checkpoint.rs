@@ -5,12 +5,12 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::math::restore::{ResumeError, require};
 use crate::refinement::adaptivity::SecondScale;
 use crate::refinement::impact_history::Impacts;
 use crate::refinement::indicator::Limit;
 use crate::refinement::refined_block::{Cover, MOST_THROUGHOUT};
 use crate::refinement::zone::Zone;
-use crate::simulation::checkpoint::{ResumeError, require};
 
 /// What the second scale keeps from step to step: the fields of [`SecondScale`]. A cover is
 /// made anew of the zones that it has.

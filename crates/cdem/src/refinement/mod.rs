@@ -13,6 +13,7 @@ pub(crate) mod bisection;
 pub(crate) mod checkpoint;
 pub(crate) mod composite_mesh;
 pub(crate) mod cost_estimate;
+pub(crate) mod dimension;
 pub(crate) mod forest;
 pub(crate) mod impact_history;
 pub(crate) mod indicator;

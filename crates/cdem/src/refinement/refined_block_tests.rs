@@ -10,12 +10,12 @@ use crate::math::vector::sub;
 use crate::mesh::ElementKind;
 use crate::mesh::tests;
 use crate::model::Model;
+use crate::refinement::dimension::{PLANE, SOLID, Space};
 use crate::refinement::refined_block::Cover;
 use crate::refinement::tests::volume;
 use crate::refinement::zone::{GENTLE, GRADING, Zone};
 use crate::refinement::{SecondScale, Transfer};
 use crate::scene::{ContactModel, Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
-use crate::simulation::dimension::{PLANE, SOLID, Space};
 
 /// Two boxes of some elements, of which the first is refined; its masses are as they come.
 fn boxes<const D: usize>(

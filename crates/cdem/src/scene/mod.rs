@@ -8,6 +8,7 @@
 
 pub(crate) mod check;
 pub(crate) mod decode;
+pub(crate) mod element_kind;
 pub(crate) mod export;
 pub(crate) mod input;
 pub(crate) mod key_path;
@@ -20,7 +21,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::ElementKind;
+use crate::scene::element_kind::ElementKind;
 pub use crate::scene::export::as_input;
 pub use crate::scene::key_path::{KeyPath, Step};
 pub(crate) use crate::scene::problem::suggestion;

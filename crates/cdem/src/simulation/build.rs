@@ -3,22 +3,20 @@
 use crate::contact::Contacts;
 use crate::element::mass::{self, Masses};
 use crate::element::material::Elastic;
-use crate::element::{self, BlockProperties, ElementSet, Places};
+use crate::element::{self, ElementSet, Places};
 use crate::math::vector::{add, cross, pad, sub, truncate};
-use crate::mesh::{Mesh, MeshError};
+use crate::mesh::Mesh;
 use crate::model::block_names;
-use crate::model::boundary::Prescribed;
 use crate::model::inverse_mass::Inertia;
-use crate::model::load::SurfaceLoad;
+use crate::model::kinematics::SPEED_OF_LIGHT;
+use crate::model::load::thickness;
 use crate::model::time_step::{CAREFUL, Pace};
-use crate::model::{BlockData, Model, ModelError, State};
-use crate::refinement::{Cover, Foundation, SecondScale};
-use crate::scene::{BoundaryTarget, ContactModel, Scene};
-use crate::simulation::dimension::Space;
+use crate::model::{BlockData, Model, ModelError, State, block_of, properties};
+use crate::refinement::dimension::Space;
+use crate::refinement::{Foundation, SecondScale};
+use crate::scene::{ContactModel, Scene};
 use crate::simulation::warnings::cautions;
-
-/// Of light in vacuum, m/s.
-pub(crate) const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+use crate::step::Built;
 
 impl<const D: usize> Model<D> {
     /// Builds the model and the state at t = 0; fills in what the scene left
@@ -83,7 +81,7 @@ impl<const D: usize> Model<D> {
         model.warnings = cautions(scene, &model, &shortest);
         model.hold(0.0);
         if let Some(contacts) = &mut contacts {
-            contacts.close_initial(model.positions(&state), &model.inertia);
+            contacts.close_initial(model.positions(&state).into(), &model.inertia);
         }
         Ok(Built {
             model,
@@ -91,109 +89,6 @@ impl<const D: usize> Model<D> {
             contacts,
             second_scale,
         })
-    }
-
-    /// Makes the model anew for a refined mesh of the same blocks, at `time`.
-    pub(crate) fn remesh(&mut self, second_scale: &SecondScale<D>, time: f64) {
-        let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
-        let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
-        self.sets = foundation.all_sets(&self.mesh);
-        self.place = Places::new(&self.sets, self.mesh.elements.len());
-        self.block_of = block_of(&self.mesh);
-        let meshes = [&old, &self.mesh];
-        remesh_inertia(&mut self.inertia, foundation, covers, meshes);
-        self.base_level = refined_levels(foundation, covers, &self.mesh);
-        let had = "the mesh before refinement had these groups";
-        self.loads = self.surface_loads(&foundation.scene).expect(had);
-        self.prescribed = self.prescribed_motions(&foundation.scene).expect(had);
-        self.hold(time);
-    }
-
-    fn surface_loads(&self, scene: &Scene) -> Result<Vec<SurfaceLoad<D>>, ModelError> {
-        let mut loads = Vec::new();
-        for (number, load) in scene.load.iter().enumerate() {
-            let key = format!("load[{number}].group");
-            let group = self
-                .mesh
-                .group(&load.group)
-                .map_err(|source| ModelError::Group {
-                    key: key.clone(),
-                    source,
-                })?;
-            let facets = group.facets.iter();
-            let facets = facets.map(|&facet| self.mesh.facet_nodes(facet).collect::<Vec<u32>>());
-            let facets: Vec<Vec<u32>> = facets.filter(|facet| !self.is_fixed(facet[0])).collect();
-            if facets.is_empty() {
-                return Err(ModelError::NoFacets {
-                    key,
-                    group: load.group.clone(),
-                });
-            }
-            let thickness = thickness::<D>(scene);
-            loads.push(SurfaceLoad::new(load, facets, &self.mesh, thickness));
-        }
-        Ok(loads)
-    }
-
-    fn prescribed_motions(&self, scene: &Scene) -> Result<Vec<Prescribed>, ModelError> {
-        let mut motions = Vec::new();
-        for (number, boundary) in scene.boundary.iter().enumerate() {
-            let key = |name: &str| format!("boundary[{number}].{name}");
-            let nodes: Vec<u32> = match &boundary.target {
-                BoundaryTarget::Group(name) => {
-                    let blame = |source: MeshError| ModelError::Group {
-                        key: key("group"),
-                        source,
-                    };
-                    self.mesh.group(name).map_err(blame)?.nodes.clone()
-                }
-                BoundaryTarget::Block(name) => {
-                    let parts = block_names::parts(scene, &self.mesh, name);
-                    parts
-                        .flat_map(|part| self.mesh.blocks[part].nodes.clone())
-                        .collect()
-                }
-            };
-            if let Some(&node) = nodes.iter().find(|&&node| self.is_fixed(node)) {
-                let block = self.block_of[node as usize] as usize;
-                return Err(ModelError::FixedBoundary {
-                    key: key(match boundary.target {
-                        BoundaryTarget::Group(_) => "group",
-                        BoundaryTarget::Block(_) => "block",
-                    }),
-                    block: self.mesh.blocks[block].name.clone(),
-                });
-            }
-            let motion = Prescribed::new(boundary, nodes);
-            self.refuse_contradiction(number, &motion, &motions)?;
-            motions.push(motion);
-        }
-        Ok(motions)
-    }
-
-    fn refuse_contradiction(
-        &self,
-        number: usize,
-        motion: &Prescribed,
-        earlier: &[Prescribed],
-    ) -> Result<(), ModelError> {
-        for (other_number, other) in earlier.iter().enumerate() {
-            let Some(axis) = motion.contradicts::<D>(other) else {
-                continue;
-            };
-            let both = |node: &&u32| other.nodes.binary_search(node).is_ok();
-            if let Some(&node) = motion.nodes.iter().find(both) {
-                let block = self.block_of[node as usize] as usize;
-                return Err(ModelError::Contradiction {
-                    key: format!("boundary[{number}]"),
-                    earlier: other_number,
-                    node: node - self.nodes(block).start as u32,
-                    block: self.mesh.blocks[block].name.clone(),
-                    axis: ['x', 'y', 'z'][axis],
-                });
-            }
-        }
-        Ok(())
     }
 
     fn initial_state(&self, scene: &Scene) -> State<D> {
@@ -248,48 +143,6 @@ impl<const D: usize> Model<D> {
         }
         Ok(())
     }
-
-    /// Centre of mass of a block, `at` giving the nodes' positions.
-    pub(crate) fn centre(&self, block: usize, at: impl Fn(usize) -> [f64; D]) -> [f64; D] {
-        let mut sum = [0.0; D];
-        let mut mass = 0.0;
-        for node in self.nodes(block) {
-            let m = self.inertia.mass()[node];
-            mass += m;
-            crate::math::vector::add_scaled(&mut sum, m, &at(node));
-        }
-        sum.map(|x| x / mass)
-    }
-
-    /// Takes the components that are prescribed from `time` on out of the
-    /// equations of motion.
-    pub(crate) fn hold(&mut self, time: f64) {
-        let mut held = vec![[false; D]; self.mesh.nodes.len()];
-        for (number, block) in self.blocks.iter().enumerate() {
-            if block.fixed {
-                held[self.nodes(number)].fill([true; D]);
-            }
-        }
-        for motion in self.prescribed.iter().filter(|motion| motion.acts(time)) {
-            let components: [bool; D] = motion.holds();
-            for &node in &motion.nodes {
-                for c in 0..D {
-                    held[node as usize][c] |= components[c];
-                }
-            }
-        }
-        self.inertia.hold(&held);
-    }
-}
-
-/// A run at its start.
-pub(crate) struct Built<const D: usize> {
-    pub(crate) model: Model<D>,
-    pub(crate) state: State<D>,
-    /// Where blocks may touch.
-    pub(crate) contacts: Option<Contacts<D>>,
-    /// Where they are refined then.
-    pub(crate) second_scale: Option<SecondScale<D>>,
 }
 
 /// What the blocks are made of.
@@ -333,20 +186,6 @@ fn bodies<const D: usize>(
         masses,
         blocks,
     })
-}
-
-/// Thickness of the blocks, m; 1 in space.
-pub(crate) fn thickness<const D: usize>(scene: &Scene) -> f64 {
-    if D == 2 { scene.thickness } else { 1.0 }
-}
-
-/// Block of each node.
-fn block_of<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
-    let mut block_of = vec![0; mesh.nodes.len()];
-    for (number, block) in mesh.blocks.iter().enumerate() {
-        block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
-    }
-    block_of
 }
 
 /// The tolerance of contacts, m, filled in where the scene leaves it to the
@@ -401,70 +240,10 @@ fn refuse_overlap<const D: usize>(
     })
 }
 
-/// What the elements of a block of the scene are made of.
-pub(crate) fn properties(scene: &Scene, source: usize) -> BlockProperties {
-    let block = &scene.block[source];
-    let material = scene
-        .material
-        .iter()
-        .position(|material| material.name == block.material);
-    BlockProperties {
-        material: material.expect("the scene check has found every material"),
-        kinematics: block.kinematics,
-    }
-}
-
 fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
     let dense = masses.consistent.iter();
     let dense = dense
         .map(|block| (block.first_node as usize, block.matrix.clone()))
         .collect();
     Inertia::new(masses.nodal.clone(), dense)
-}
-
-/// Gives the nodes of a mesh with covers over some blocks their masses, after those of
-/// another such mesh.
-fn remesh_inertia<const D: usize>(
-    inertia: &mut Inertia<D>,
-    foundation: &Foundation<D>,
-    covers: &[Option<Cover<D>>],
-    meshes: [&Mesh<D>; 2],
-) {
-    let mut nodal = Vec::with_capacity(meshes[1].nodes.len());
-    for (block, cover) in foundation.mesh.blocks.iter().zip(covers) {
-        let nodes = block.nodes.start as usize..block.nodes.end as usize;
-        match cover {
-            Some(cover) => nodal.extend(&cover.mass),
-            None => nodal.extend(&foundation.masses.nodal[nodes]),
-        }
-    }
-    let dense = foundation.masses.consistent.iter();
-    let dense = dense.filter(|dense| covers[dense.block as usize].is_none());
-    let dense = dense.map(|dense| {
-        let first = meshes.map(|mesh| mesh.blocks[dense.block as usize].nodes.start as usize);
-        (first, dense.matrix.as_slice())
-    });
-    inertia.remesh(nodal, dense);
-}
-
-/// Levels of the elements of such a mesh by their own stable steps.
-fn refined_levels<const D: usize>(
-    foundation: &Foundation<D>,
-    covers: &[Option<Cover<D>>],
-    mesh: &Mesh<D>,
-) -> Vec<u8> {
-    let roots = mesh.parts.iter().flat_map(|parts| &parts.root);
-    let mut levels: Vec<u8> = if mesh.parts.is_some() {
-        roots.map(|&root| foundation.level[root as usize]).collect()
-    } else {
-        foundation.level.clone()
-    };
-    for (block, cover) in mesh.blocks.iter().zip(covers) {
-        let own = block.elements.start as usize..block.elements.end as usize;
-        let changed = cover.iter().flat_map(|cover| &cover.level);
-        for (level, changed) in levels[own].iter_mut().zip(changed) {
-            *level = changed.unwrap_or(*level);
-        }
-    }
-    levels
 }

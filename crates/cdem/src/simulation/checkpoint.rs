@@ -7,22 +7,9 @@
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::simulation::validity::{Exchange, Health};
 use crate::step::checkpoint::SavedRun;
-
-/// Why a run cannot go on from a checkpoint.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ResumeError {
-    /// It holds something else than the state of a run of this version.
-    #[error("it does not hold the state of a run: {0}")]
-    Unreadable(postcard::Error),
-    /// It is not of a run of this scene and mesh.
-    #[error("it is not of a run of this scene: {0}")]
-    Misfit(&'static str),
-}
 
 /// A run in a checkpoint, with what only its reports need.
 #[derive(Debug, Serialize, Deserialize)]
@@ -36,9 +23,4 @@ pub(crate) struct SavedDriven<'a, const D: usize> {
     pub(crate) health: Cow<'a, Health>,
     /// The step since which `stop_when` is fulfilled.
     pub(crate) at_rest_since: Option<u64>,
-}
-
-/// Says what of a checkpoint does not fit, if it is not `fits`.
-pub(crate) fn require(fits: bool, what: &'static str) -> Result<(), ResumeError> {
-    fits.then_some(()).ok_or(ResumeError::Misfit(what))
 }

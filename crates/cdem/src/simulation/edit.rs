@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::math::vector::{pad, scale, truncate};
 use crate::mesh::ElementKind;
-use crate::output::{BlockRow, FrameField};
 use crate::scene::{Field, LoadKind, Scene};
+use crate::simulation::output::{BlockRow, FrameField};
 use crate::simulation::{Driven, Simulation, each};
 
 /// Where a block lies in the arrays of points and cells.
@@ -135,7 +135,7 @@ impl<const D: usize> Driven<D> {
         let wanted: Vec<[f64; D]> = velocities.iter().map(|&v| truncate(&v)).collect();
         let before = self.energy();
         let now = self.instant();
-        self.run.shift_velocities(&now, &wanted);
+        self.run.shift_velocities(&now.state, &wanted);
         self.instant = None;
         let after = self.energy();
         self.run.book_from_outside(after - before);

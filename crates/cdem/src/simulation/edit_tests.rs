@@ -41,7 +41,7 @@ fn velocities_are_what_they_are_set_to_and_the_ledger_closes() {
         .collect();
     run.set_velocities(&wanted);
     let FrameField { values, .. } = run.field(Field::Velocity);
-    let crate::output::FieldValues::Real(values) = values else {
+    let crate::simulation::output::FieldValues::Real(values) = values else {
         panic!("velocities are real");
     };
     for (is, wanted) in values.as_chunks::<3>().0.iter().zip(&wanted) {

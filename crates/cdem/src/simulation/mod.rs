@@ -2,9 +2,9 @@
 
 pub(crate) mod build;
 pub(crate) mod checkpoint;
-pub(crate) mod dimension;
 pub(crate) mod edit;
 pub(crate) mod observe;
+pub mod output;
 pub(crate) mod rest;
 pub(crate) mod snapshot;
 pub(crate) mod update_cost;
@@ -19,15 +19,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::element::mass::MassKind;
 use crate::math::profile::Stage;
+use crate::math::restore::ResumeError;
 use crate::mesh::Mesh;
 use crate::model::block_names::parts;
 use crate::model::{Model, ModelError};
-use crate::output::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
+use crate::refinement::dimension::{PLANE, SOLID};
 use crate::refinement::{FORESEEN_SPEED, SecondScale};
 use crate::scene::{self, ContactModel, Problem, Scene};
-use crate::simulation::checkpoint::{ResumeError, SavedDriven};
-use crate::simulation::dimension::{PLANE, SOLID};
+use crate::simulation::checkpoint::SavedDriven;
 use crate::simulation::observe::{Instant, Probe};
+use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
 use crate::simulation::rest::Rest;
 use crate::simulation::snapshot::Capture;
 use crate::simulation::validity::{Exchange, Health, StepError};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::contact::constraint::contact_point::Record;
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Mesh;
-use crate::output::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};
+use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};
 use crate::step::{Run, Synchronised};
 
 /// A synchronised instant, and the number of its step.
@@ -37,7 +37,7 @@ impl<const D: usize> Run<D> {
     pub(crate) fn max_penetration(&self) -> f64 {
         let at = self.model.positions(&self.state);
         let contacts = self.contacts.as_ref();
-        contacts.map_or(0.0, |contacts| contacts.max_penetration(at))
+        contacts.map_or(0.0, |contacts| contacts.max_penetration(at.into()))
     }
 
     /// Energies and momenta, `start_energy` being kinetic plus strain energy
@@ -71,7 +71,7 @@ impl<const D: usize> Run<D> {
             }
         }
         if let Some(contacts) = &self.contacts {
-            row.strain_energy += contacts.spring_energy(at);
+            row.strain_energy += contacts.spring_energy(at.into());
             row.impact_loss = contacts.books().impact_loss + instant.state.impact_loss;
             row.friction_loss = contacts.books().friction_loss + instant.state.friction_loss;
             row.fracture_loss = contacts.books().fracture_loss;
@@ -188,7 +188,7 @@ impl<const D: usize> Run<D> {
         };
         let at = self.model.positions(&self.state);
         for live in contacts.live() {
-            let operator = live.operator(contacts.surface(), at);
+            let operator = live.operator(contacts.surface(), at.into());
             let mut force = [0.0; D];
             for r in 0..D {
                 let share = if live.interval > 0.0 {
@@ -200,7 +200,7 @@ impl<const D: usize> Run<D> {
             }
             frame
                 .points
-                .push(pad(&contacts.surface().point(live.pair, at)));
+                .push(pad(&contacts.surface().point(live.pair, at.into())));
             frame.normals.push(pad(&operator.frame[0]));
             frame.forces.push(pad(&force));
             frame.slips.push(live.record.slip);

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use crate::math::vector::{dot, pad, scale};
 use crate::mesh::ElementKind;
-use crate::output::{FieldValues, Frame, FrameField};
 use crate::scene::Field;
 use crate::simulation::observe::Instant;
+use crate::simulation::output::{FieldValues, Frame, FrameField};
 use crate::step::Run;
 
 /// Elements that a thread takes at once.

@@ -1,8 +1,8 @@
 //! What the forces of elements take: bytes and operations, to be held against what a machine does.
 
-use crate::Simulation;
 use crate::element::ElementSet;
 use crate::mesh::Mesh;
+use crate::simulation::Simulation;
 use crate::simulation::each;
 
 /// What an update of an element takes, the mean of all elements of a model, however often each is

@@ -9,11 +9,11 @@ use thiserror::Error;
 use crate::element::Deformation;
 use crate::element::material::Elastic;
 use crate::math::format::{quantity, short, significant};
+use crate::math::parallel::NODES_AT_ONCE;
+use crate::math::restore::{ResumeError, require};
 use crate::math::vector::{add_scaled, dot, pad, scale, sub};
-use crate::model::AT_ONCE;
-use crate::output::HistoryRow;
 use crate::scene::{Kinematics, Scene};
-use crate::simulation::checkpoint::{ResumeError, require};
+use crate::simulation::output::HistoryRow;
 use crate::step::Run;
 
 /// Why a run stopped itself.
@@ -250,8 +250,8 @@ impl Health {
     /// The look at velocities and displacements of every step.
     pub(crate) fn check_motion<const D: usize>(&self, run: &Run<D>) -> Result<(), StepError> {
         let (velocity, displacement) = (&run.state.velocity, &run.state.displacement);
-        let chunks = velocity.par_chunks(AT_ONCE);
-        let chunks = chunks.zip(displacement.par_chunks(AT_ONCE));
+        let chunks = velocity.par_chunks(NODES_AT_ONCE);
+        let chunks = chunks.zip(displacement.par_chunks(NODES_AT_ONCE));
         // So fast a component at least has a node that runs away.
         let most = self.limit * self.limit / D as f64;
         if chunks.all(|(v, u)| are_moderate(v.as_flattened(), u.as_flattened(), most)) {

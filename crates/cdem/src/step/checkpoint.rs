@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::checkpoint::SavedContacts;
 use crate::math::adjacency::Around;
+use crate::math::restore::{ResumeError, require};
 use crate::math::serde_pod;
 use crate::mesh::Element;
 use crate::model::ledger::Ledger;
 use crate::model::{Model, State};
 use crate::refinement::checkpoint::SavedScale;
-use crate::simulation::checkpoint::{ResumeError, require};
 use crate::step::kick::Impulses;
 use crate::step::schedule::Plan;
 use crate::step::{Corrections, Run};

@@ -2,19 +2,18 @@
 
 use crate::math::vector::{add_scaled, pad, sub};
 use crate::scene::LoadKind;
-use crate::simulation::observe::Instant;
-use crate::step::Run;
+use crate::step::{Run, Synchronised};
 
 impl<const D: usize> Run<D> {
     /// Gives nodes the velocities `wanted` at the instant `now`, m/s, but where they are held.
     ///
     /// Velocities half a step before and after change by the same, so that central differences
     /// go on as they are. Momentum comes from outside.
-    pub(crate) fn shift_velocities(&mut self, now: &Instant<D>, wanted: &[[f64; D]]) {
+    pub(crate) fn shift_velocities(&mut self, now: &Synchronised<D>, wanted: &[[f64; D]]) {
         let change = |(node, wanted): (usize, &[f64; D])| {
             let held = self.model.inertia.held(node);
             let is_fixed = self.model.is_fixed(node as u32);
-            let change = sub(wanted, &now.state.velocity[node]);
+            let change = sub(wanted, &now.velocity[node]);
             std::array::from_fn(|c| if is_fixed || held[c] { 0.0 } else { change[c] })
         };
         let changes: Vec<[f64; D]> = wanted.iter().enumerate().map(change).collect();

@@ -5,10 +5,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::element::MAX_NODES;
+use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::vector::{add_scaled, dot, scale, sub};
 use crate::model::boundary::Prescribed;
-use crate::model::ledger::{Account, Ledger};
-use crate::model::{AT_ONCE, Model, State};
+use crate::model::ledger::{Account, Ledger, Velocity};
+use crate::model::{Model, State};
 use crate::scene::Damping;
 use crate::step::assembly::Assembly;
 use crate::step::schedule::Substep;
@@ -129,16 +130,6 @@ pub(crate) enum Purpose {
     Advance,
     /// Kick over the last interval only; half of it is the state at its end.
     Report,
-}
-
-/// At which velocity the impulses of a kick do their work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Velocity {
-    /// The mean of those before and after: the whole kick.
-    #[default]
-    Mean,
-    /// That before: what of it belongs to the interval before.
-    Before,
 }
 
 impl<const D: usize> Model<D> {
@@ -327,7 +318,7 @@ impl<const D: usize> Model<D> {
             let rows = substep.rows();
             let nodes = rows.iter().map(Range::len).sum::<usize>().max(1);
             // Rows of nodes of many levels are short.
-            let at_once = (rows.len() * AT_ONCE / (2 * nodes)).max(1);
+            let at_once = (rows.len() * NODES_AT_ONCE / (2 * nodes)).max(1);
             let rows = rows.par_iter().with_min_len(at_once);
             rows.map(book).collect_into_vec(&mut books);
             books.iter().for_each(|book| ledger.add(1.0, book));

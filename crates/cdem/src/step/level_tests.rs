@@ -6,11 +6,11 @@
 use crate::mesh::ElementKind;
 use crate::mesh::tests;
 use crate::model::Model;
+use crate::refinement::dimension::PLANE;
 use crate::scene::{
     Block, Boundary, BoundaryTarget, ContactModel, Damping, Geometry, Mass, Material,
     MaterialModel, Motion, Scene, Schedule,
 };
-use crate::simulation::dimension::PLANE;
 use crate::step::Run;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};

@@ -30,16 +30,26 @@ use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Element;
 use crate::model::kinematics::{Motion, drift_node};
+use crate::model::ledger::Velocity;
 use crate::model::ledger::{Account, Ledger};
 use crate::model::time_levels::{self, Levels};
 use crate::model::{Model, State};
 use crate::refinement::SecondScale;
-use crate::simulation::build::Built;
-use crate::step::kick::{Impulses, Purpose, Velocity};
+use crate::step::kick::{Impulses, Purpose};
 use crate::step::mid_step_impact::Split;
 use crate::step::schedule::{Plan, Substep};
 use crate::step::speed_bounds::Outlook;
 pub(crate) use crate::step::synchronise::Synchronised;
+
+/// A run at its start.
+pub(crate) struct Built<const D: usize> {
+    pub(crate) model: Model<D>,
+    pub(crate) state: State<D>,
+    /// Where blocks may touch.
+    pub(crate) contacts: Option<Contacts<D>>,
+    /// Where they are refined then.
+    pub(crate) second_scale: Option<SecondScale<D>>,
+}
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
 pub(crate) struct Run<const D: usize> {
@@ -253,7 +263,7 @@ impl<const D: usize> Run<D> {
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
-        let join = contacts.is_some_and(|contacts| contacts.find(at, speeds, instant));
+        let join = contacts.is_some_and(|contacts| contacts.find(at.into(), speeds, instant));
         self.watch.lap(Stage::Search);
         join
     }
@@ -264,7 +274,10 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
-        let moves = contacts.part(self.model.positions(&self.state), &self.model.inertia);
+        let moves = contacts.part(
+            self.model.positions(&self.state).into(),
+            &self.model.inertia,
+        );
         if moves.is_empty() {
             return;
         }

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use crate::model::AT_ONCE;
+use crate::math::parallel::NODES_AT_ONCE;
 use crate::model::time_levels::MAX_LEVEL;
 
 /// The most nodes of a row, but for those that have to stay together: what a kick has of them
 /// fits into a core's first cache.
-pub(super) const ROW: usize = AT_ONCE / 16;
+pub(super) const ROW: usize = NODES_AT_ONCE / 16;
 
 /// For each level, the nodes of that or a finer one: rows of nodes that follow each other.
 #[derive(Clone, Debug, Default)]
@@ -63,7 +63,7 @@ pub(super) fn each_row<T: Send, const N: usize>(
     work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
 ) {
     let count = rows.iter().map(Range::len).sum::<usize>();
-    if rows.len() > 1 && count > AT_ONCE {
+    if rows.len() > 1 && count > NODES_AT_ONCE {
         let (left, right) = rows.split_at(rows.len() / 2);
         let middle = right[0].start as usize;
         let mut halves = arrays.map(|array| array.split_at_mut(middle - first));
@@ -107,8 +107,8 @@ mod tests {
     #[test]
     fn work_is_done_once_to_each_node_that_is_due_with_what_is_its_own() {
         let mut random = fastrand::Rng::with_seed(5);
-        let levels: Vec<u8> = (0..5 * AT_ONCE).map(|_| random.u8(0..4)).collect();
-        let is_active = |node: usize| !(AT_ONCE..AT_ONCE + 100).contains(&node);
+        let levels: Vec<u8> = (0..5 * NODES_AT_ONCE).map(|_| random.u8(0..4)).collect();
+        let is_active = |node: usize| !(NODES_AT_ONCE..NODES_AT_ONCE + 100).contains(&node);
         let all = Rows::new(&levels, is_active, |_| true);
         for coarsest in [0, 1, 3, 4] {
             let mut numbers: Vec<usize> = (0..levels.len()).collect();

@@ -4,7 +4,7 @@
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::model::block_max::Largest;
 use crate::model::boundary::Prescribed;
-use crate::simulation::build::SPEED_OF_LIGHT;
+use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::step::Run;
 
 /// What to reckon with in the step to come.

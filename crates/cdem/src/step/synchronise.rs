@@ -4,8 +4,9 @@ use crate::contact::island::Books;
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
 use crate::model::kinematics::Motion;
 use crate::model::ledger::Ledger;
+use crate::model::ledger::Velocity;
 use crate::step::Run;
-use crate::step::kick::{Purpose, Velocity};
+use crate::step::kick::Purpose;
 
 /// The state at an instant, in the middle of the kick that is due then.
 pub(crate) struct Synchronised<const D: usize> {

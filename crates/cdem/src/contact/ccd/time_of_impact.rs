@@ -3,7 +3,7 @@
 
 use crate::contact::ccd::signed_volume::{Orientation, Slack, last, moved};
 use crate::contact::narrow_phase::edge_edge::Lines;
-use crate::contact::surface::Positions;
+use crate::contact::surface::Configuration;
 use crate::contact::surface::boundary_3d::Shell;
 use crate::math::vector::{cross, dot, norm, sub};
 
@@ -18,7 +18,7 @@ impl Shell {
     pub(crate) fn time_of_facing(
         &self,
         (vertex, triangle): (u32, u32),
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         (duration, depth): (f64, f64),
     ) -> Option<f64> {
@@ -35,7 +35,7 @@ impl Shell {
     pub(crate) fn time_of_crossing(
         &self,
         [main, target]: [u32; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         (duration, depth): (f64, f64),
     ) -> Option<f64> {
@@ -88,7 +88,7 @@ impl Shell {
     pub(crate) fn rests_facing(
         &self,
         pair: (u32, u32),
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         (duration, slack): (f64, Slack),
     ) -> bool {
@@ -101,7 +101,7 @@ impl Shell {
     pub(crate) fn rests_crossing(
         &self,
         [main, target]: [u32; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         (duration, slack): (f64, Slack),
     ) -> bool {
@@ -130,7 +130,7 @@ impl Shell {
     fn volume_before(
         &self,
         (vertex, triangle): (u32, u32),
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
     ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
         let [a, b, c] = self.skin.triangles[triangle as usize].corners;
@@ -142,7 +142,7 @@ impl Shell {
     fn volume_between(
         &self,
         edges: [u32; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
     ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
         let between = |[from, to]: [u32; 2]| self.between(from, to, at, velocity);
@@ -157,7 +157,7 @@ impl Shell {
     fn are_sharp_within(
         &self,
         [one, other]: [u32; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         duration: f64,
     ) -> bool {
@@ -175,8 +175,8 @@ impl Shell {
     pub(crate) fn may_be_sharp_within(
         &self,
         [one, other]: [u32; 2],
-        at: Positions<3>,
-        end: Positions<3>,
+        at: Configuration<3>,
+        end: Configuration<3>,
     ) -> bool {
         let is_flat = |edge: u32, under: u32| {
             let length = self.length(under, at);
@@ -196,7 +196,7 @@ impl Shell {
         &self,
         from: u32,
         to: u32,
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
     ) -> [[f64; 3]; 2] {
         let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));

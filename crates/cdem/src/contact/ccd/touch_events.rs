@@ -8,11 +8,11 @@ use crate::contact::constraint::active_set::Closed;
 use crate::contact::constraint::contact_point::{Live, Moment};
 use crate::contact::detection::separation_bounds::Near;
 use crate::contact::island::{Island, SHALLOW, Setting};
+use crate::contact::kicked::Kicked;
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::solver::system::SHARE;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::math::vector::{norm, sub};
-use crate::model::kinematics::Kicked;
 
 /// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th
 /// of the smallest boundary edge by default. By as much points stay uneven that come to
@@ -213,11 +213,11 @@ impl<const D: usize> Touches<D> {
             }
         }
         let at = motion.positions();
-        let formed = match at.formed {
+        let formed = match at.cache() {
             Some(_) => None,
             None => setting.surface.form(self.anew.len(), None),
         };
-        let at = at.with(at.formed.or(formed.as_ref()));
+        let at = at.with(at.cache().or(formed.as_ref()));
         self.closed.clear();
         self.closed.extend(live.iter().map(|live| live.pair));
         self.closed.sort_unstable();
@@ -288,7 +288,7 @@ enum Look {
 /// how far apart its features are now, m, or less, if that was asked.
 fn look_at<const D: usize>(
     setting: &Setting<D>,
-    (motion, at): (&Kicked<D>, Positions<D>),
+    (motion, at): (&Kicked<D>, Configuration<D>),
     pair: Pair,
     (wanted, remaining): (Wanted, f64),
 ) -> (Look, Option<f64>) {
@@ -323,7 +323,7 @@ fn look_at<const D: usize>(
 fn touch<const D: usize>(
     (closed, live): (&Closed<D>, &[Live<D>]),
     setting: &Setting<D>,
-    (motion, at): (&Kicked<D>, Positions<D>),
+    (motion, at): (&Kicked<D>, Configuration<D>),
     pair: Pair,
     (span, elapsed, duration): (f64, f64, f64),
 ) -> Touch {
@@ -350,7 +350,7 @@ fn owner<'a, const D: usize>(
     setting: &Setting<D>,
     beside: impl Iterator<Item = &'a Live<D>> + Clone,
     pair: Pair,
-    (moment, later): (Moment<D>, Positions<D>),
+    (moment, later): (Moment<D>, Configuration<D>),
 ) -> Option<Pair> {
     let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.touch);
     let point = surface.point(pair, then);

@@ -10,9 +10,9 @@ use crate::contact::constraint::contact_point::Live;
 use crate::contact::detection::grid::Aabb;
 use crate::contact::detection::initial_overlap::ordered;
 use crate::contact::island::Setting;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::kicked::Kicked;
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::math::vector::norm;
-use crate::model::kinematics::Kicked;
 
 /// How far from a touch the main feature of a contact may be that says the same, over
 /// the tolerance: either's point lies aside of its feature, and both aside of the touch.
@@ -54,7 +54,7 @@ impl<const D: usize> Closed<D> {
         &mut self,
         live: &[Live<D>],
         surface: &dyn Surface<D>,
-        (motion, at): (&Kicked<D>, Positions<D>),
+        (motion, at): (&Kicked<D>, Configuration<D>),
     ) {
         let place = |(number, live): (u32, &Live<D>)| Place {
             blocks: ordered(live.record.blocks),
@@ -86,7 +86,7 @@ impl<const D: usize> Closed<D> {
         &self,
         live: &'a [Live<D>],
         setting: &Setting<D>,
-        (motion, at): (&Kicked<D>, Positions<D>),
+        (motion, at): (&Kicked<D>, Configuration<D>),
         (pair, duration): (Pair, f64),
     ) -> impl Iterator<Item = &'a Live<D>> + Clone {
         let surface = setting.surface;
@@ -134,7 +134,7 @@ impl Between {
 fn around_nodes<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
-    at: Positions<D>,
+    at: Configuration<D>,
     margin: f64,
 ) -> Aabb<D> {
     let nodes = surface.main_nodes(pair.main).iter();

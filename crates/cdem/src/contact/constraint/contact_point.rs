@@ -6,10 +6,10 @@ use crate::contact::ccd::signed_volume::LOOKS;
 use crate::contact::constraint::law::Law;
 use crate::contact::island::{MISS, Setting};
 use crate::contact::solver::gauss_seidel::{Constraint, Limit, shear_norm};
-use crate::contact::surface::{FOOT_ROUND_OFF, Operator, Pair, Positions, Surface};
+use crate::contact::surface::contact_kind::ContactKind;
+use crate::contact::surface::{Configuration, FOOT_ROUND_OFF, Operator, Pair, Surface};
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
-use crate::output::ContactKind;
 
 /// Share of what a gap is wrong by that a step sets right. All of it at once (SHAKE)
 /// hands on what a solve has left, as a kick against all that presses. A solve that
@@ -120,10 +120,10 @@ impl Record {
 /// A touch, and what is known then of the drift it is in.
 #[derive(Clone, Copy)]
 pub(crate) struct Moment<'a, const D: usize> {
-    /// Positions at the touch.
-    pub(crate) touch: Positions<'a, D>,
-    /// Positions at the end of the drift, as nodes move now.
-    pub(crate) end: Positions<'a, D>,
+    /// Configuration at the touch.
+    pub(crate) touch: Configuration<'a, D>,
+    /// Configuration at the end of the drift, as nodes move now.
+    pub(crate) end: Configuration<'a, D>,
     /// Whether they move as closed contacts let them, but [fresh](Live::fresh) ones.
     pub(crate) is_held: bool,
 }
@@ -143,7 +143,7 @@ pub(crate) enum Followed {
 
 impl<'a, const D: usize> Moment<'a, D> {
     /// One of which nothing is asked but how things are.
-    pub(crate) fn still(at: Positions<'a, D>) -> Self {
+    pub(crate) fn still(at: Configuration<'a, D>) -> Self {
         Self {
             touch: at,
             end: at,
@@ -154,7 +154,7 @@ impl<'a, const D: usize> Moment<'a, D> {
     /// A touch some time from now, in what remains of a drift for which closed contacts
     /// are solved.
     pub(crate) fn in_drift(
-        at: Positions<'a, D>,
+        at: Configuration<'a, D>,
         velocity: &'a [[f64; D]],
         [wait, remaining]: [f64; 2],
     ) -> Self {
@@ -206,7 +206,7 @@ impl<const D: usize> Live<D> {
     }
 
     /// Whether a pair beside it is deeper than itself.
-    fn is_above(&self, setting: &Setting<D>, pair: Pair, at: Positions<D>) -> bool {
+    fn is_above(&self, setting: &Setting<D>, pair: Pair, at: Configuration<D>) -> bool {
         let surface = setting.surface;
         let beside = surface.project(pair, at);
         let deep = -MISS * setting.tolerance;
@@ -228,7 +228,7 @@ impl<const D: usize> Live<D> {
     pub(crate) fn follow(
         &mut self,
         surface: &dyn Surface<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         tolerance: f64,
         taken: impl Fn(Pair) -> bool,
     ) -> Followed {
@@ -275,7 +275,7 @@ impl<const D: usize> Live<D> {
         &mut self,
         surface: &dyn Surface<D>,
         (next, is_swapped): (Pair, bool),
-        at: Positions<D>,
+        at: Configuration<D>,
     ) {
         let frame = |pair| {
             let foot = surface.project(pair, at).foot;
@@ -316,7 +316,7 @@ impl<const D: usize> Live<D> {
     }
 
     /// The operator at the present positions.
-    pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Positions<D>) -> Operator<D> {
+    pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Configuration<D>) -> Operator<D> {
         let mut operator = Operator::default();
         self.relate(&mut operator, surface, at);
         operator
@@ -327,7 +327,7 @@ impl<const D: usize> Live<D> {
         &self,
         operator: &mut Operator<D>,
         surface: &dyn Surface<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
     ) {
         surface.relate(operator, self.pair, &self.foot, at, Some(&self.normal));
     }
@@ -403,7 +403,7 @@ impl<const D: usize> Live<D> {
     pub(crate) fn impact(
         &self,
         surface: &dyn Surface<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         (drift, tolerance): (f64, f64),
     ) -> Constraint<D> {
         let mut constraint = Constraint::default();

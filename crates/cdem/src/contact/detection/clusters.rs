@@ -9,7 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::contact::detection::grid::{self, Aabb};
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 
 /// Features of a patch, at most: a hexahedron has 104, mains and targets.
 const MOST: usize = 128;
@@ -141,7 +141,7 @@ impl Patches {
     pub(in crate::contact) fn overlapping<const D: usize>(
         &self,
         surface: &dyn Surface<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         margin: &(dyn Fn(u32) -> f64 + Sync),
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
@@ -204,7 +204,7 @@ impl Patch {
     fn boxes<const D: usize>(
         &self,
         surface: &dyn Surface<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         margin: f64,
     ) -> Boxes<D> {
         let of_family = |[mains, targets]: &[Vec<u32>; 2]| {

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::contact::island::Setting;
-use crate::contact::surface::{Pair, Positions};
+use crate::contact::surface::{Configuration, Pair};
 
 /// How deep blocks lay in each other at t = 0, m, with the smaller number first.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ impl Overlaps {
     pub(crate) fn of<const D: usize>(
         setting: &Setting<D>,
         pairs: &[Pair],
-        at: Positions<D>,
+        at: Configuration<D>,
     ) -> Self {
         let mut overlaps = Self::default();
         for &pair in pairs {

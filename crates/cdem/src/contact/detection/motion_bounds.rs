@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{AT_A_GLANCE, Blocks, Glance, Lists, Search};
-use crate::contact::surface::Positions;
+use crate::contact::surface::Configuration;
 
 impl<const D: usize> Search<D> {
     /// Gives blocks that may touch each other the largest share among them, and
     /// looks again at the candidates of those that get more, until none does.
-    pub(super) fn share_among_near(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+    pub(super) fn share_among_near(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
         let count = self.blocks.len();
         let Lists {
             together, largest, ..
@@ -79,7 +79,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// Looks at what has not been near to blocks of a larger share than before.
-    fn look_again(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+    fn look_again(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
         self.look_ahead(blocks.tolerance);
         let Lists {
             ahead,

@@ -18,9 +18,9 @@
 
 use std::ops::Range;
 
+use crate::contact::kicked::Kicked;
 use crate::contact::surface::{Pair, Surface};
 use crate::math::vector::dot;
-use crate::model::kinematics::Kicked;
 
 /// What round-off may add to distances and ways, over the tolerance; it is far
 /// below.

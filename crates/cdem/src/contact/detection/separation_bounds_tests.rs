@@ -4,8 +4,8 @@ use crate::contact::detection::separation_bounds::Near;
 use crate::mesh::ElementKind;
 use crate::mesh::tests;
 use crate::model::Model;
+use crate::refinement::dimension::{PLANE, SOLID, Space};
 use crate::scene::{Block, ContactModel, Damping, Geometry, Material, MaterialModel, Scene};
-use crate::simulation::dimension::{PLANE, SOLID, Space};
 use crate::step::Run;
 
 /// Distance of the centres of blocks, m.

@@ -139,7 +139,7 @@ impl<const D: usize> Island<D> {
     fn impact(&mut self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
         let constraint = |live: &Live<D>| {
             let within = (duration, setting.tolerance);
-            live.impact(setting.surface, motion.positions(), within)
+            live.impact(setting.surface, motion.positions().into(), within)
         };
         let live = self.live.par_iter().with_min_len(SHARE);
         let constraints: Vec<_> = live.map(constraint).collect();
@@ -149,7 +149,7 @@ impl<const D: usize> Island<D> {
         Impact {
             approach: approach.collect(),
             start: self.start(&constraints, motion),
-            precision: self.precision(setting, motion.positions(), duration),
+            precision: self.precision(setting, motion.positions().into(), duration),
             constraints,
         }
     }
@@ -169,7 +169,7 @@ impl<const D: usize> Island<D> {
         let then = motion.positions().after(motion.velocity, remaining);
         let mut too_far = false;
         for (live, constraint) in self.live.iter().zip(constraints) {
-            let projection = setting.surface.project(live.pair, then);
+            let projection = setting.surface.project(live.pair, then.into());
             let miss = projection.gap - live.offset[0];
             if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
                 let within = if live.fresh {

@@ -9,11 +9,11 @@ use crate::contact::ccd::touch_events::{Touches, Wanted};
 use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
 use crate::contact::island::rollback::change;
 use crate::contact::island::{AGAIN, Books, Island, MISS, Setting};
+use crate::contact::kicked::Kicked;
 use crate::contact::solver::gauss_seidel::{Constraint, RESIDUAL, shear_norm};
 use crate::contact::solver::system::SHARE;
-use crate::contact::surface::{Pair, Positions};
+use crate::contact::surface::{Configuration, Pair};
 use crate::math::profile::Stage;
-use crate::model::kinematics::Kicked;
 
 /// Share of its contacts, one in so many, that must sink in for those closed before in the
 /// same kick to have the island solved once more. Fewer wait for the next kick: those are
@@ -187,7 +187,7 @@ impl<const D: usize> Island<D> {
     fn follow(
         &mut self,
         setting: &Setting<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         (pairs, moved): (&mut Vec<Pair>, &mut Vec<bool>),
         ended: &mut Vec<Record>,
         books: &mut Books,

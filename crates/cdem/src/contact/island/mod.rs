@@ -17,15 +17,16 @@ use crate::contact::detection::initial_overlap::{Overlaps, ordered};
 use crate::contact::detection::separation_bounds::Near;
 use crate::contact::island::kick::Hold;
 use crate::contact::island::rollback::Trail;
+use crate::contact::kicked::Kicked;
 use crate::contact::solver::Solver;
 use crate::contact::solver::gauss_seidel::Constraint;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::{Interior, Timing};
 use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::pad;
 use crate::model::inverse_mass::{Inertia, Mobility};
 use crate::model::kinematics::Motion;
-use crate::step::kick::Velocity;
+use crate::model::ledger::Velocity;
 
 /// First touches within one substep that are taken at their own instants. Where
 /// there are more, as when long faces meet at a small angle, those of the next
@@ -304,7 +305,7 @@ impl<const D: usize> Island<D> {
             let close = |instant: f64, pair: Pair| {
                 let at = motion.positions();
                 let then = at.after(motion.velocity, (instant - elapsed).max(0.0));
-                let projection = setting.surface.project(pair, then);
+                let projection = setting.surface.project(pair, then.into());
                 projection.gap <= EARLY * setting.tolerance
                     && projection.outside <= setting.tolerance
             };
@@ -315,7 +316,7 @@ impl<const D: usize> Island<D> {
             self.go(motion, wait);
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
-            let moment = Moment::in_drift(motion.positions(), motion.velocity, remaining);
+            let moment = Moment::in_drift(motion.positions().into(), motion.velocity, remaining);
             let begun = self.touch(setting, moment, &pairs, time + elapsed);
             books.touches += begun;
             let before = self.velocities(motion.velocity);
@@ -324,7 +325,7 @@ impl<const D: usize> Island<D> {
             touches.update(
                 self,
                 setting,
-                &motion.kicked(None),
+                &Kicked::new(motion, None),
                 (&before, begun > 0),
                 (Wanted::InDrift, (elapsed, duration)),
             );
@@ -356,7 +357,7 @@ impl<const D: usize> Island<D> {
 
     /// Relative velocity below which contacts ask for what positions cannot say,
     /// m/s: their round-off over a drift of `drift` seconds.
-    pub(super) fn precision(&self, setting: &Setting<D>, at: Positions<D>, drift: f64) -> f64 {
+    pub(super) fn precision(&self, setting: &Setting<D>, at: Configuration<D>, drift: f64) -> f64 {
         let coordinates = self.nodes.iter().flat_map(|&node| at.at(node));
         let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
         setting.least_speed(drift).max(ROUND_OFF * size / drift)
@@ -430,7 +431,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Begins a contact of a pair that touches.
-    fn begin(&mut self, setting: &Setting<D>, at: Positions<D>, pair: Pair, time: f64) {
+    fn begin(&mut self, setting: &Setting<D>, at: Configuration<D>, pair: Pair, time: f64) {
         let (surface, blocks) = (setting.surface, setting.blocks(pair));
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, setting.tolerance);
@@ -472,7 +473,11 @@ impl<const D: usize> Island<D> {
 
 impl<const D: usize> Island<D> {
     /// Moves that take the penetration out of the island, m.
-    pub(crate) fn part(&mut self, setting: &Setting<D>, at: Positions<D>) -> Vec<(u32, [f64; D])> {
+    pub(crate) fn part(
+        &mut self,
+        setting: &Setting<D>,
+        at: Configuration<D>,
+    ) -> Vec<(u32, [f64; D])> {
         // The solver of velocities, over one second from rest, without shear.
         let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.live.len());
         for live in &mut self.live {

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_point::Record;
 use crate::contact::island::rollback::Trail;
 use crate::contact::island::{Bodies, Books, Island, Receive, Receivers, Setting};
+use crate::contact::kicked::Kicked;
 use crate::contact::{DriftOf, Interior, Timing};
 use crate::math::profile::Stage;
-use crate::model::kinematics::{Kicked, Motion};
+use crate::model::kinematics::Motion;
 
 /// Parts of the islands for each thread: one that is done early takes up another's.
 const PARTS: usize = 4;

@@ -9,9 +9,9 @@
 use smallvec::{SmallVec, smallvec};
 
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{FLUSH, Pair, Pairs, Positions, Surface};
+use crate::contact::surface::contact_kind::ContactKind;
+use crate::contact::surface::{Configuration, FLUSH, Pair, Pairs, Surface};
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
-use crate::output::ContactKind;
 
 /// The features of one block within the tolerance of a contact point.
 #[derive(Clone, Debug, Default)]
@@ -39,7 +39,7 @@ struct Support {
 type Sector = [[f64; 3]; 2];
 
 impl Place {
-    fn at_vertex(shell: &Shell, vertex: u32, at: Positions<3>) -> Self {
+    fn at_vertex(shell: &Shell, vertex: u32, at: Configuration<3>) -> Self {
         let edges = shell.skin.edges_at(vertex).iter().copied();
         Self {
             vertex: Some(vertex),
@@ -51,7 +51,7 @@ impl Place {
     }
 
     /// Around a point of an edge.
-    fn on_edge(shell: &Shell, edge: u32, foot: f64, at: Positions<3>, tolerance: f64) -> Self {
+    fn on_edge(shell: &Shell, edge: u32, foot: f64, at: Configuration<3>, tolerance: f64) -> Self {
         let length = shell.length(edge, at);
         let end = shell.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
         if foot.min(1.0 - foot) * length <= tolerance && end < shell.skin.vertex_count {
@@ -69,7 +69,7 @@ impl Place {
     fn on_triangle(
         shell: &Shell,
         (vertex, triangle): (u32, u32),
-        at: Positions<3>,
+        at: Configuration<3>,
         tolerance: f64,
     ) -> Self {
         let facing = shell.facing(vertex, triangle, at);
@@ -96,7 +96,12 @@ impl Place {
     }
 
     /// The places of main and target around a pair's contact point.
-    pub(crate) fn both(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> [Self; 2] {
+    pub(crate) fn both(
+        shell: &Shell,
+        pair: Pair,
+        at: Configuration<3>,
+        tolerance: f64,
+    ) -> [Self; 2] {
         match shell.meeting(pair) {
             Meeting::Facing { vertex, triangle } => [
                 Self::at_vertex(shell, vertex, at),
@@ -116,7 +121,7 @@ impl Place {
 
     /// The pairs that a touch of `pair` may belong to: those of all features
     /// around its point. None but itself in the middle of features.
-    pub(crate) fn pairs(shell: &Shell, pair: Pair, at: Positions<3>, tolerance: f64) -> Pairs {
+    pub(crate) fn pairs(shell: &Shell, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
         let [main, target] = Self::both(shell, pair, at, tolerance);
         let mut pairs = Pairs::new();
         for (one, other) in [(&main, &target), (&target, &main)] {
@@ -141,7 +146,7 @@ impl Place {
         shell: &Shell,
         pair: Pair,
         places: &[Self; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> ContactKind {
         let Some(normal) = shell.normal(pair, at) else {
             return ContactKind::EdgeEdge;
@@ -172,7 +177,7 @@ impl Place {
     }
 
     /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
-    fn dimension(&self, shell: &Shell, at: Positions<3>) -> u32 {
+    fn dimension(&self, shell: &Shell, at: Configuration<3>) -> u32 {
         let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
             let [one, other] = [one, other].map(|edge| shell.skin.away(vertex, edge, at));
             norm(&cross(&one, &other)) <= FLUSH * norm(&one) * norm(&other)
@@ -186,7 +191,13 @@ impl Place {
         }
     }
 
-    fn support(&self, shell: &Shell, pair: Pair, normal: &[f64; 3], at: Positions<3>) -> Support {
+    fn support(
+        &self,
+        shell: &Shell,
+        pair: Pair,
+        normal: &[f64; 3],
+        at: Configuration<3>,
+    ) -> Support {
         let mut support = Support::default();
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         for &edge in &self.edges {
@@ -228,7 +239,7 @@ impl Place {
         shell: &Shell,
         (pair, triangle): (Pair, u32),
         normal: &[f64; 3],
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> SmallVec<[Sector; 4]> {
         let own = &shell.skin.triangles[triangle as usize];
         let points = shell.skin.triangle(triangle, at);

@@ -9,7 +9,7 @@
 
 use crate::contact::narrow_phase::edge_edge::distance;
 use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{FLUSH, Nearness, Positions};
+use crate::contact::surface::{Configuration, FLUSH, Nearness};
 use crate::math::vector::{norm, sub};
 
 /// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
@@ -33,7 +33,7 @@ impl Shell {
         &self,
         vertex: u32,
         triangle: u32,
-        at: Positions<3>,
+        at: Configuration<3>,
         (reach, tolerance): (f64, f64),
     ) -> Nearness {
         let range = reach.max(tolerance);
@@ -52,7 +52,7 @@ impl Shell {
     pub(crate) fn nearness_crossing(
         &self,
         edges: [u32; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         (reach, tolerance): (f64, f64),
     ) -> Nearness {
         let [main, target] = edges.map(|edge| self.skin.edge(edge, at));

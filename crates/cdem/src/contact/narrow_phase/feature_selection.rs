@@ -2,7 +2,7 @@
 //! faces, or edges, and it is one contact.
 
 use crate::contact::island::SHALLOW;
-use crate::contact::surface::{FLUSH, Pair, Pairs, Positions, Surface};
+use crate::contact::surface::{Configuration, FLUSH, Pair, Pairs, Surface};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
 /// The pair that a touch of `pair` belongs to, if any, `at` the positions of the touch:
@@ -13,7 +13,7 @@ use crate::math::vector::{add_scaled, dot, norm, sub};
 pub(crate) fn rightful<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
-    [at, then]: [Positions<D>; 2],
+    [at, then]: [Configuration<D>; 2],
     tolerance: f64,
     may: &dyn Fn(Pair) -> bool,
 ) -> Option<Pair> {
@@ -55,7 +55,7 @@ pub(crate) fn rightful<const D: usize>(
 fn rivals<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
-    at: Positions<D>,
+    at: Configuration<D>,
     tolerance: f64,
 ) -> Pairs {
     let touches = |rival: &Pair| {
@@ -75,7 +75,7 @@ fn rivals<const D: usize>(
 fn are_aligned<const D: usize>(
     surface: &dyn Surface<D>,
     pairs: [Pair; 2],
-    at: Positions<D>,
+    at: Configuration<D>,
 ) -> bool {
     let normals = pairs.map(|pair| surface.normal(pair, at));
     let [Some(one), Some(mut other)] = normals else {

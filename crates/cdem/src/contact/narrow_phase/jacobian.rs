@@ -3,7 +3,7 @@
 use crate::contact::narrow_phase::edge_edge::{Lines, Pivot};
 use crate::contact::narrow_phase::point_triangle::Material;
 use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Operator, Positions};
+use crate::contact::surface::{Configuration, Operator};
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 impl Shell {
@@ -13,7 +13,7 @@ impl Shell {
         operator: &mut Operator<3>,
         (vertex, triangle): (u32, u32),
         foot: &[f64; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
     ) {
         let p = self.skin.point(vertex, at);
         let points = self.skin.triangle(triangle, at);
@@ -35,7 +35,7 @@ impl Shell {
         operator: &mut Operator<3>,
         [main, target]: [u32; 2],
         (foot, along): (&[f64; 2], Option<&[f64; 3]>),
-        at: Positions<3>,
+        at: Configuration<3>,
     ) {
         let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
         let outward = along.copied();

@@ -4,7 +4,7 @@
 use crate::contact::narrow_phase::point_triangle::Facing;
 use crate::contact::surface::boundary_3d::Shell;
 use crate::contact::surface::{
-    FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, Positions, Surface, beyond_reentrant,
+    Configuration, FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, Surface, beyond_reentrant,
 };
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
@@ -20,7 +20,7 @@ impl Shell {
         &self,
         (vertex, triangle): (u32, u32),
         facing: &Facing,
-        at: Positions<3>,
+        at: Configuration<3>,
         depth: f64,
     ) -> bool {
         let is_near = || {
@@ -46,7 +46,7 @@ impl Shell {
         &self,
         edges: [u32; 2],
         foot: &[f64; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         depth: f64,
     ) -> bool {
         edges.iter().zip(foot).all(|(&edge, &foot)| {
@@ -60,7 +60,7 @@ impl Shell {
     }
 
     /// Whether two triangles look at each other, as those of a re-entrant corner.
-    pub(crate) fn face_each_other(&self, triangles: [u32; 2], at: Positions<3>) -> bool {
+    pub(crate) fn face_each_other(&self, triangles: [u32; 2], at: Configuration<3>) -> bool {
         let faces = |from: u32, to: u32| {
             let [a, b, c] = self.skin.triangle(to, at);
             let middle = scale(1.0 / 3.0, &add(&add(&a, &b), &c));
@@ -81,7 +81,7 @@ impl Shell {
         &self,
         edges: [u32; 2],
         outward: [[f64; 3]; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> bool {
         let [ends, others] = edges.map(|edge| self.skin.edges[edge as usize].ends);
         let Some(&corner) = ends.iter().find(|end| others.contains(end)) else {
@@ -95,7 +95,7 @@ impl Shell {
     }
 
     /// The least turn of the edges that begin at a corner, rad.
-    fn least_turn(&self, corner: u32, at: Positions<3>) -> f64 {
+    fn least_turn(&self, corner: u32, at: Configuration<3>) -> f64 {
         let edges = self.skin.edges_at(corner).iter();
         let turns = edges.map(|&edge| self.skin.turn(edge, at));
         turns.fold(f64::MAX, f64::min)
@@ -108,7 +108,7 @@ impl Shell {
         vertex: u32,
         (triangle, k): (u32, usize),
         normal: &[f64; 3],
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> bool {
         let points = self.skin.triangle(triangle, at);
         let along = sub(&points[(k + 1) % 3], &points[k]);
@@ -122,7 +122,7 @@ impl Shell {
 
     /// The lowest an edge from a vertex leads over a plane with this normal: the sine
     /// of its angle with it.
-    pub(crate) fn lowest_edge(&self, vertex: u32, normal: &[f64; 3], at: Positions<3>) -> f64 {
+    pub(crate) fn lowest_edge(&self, vertex: u32, normal: &[f64; 3], at: Configuration<3>) -> f64 {
         let edges = self.skin.edges_at(vertex).iter();
         let heights = edges.map(|&edge| {
             let away = self.skin.away(vertex, edge, at);
@@ -133,7 +133,12 @@ impl Shell {
 
     /// The lowest a face beside a main edge leads over a plane with this normal, or one
     /// beside a target edge under it: the sine of its angle with it.
-    pub(crate) fn lowest_side(&self, edges: [u32; 2], normal: &[f64; 3], at: Positions<3>) -> f64 {
+    pub(crate) fn lowest_side(
+        &self,
+        edges: [u32; 2],
+        normal: &[f64; 3],
+        at: Configuration<3>,
+    ) -> f64 {
         let of = |(edge, sign): (u32, f64)| {
             let sides = self.skin.directions_into_sides(edge, at);
             let heights = sides.into_iter().flatten();
@@ -149,7 +154,7 @@ impl Shell {
         &self,
         vertex: u32,
         triangle: u32,
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> Option<Pair> {
         let (k, _) = self.facing(vertex, triangle, at).outside();
         let next = self.skin.across(triangle, k)?;
@@ -164,7 +169,7 @@ impl Shell {
         &self,
         edges: [u32; 2],
         foot: &[f64; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> Option<Pair> {
         let beyond = |k: usize| (-foot[k]).max(foot[k] - 1.0) * self.length(edges[k], at);
         let k = usize::from(beyond(1) > beyond(0));
@@ -193,7 +198,7 @@ impl Shell {
     pub(crate) fn end_on_face(
         &self,
         edges: [u32; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         tolerance: f64,
     ) -> Option<(Pair, bool)> {
         let crossing = self.crossing(edges[0], edges[1], at)?;

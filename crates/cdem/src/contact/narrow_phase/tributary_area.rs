@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 use crate::contact::narrow_phase::classification::Few;
 use crate::contact::narrow_phase::classification::Place;
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{FLUSH, Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, FLUSH, Pair, Surface};
 use crate::math::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
 
 /// A facet in the plane of a contact.
@@ -51,7 +51,7 @@ impl Plane {
 
 impl Patch {
     /// A facet, counter-clockwise about the normal of contact.
-    fn new(shell: &Shell, facet: u32, plane: &Plane, at: Positions<3>) -> Self {
+    fn new(shell: &Shell, facet: u32, plane: &Plane, at: Configuration<3>) -> Self {
         let mut vertices = SmallVec::from_slice(shell.skin.facet(facet));
         let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
             .iter()
@@ -143,7 +143,7 @@ impl Shell {
         &self,
         pair: Pair,
         places: &[Place; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
         let Some(normal) = self.normal(pair, at) else {
@@ -206,7 +206,7 @@ impl Shell {
         &self,
         [main, target]: [&[u32]; 2],
         (normal, plane): (&[f64; 3], &Plane),
-        at: Positions<3>,
+        at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
         let mut sum = 0.0;
@@ -237,7 +237,7 @@ impl Shell {
     }
 
     /// Facets of triangles that lie in the plane of a contact, each once.
-    fn flush_facets(&self, triangles: &[u32], normal: &[f64; 3], at: Positions<3>) -> Few {
+    fn flush_facets(&self, triangles: &[u32], normal: &[f64; 3], at: Configuration<3>) -> Few {
         let flush = |triangle: &&u32| {
             let own = self.skin.normal(**triangle, at);
             norm(&cross(&own, normal)) <= FLUSH
@@ -255,7 +255,7 @@ impl Shell {
         patch: &Patch,
         from: &[u32],
         (normal, plane): (&[f64; 3], &Plane),
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> Vec<Patch> {
         let mut waiting = Few::from_slice(from);
         let mut known = waiting.clone(); // sorted, as those given are

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Feature, Mark, PART, Pair, Positions};
+use crate::contact::surface::{Configuration, Feature, Mark, PART, Pair};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 impl Shell {
-    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Positions<3>) -> Mark<3> {
+    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Configuration<3>) -> Mark<3> {
         Mark {
             place: self.skin.point(vertex, rest),
             on: Feature::Vertex,
@@ -15,7 +15,7 @@ impl Shell {
         }
     }
 
-    pub(super) fn mark_on_edge(&self, edge: u32, foot: f64, rest: Positions<3>) -> Mark<3> {
+    pub(super) fn mark_on_edge(&self, edge: u32, foot: f64, rest: Configuration<3>) -> Mark<3> {
         let [a, b] = self.skin.edge(edge, rest);
         let along = sub(&b, &a);
         let mut place = a;
@@ -31,7 +31,7 @@ impl Shell {
         &self,
         triangle: u32,
         foot: &[f64; 2],
-        rest: Positions<3>,
+        rest: Configuration<3>,
     ) -> Mark<3> {
         let [a, b, c] = self.skin.triangle(triangle, rest);
         let mut place = a;
@@ -45,7 +45,7 @@ impl Shell {
     }
 
     /// Sum of the normals of the triangles at a vertex.
-    fn outward_at(&self, vertex: u32, rest: Positions<3>) -> [f64; 3] {
+    fn outward_at(&self, vertex: u32, rest: Configuration<3>) -> [f64; 3] {
         let triangles = self.skin.triangles_at(vertex).iter();
         let normals = triangles.map(|&triangle| self.skin.normal(triangle, rest));
         normals.fold([0.0; 3], |sum, normal| add(&sum, &normal))
@@ -56,7 +56,7 @@ impl Shell {
         &self,
         [main, target]: &[Mark<3>; 2],
         [own, others]: [Range<u32>; 2],
-        rest: Positions<3>,
+        rest: Configuration<3>,
     ) -> Option<(Pair, [f64; 2])> {
         match (main.on, target.on) {
             (Feature::Vertex, Feature::Face) => {
@@ -105,7 +105,7 @@ impl Shell {
         &self,
         mark: &Mark<3>,
         nodes: &Range<u32>,
-        rest: Positions<3>,
+        rest: Configuration<3>,
     ) -> Option<(u32, [f64; 2])> {
         let all = 0..self.skin.triangles.len() as u32;
         let own = self.of_block(all, nodes, |t| self.skin.nodes_of_triangle(t)[0]);
@@ -133,7 +133,7 @@ impl Shell {
         mark: &Mark<3>,
         direction: &[f64; 3],
         nodes: &Range<u32>,
-        rest: Positions<3>,
+        rest: Configuration<3>,
     ) -> Option<(u32, f64)> {
         let all = 0..self.skin.edges.len() as u32;
         let own = self.of_block(all, nodes, |e| self.skin.nodes_of_edge(e)[0]);

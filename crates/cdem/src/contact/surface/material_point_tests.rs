@@ -1,9 +1,9 @@
 //! Marks on a block with a crack: what is on one lip is not found on the other.
 
 use crate::contact::detection::candidates::Patches;
-use crate::contact::surface::Positions;
+use crate::contact::surface::Configuration;
 use crate::mesh::{Block, Element, ElementKind, Mesh};
-use crate::simulation::dimension::{PLANE, SOLID, Space};
+use crate::refinement::dimension::{PLANE, SOLID, Space};
 
 /// Two cells beside each other, joined at the bottom alone, and one above them.
 fn cracked<const D: usize>(kind: ElementKind) -> Mesh<D> {
@@ -59,7 +59,7 @@ fn are_found_again<const D: usize>(space: Space<D>, kind: ElementKind) {
     let block_of = |node: u32| u32::from(!mesh.blocks[0].nodes.contains(&node));
     let blocks: Vec<u32> = (0..mesh.nodes.len() as u32).map(block_of).collect();
     let still = vec![[0.0; D]; mesh.nodes.len()];
-    let rest = Positions::new(&mesh.nodes, &still);
+    let rest = Configuration::new(&mesh.nodes, &still);
     let patches = Patches::new(&*surface, &blocks, &mesh.nodes);
     let pairs = patches.overlapping(&*surface, rest, &|_| ALL, &|[a, b]| a != b);
     assert!(pairs.len() > 8 * D);

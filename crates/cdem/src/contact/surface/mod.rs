@@ -2,6 +2,8 @@
 
 pub(crate) mod boundary_2d;
 pub(crate) mod boundary_3d;
+pub(crate) mod configuration;
+pub(crate) mod contact_kind;
 pub(crate) mod geometry_cache;
 pub(crate) mod material_point;
 #[cfg(test)]
@@ -15,9 +17,10 @@ use smallvec::SmallVec;
 
 use crate::contact::ccd::signed_volume::Slack;
 use crate::contact::detection::grid::Aabb;
+pub(crate) use crate::contact::surface::configuration::Configuration;
+use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::geometry_cache::Formed;
-use crate::math::vector::{add, add_scaled, dot, norm};
-use crate::output::ContactKind;
+use crate::math::vector::{add_scaled, dot, norm};
 
 /// Nodes that a contact constraint touches at most: two edges, each from a
 /// corner of a quadrilateral to the mean of its four.
@@ -54,19 +57,6 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
     }
 }
 
-/// Current positions, m: rest positions plus displacements, and what constant
-/// velocities have added since.
-#[derive(Clone, Copy)]
-pub(crate) struct Positions<'a, const D: usize> {
-    rest: &'a [[f64; D]],
-    /// Empty where all nodes are at rest.
-    displacement: &'a [[f64; D]],
-    /// Velocities, m/s, and for how long, s.
-    drift: Option<(&'a [[f64; D]], f64)>,
-    /// What is known of the surface at these positions, if that is kept.
-    pub(super) formed: Option<&'a Formed<D>>,
-}
-
 /// Whether two features may touch within some reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Nearness {
@@ -84,74 +74,6 @@ pub(crate) enum Nearness {
 /// edges sharpen, all at first order. It ends before nodes have moved by a 16th of the
 /// smallest length that bears on it, within which the rest is far less.
 pub(crate) const STEEP: f64 = 4.0;
-
-impl<'a, const D: usize> Positions<'a, D> {
-    /// Positions from rest positions and displacements.
-    ///
-    /// # Panics
-    /// If there are not as many of both.
-    pub(crate) fn new(rest: &'a [[f64; D]], displacement: &'a [[f64; D]]) -> Self {
-        assert_eq!(rest.len(), displacement.len());
-        Self {
-            displacement,
-            ..Self::at_rest(rest)
-        }
-    }
-
-    /// Rest positions.
-    pub(crate) fn at_rest(rest: &'a [[f64; D]]) -> Self {
-        Self {
-            rest,
-            displacement: &[],
-            drift: None,
-            formed: None,
-        }
-    }
-
-    /// The same with where to keep what is worked out of the surface at them, if it is kept:
-    /// empty room, or such as has been asked at these very positions of the same surface only.
-    pub(crate) fn with<'b>(self, formed: Option<&'b Formed<D>>) -> Positions<'b, D>
-    where
-        'a: 'b,
-    {
-        Positions { formed, ..self }
-    }
-
-    /// Where the nodes will be after `time` at constant velocities.
-    pub(crate) fn after(self, velocity: &'a [[f64; D]], time: f64) -> Self {
-        Self {
-            drift: Some((velocity, time)),
-            formed: None,
-            ..self
-        }
-    }
-
-    /// A share of the way from here to where the nodes are `later` in the same drift.
-    pub(crate) fn towards(self, later: Self, share: f64) -> Self {
-        let time = |of: Self| of.drift.map_or(0.0, |(_, time)| time);
-        let [from, to] = [self, later].map(time);
-        let drift = later.drift.or(self.drift);
-        Self {
-            drift: drift.map(|(velocity, _)| (velocity, from + share * (to - from))),
-            formed: None,
-            ..later
-        }
-    }
-
-    /// Position of a node.
-    #[inline]
-    pub(crate) fn at(&self, node: u32) -> [f64; D] {
-        let node = node as usize;
-        let mut position = self.rest[node];
-        if let Some(displacement) = self.displacement.get(node) {
-            position = add(&position, displacement);
-        }
-        if let Some((velocity, time)) = self.drift {
-            add_scaled(&mut position, time, &velocity[node]);
-        }
-        position
-    }
-}
 
 /// A main feature against a target feature: in 2-D a vertex and an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -300,12 +222,12 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn families(&self) -> Vec<[Range<u32>; 2]>;
     /// Box around a main feature, grown by the `margin` that its nodes may move, m; empty
     /// where nothing can touch it until then.
-    fn main_box(&self, main: u32, at: Positions<D>, margin: f64) -> Aabb<D> {
+    fn main_box(&self, main: u32, at: Configuration<D>, margin: f64) -> Aabb<D> {
         let nodes = self.main_nodes(main).iter();
         Aabb::around(nodes.map(|&node| at.at(node)), margin)
     }
     /// The same around a target feature.
-    fn target_box(&self, target: u32, at: Positions<D>, margin: f64) -> Aabb<D> {
+    fn target_box(&self, target: u32, at: Configuration<D>, margin: f64) -> Aabb<D> {
         let nodes = self.target_nodes(target).iter();
         Aabb::around(nodes.map(|&node| at.at(node)), margin)
     }
@@ -316,14 +238,14 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     }
     /// Distance between the features of a pair, m, or less: never more, and it
     /// changes by no more than the nodes of both features move.
-    fn apart(&self, pair: Pair, at: Positions<D>) -> f64 {
+    fn apart(&self, pair: Pair, at: Configuration<D>) -> f64 {
         let main = self.main_box(pair.main, at, 0.0);
         main.apart(&self.target_box(pair.target, at, 0.0))
     }
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
     /// is what they may lie in each other. Only asked of features no farther
     /// [`apart`](Self::apart) than 1.5 of both together.
-    fn nearness(&self, pair: Pair, at: Positions<D>, reach: f64, tolerance: f64) -> Nearness {
+    fn nearness(&self, pair: Pair, at: Configuration<D>, reach: f64, tolerance: f64) -> Nearness {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
         if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
@@ -336,40 +258,40 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     /// as long as it is flat; nor do corners and edges that only just meet, as those
     /// of stones side by side and one above the other: it takes a motion to say
     /// which way.
-    fn presses(&self, _pair: Pair, _at: Positions<D>, _tolerance: f64) -> bool {
+    fn presses(&self, _pair: Pair, _at: Configuration<D>, _tolerance: f64) -> bool {
         true
     }
     /// Whether a point has two contacts, as in a re-entrant corner, whose sides face
     /// each other: neither leaves nothing to the other.
-    fn both_bear(&self, one: Pair, other: Pair, at: Positions<D>) -> bool;
+    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<D>) -> bool;
     /// Where the main point lies with respect to the target.
-    fn project(&self, pair: Pair, at: Positions<D>) -> Projection;
+    fn project(&self, pair: Pair, at: Configuration<D>) -> Projection;
     /// Gap of a pair whose normal, out of the target, goes the way of `along`, m; `None` for
     /// parallel edges.
-    fn gap(&self, pair: Pair, at: Positions<D>, _along: &[f64; D]) -> Option<f64> {
+    fn gap(&self, pair: Pair, at: Configuration<D>, _along: &[f64; D]) -> Option<f64> {
         let projection = self.project(pair, at);
         projection.outside.is_finite().then_some(projection.gap)
     }
     /// Unit normal of a contact, out of the target; `None` for parallel edges.
-    fn normal(&self, pair: Pair, at: Positions<D>) -> Option<[f64; D]>;
+    fn normal(&self, pair: Pair, at: Configuration<D>) -> Option<[f64; D]>;
     /// Whether the target's inward normal lies in the main feature's normal
     /// cone: without it, flush corners press sideways (design, section 4.3).
-    fn admits(&self, pair: Pair, at: Positions<D>) -> bool;
+    fn admits(&self, pair: Pair, at: Configuration<D>) -> bool;
     /// Size of the target feature, m.
-    fn target_size(&self, target: u32, at: Positions<D>) -> f64;
+    fn target_size(&self, target: u32, at: Configuration<D>) -> f64;
     /// Earliest touch within `duration` at constant velocities: of what is in front, or
     /// comes in, moving farther in, no deeper than `depth` inside.
     fn time_of_impact(
         &self,
         pair: Pair,
-        at: Positions<D>,
+        at: Configuration<D>,
         velocity: &[[f64; D]],
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
     /// Whether the features of a pair may be such that they touch in a drift from `at` to its
     /// `end`, at a glance: edges within flat faces are not.
-    fn may_touch(&self, _pair: Pair, _at: Positions<D>, _end: Positions<D>) -> bool {
+    fn may_touch(&self, _pair: Pair, _at: Configuration<D>, _end: Configuration<D>) -> bool {
         true
     }
     /// Whether a pair that touches, within some slack, stays as it is for `duration` at
@@ -379,26 +301,31 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
     fn rests(
         &self,
         pair: Pair,
-        at: Positions<D>,
+        at: Configuration<D>,
         velocity: &[[f64; D]],
         duration: f64,
         slack: Slack,
     ) -> bool;
     /// The pairs of all features around the point of a pair, within `tolerance`, which may
     /// touch there as well; of a point in the middle of a feature none but the pair itself.
-    fn beside(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> Pairs;
+    fn beside(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> Pairs;
     /// The target feature on which a point goes on that has left this one.
-    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Option<Pair>;
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Option<Pair>;
     /// The pair that goes on bearing where the point of one has left its features by more
     /// than the tolerance, and whether its main block is the other's target: of an edge that
     /// slides lengthwise off one it lies on flush, its end.
-    fn successor(&self, _pair: Pair, _at: Positions<D>, _tolerance: f64) -> Option<(Pair, bool)> {
+    fn successor(
+        &self,
+        _pair: Pair,
+        _at: Configuration<D>,
+        _tolerance: f64,
+    ) -> Option<(Pair, bool)> {
         None
     }
     /// Whether two pairs say the same: one physical contact is counted once.
-    fn same_contact(&self, one: Pair, other: Pair, at: Positions<D>, tolerance: f64) -> bool;
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<D>, tolerance: f64) -> bool;
     /// The point of contact on the main feature, m.
-    fn point(&self, pair: Pair, at: Positions<D>) -> [f64; D] {
+    fn point(&self, pair: Pair, at: Configuration<D>) -> [f64; D] {
         at.at(self.main_nodes(pair.main)[0])
     }
     /// Makes an operator that of the relative motion of the pair with the target point anchored
@@ -409,24 +336,24 @@ pub(crate) trait Surface<const D: usize>: Send + Sync {
         operator: &mut Operator<D>,
         pair: Pair,
         foot: &[f64; 2],
-        at: Positions<D>,
+        at: Configuration<D>,
         along: Option<&[f64; D]>,
     );
     /// A new one, whose normal goes the way that the surface says.
-    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Positions<D>) -> Operator<D> {
+    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Operator<D> {
         let mut operator = Operator::default();
         self.relate(&mut operator, pair, foot, at, None);
         operator
     }
     /// Where the points of a pair with this `foot` are: on the main and on the target.
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<D>) -> [Mark<D>; 2];
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<D>) -> [Mark<D>; 2];
     /// The pair with its points there, on blocks of these nodes, and its foot.
     fn at_marks(
         &self,
         marks: &[Mark<D>; 2],
         nodes: [Range<u32>; 2],
-        rest: Positions<D>,
+        rest: Configuration<D>,
     ) -> Option<(Pair, [f64; 2])>;
     /// Configuration of the two blocks at the pair, and its tributary area, m².
-    fn classify(&self, pair: Pair, at: Positions<D>, tolerance: f64) -> (ContactKind, f64);
+    fn classify(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> (ContactKind, f64);
 }

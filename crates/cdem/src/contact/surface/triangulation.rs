@@ -2,7 +2,7 @@
 //! vertices.
 
 use crate::contact::detection::grid::Aabb;
-use crate::contact::surface::Positions;
+use crate::contact::surface::Configuration;
 use crate::contact::surface::geometry_cache::{Formed, Ridge, Shape};
 use crate::math::adjacency::Around;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
@@ -243,34 +243,34 @@ impl Skin {
 
     /// Position of a corner, m.
     #[inline]
-    pub(crate) fn point(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
-        match at.formed {
+    pub(crate) fn point(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
+        match at.cache() {
             Some(formed) => formed.points.get(corner, || self.point_of(corner, at)),
             None => self.point_of(corner, at),
         }
     }
 
     /// The same, whether it is kept or not.
-    fn point_of(&self, corner: u32, at: Positions<3>) -> [f64; 3] {
+    fn point_of(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
         self.mean(corner, |node| at.at(node))
     }
 
-    /// Positions of a triangle's corners, m.
-    pub(crate) fn triangle(&self, triangle: u32, at: Positions<3>) -> [[f64; 3]; 3] {
+    /// Configuration of a triangle's corners, m.
+    pub(crate) fn triangle(&self, triangle: u32, at: Configuration<3>) -> [[f64; 3]; 3] {
         let [a, b, c] = self.triangles[triangle as usize].corners;
         [self.point(a, at), self.point(b, at), self.point(c, at)]
     }
 
-    /// Positions of an edge's ends, m.
-    pub(crate) fn edge(&self, edge: u32, at: Positions<3>) -> [[f64; 3]; 2] {
+    /// Configuration of an edge's ends, m.
+    pub(crate) fn edge(&self, edge: u32, at: Configuration<3>) -> [[f64; 3]; 2] {
         let [a, b] = self.edges[edge as usize].ends;
         [self.point(a, at), self.point(b, at)]
     }
 
     /// Outward unit normal of a triangle.
     #[inline]
-    pub(crate) fn normal(&self, triangle: u32, at: Positions<3>) -> [f64; 3] {
-        match at.formed {
+    pub(crate) fn normal(&self, triangle: u32, at: Configuration<3>) -> [f64; 3] {
+        match at.cache() {
             Some(_) => self.shape(triangle, at).normal,
             None => scaled_normal(&self.triangle(triangle, at)).0,
         }
@@ -278,15 +278,15 @@ impl Skin {
 
     /// How a triangle lies.
     #[inline]
-    fn shape(&self, triangle: u32, at: Positions<3>) -> Shape {
-        match at.formed {
+    fn shape(&self, triangle: u32, at: Configuration<3>) -> Shape {
+        match at.cache() {
             Some(formed) => formed.shapes.get(triangle, || self.shape_of(triangle, at)),
             None => self.shape_of(triangle, at),
         }
     }
 
     /// The same, whether it is kept or not.
-    fn shape_of(&self, triangle: u32, at: Positions<3>) -> Shape {
+    fn shape_of(&self, triangle: u32, at: Configuration<3>) -> Shape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
         let [a, b, c] = corners;
@@ -305,7 +305,7 @@ impl Skin {
     }
 
     /// Direction from `corner` along an edge that ends there, of its length.
-    pub(crate) fn away(&self, corner: u32, edge: u32, at: Positions<3>) -> [f64; 3] {
+    pub(crate) fn away(&self, corner: u32, edge: u32, at: Configuration<3>) -> [f64; 3] {
         let [a, b] = self.edge(edge, at);
         if self.edges[edge as usize].ends[0] == corner {
             sub(&b, &a)
@@ -319,7 +319,7 @@ impl Skin {
     pub(crate) fn directions_into_sides(
         &self,
         edge: u32,
-        at: Positions<3>,
+        at: Configuration<3>,
     ) -> Option<[[f64; 3]; 2]> {
         let sides = self.edges[edge as usize].sides?;
         let [a, b] = self.edge(edge, at);
@@ -331,7 +331,7 @@ impl Skin {
 
     /// Angle by which the boundary turns at an edge, rad: positive where it is
     /// convex, and where more than two triangles meet.
-    pub(crate) fn turn(&self, edge: u32, at: Positions<3>) -> f64 {
+    pub(crate) fn turn(&self, edge: u32, at: Configuration<3>) -> f64 {
         let Some(sides) = self.edges[edge as usize].sides else {
             return std::f64::consts::PI;
         };
@@ -343,7 +343,13 @@ impl Skin {
 
     /// Sine and cosine of the angle by which the boundary turns from one triangle to
     /// another over the edge `along`, of a length, m.
-    fn turned(&self, sides: [u32; 2], along: &[f64; 3], length: f64, at: Positions<3>) -> [f64; 2] {
+    fn turned(
+        &self,
+        sides: [u32; 2],
+        along: &[f64; 3],
+        length: f64,
+        at: Configuration<3>,
+    ) -> [f64; 2] {
         let [one, other] = sides.map(|side| self.normal(side, at));
         let sine = dot(&cross(&one, &other), along) / length;
         [sine, dot(&one, &other)]
@@ -352,12 +358,12 @@ impl Skin {
     /// Whether an edge can meet other edges: it is convex, and so sharp that one
     /// laid across it would sink in by more than a quarter of the tolerance
     /// before its ends touch.
-    pub(crate) fn is_sharp(&self, edge: u32, at: Positions<3>) -> bool {
+    pub(crate) fn is_sharp(&self, edge: u32, at: Configuration<3>) -> bool {
         self.is_sharp_under(edge, 0.0, at)
     }
 
     /// The same for one of a length, m, that may reach over many edges which turn alike.
-    pub(crate) fn is_sharp_under(&self, edge: u32, length: f64, at: Positions<3>) -> bool {
+    pub(crate) fn is_sharp_under(&self, edge: u32, length: f64, at: Configuration<3>) -> bool {
         let ridge = self.ridge(edge, at);
         let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
         ridge.height * widened > SAGITTA * self.tolerance
@@ -370,7 +376,7 @@ impl Skin {
     /// way to the far corner of the first, the sine of its turn is −N₂·c |e|/|N₁||N₂|. Its arm is
     /// 1/(|e|/|N₁| + |e|/|N₂|), and times that sine −N₂·c/(|N₁| + |N₂|), which is no more than
     /// over |N₁ + N₂|.
-    pub(crate) fn is_flat_under(&self, edge: u32, length: f64, at: Positions<3>) -> bool {
+    pub(crate) fn is_flat_under(&self, edge: u32, length: f64, at: Configuration<3>) -> bool {
         let Edge { ends, sides, .. } = &self.edges[edge as usize];
         let Some(sides) = *sides else {
             return false;
@@ -415,7 +421,7 @@ impl Skin {
     /// With m the least height, a way w of all turns each of the two triangles by 2w/m
     /// at most, so raises the ridge by 4aw/m at first order; a fifth more covers what m
     /// and the arm a change by meanwhile.
-    pub(crate) fn sharpens_after(&self, edge: u32, length: f64, at: Positions<3>) -> f64 {
+    pub(crate) fn sharpens_after(&self, edge: u32, length: f64, at: Configuration<3>) -> f64 {
         let ridge = self.ridge(edge, at);
         if ridge.height.is_infinite() {
             return f64::NEG_INFINITY;
@@ -431,22 +437,22 @@ impl Skin {
     /// Whether an edge is sharp or may be so before nodes beside it have moved by
     /// `margin`, m: each triangle turns by twice that over its smallest height, or less,
     /// and where that is no small angle anything may be.
-    pub(super) fn may_be_sharp(&self, edge: u32, at: Positions<3>, margin: f64) -> bool {
+    pub(super) fn may_be_sharp(&self, edge: u32, at: Configuration<3>, margin: f64) -> bool {
         let turns = 4.0 * margin / self.ridge(edge, at).least_height;
         turns > SMALL || self.turn(edge, at) > REENTRANT - turns
     }
 
     /// How an edge stands out.
     #[inline]
-    pub(crate) fn ridge(&self, edge: u32, at: Positions<3>) -> Ridge {
-        match at.formed {
+    pub(crate) fn ridge(&self, edge: u32, at: Configuration<3>) -> Ridge {
+        match at.cache() {
             Some(formed) => formed.ridges.get(edge, || self.ridge_of(edge, at)),
             None => self.ridge_of(edge, at),
         }
     }
 
     /// The same, whether it is kept or not.
-    fn ridge_of(&self, edge: u32, at: Positions<3>) -> Ridge {
+    fn ridge_of(&self, edge: u32, at: Configuration<3>) -> Ridge {
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);
         let length = norm(&along);
@@ -469,7 +475,7 @@ impl Skin {
     }
 
     /// Sum of the normals on the two sides of an edge.
-    pub(crate) fn outward(&self, edge: u32, at: Positions<3>) -> [f64; 3] {
+    pub(crate) fn outward(&self, edge: u32, at: Configuration<3>) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
             add_scaled(&mut sum, 1.0, &self.normal(side, at));
@@ -483,7 +489,7 @@ impl Skin {
         &self,
         edge: u32,
         length: f64,
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         duration: f64,
     ) -> bool {

@@ -1,8 +1,9 @@
 //! Boxes: a lattice of cells, each cut into elements.
 
 use crate::math::format::short;
-use crate::mesh::shape::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
+use crate::mesh::shape::{facet_kind, fault, push, with_sides};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
+use crate::scene::check::block::MOST_ELEMENTS;
 
 /// A box between two corners, of `divisions` cells along each axis.
 ///

@@ -6,10 +6,6 @@ pub(crate) mod polygon;
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawGroup, RawMesh};
 use crate::scene::Geometry;
 
-/// Most elements of a shape. More is a slip of the pen: they would take minutes
-/// to make, and more memory than most machines have.
-pub(crate) const MOST_ELEMENTS: f64 = 2e7;
-
 /// The mesh of a shape: a box or a polygon of a scene, in `D` dimensions.
 ///
 /// Groups are called `block.xmin` … for boxes and `block.edge1` … for polygons.

@@ -11,9 +11,10 @@ use spade::{
 use crate::math::format::{short, significant};
 use crate::math::vector::{cross2, dot, sub};
 use crate::mesh::error::FARTHEST;
-use crate::mesh::shape::{MOST_ELEMENTS, facet_kind, fault, push, with_sides};
+use crate::mesh::shape::{facet_kind, fault, push, with_sides};
 use crate::mesh::vector::{between, centre, distance};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh, coordinates};
+use crate::scene::check::block::MOST_ELEMENTS;
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 

@@ -1,12 +1,16 @@
 //! Blocks: geometry, placement, initial motion.
 
 use crate::math::format::short;
-use crate::mesh::{ElementKind, MOST_ELEMENTS};
 use crate::scene::check::Check;
 use crate::scene::check::names::Sort;
 use crate::scene::check::value::{OneOf, POSITIVE};
+use crate::scene::element_kind::ElementKind;
 use crate::scene::input::{self, Length, NumberOrVector, Quantity, QuantityOr};
 use crate::scene::{Block, Geometry, KeyPath, Problem, Rotation};
+
+/// Most elements of a shape. More is a slip of the pen: they would take minutes
+/// to make, and more memory than most machines have.
+pub(crate) const MOST_ELEMENTS: f64 = 2e7;
 
 impl Check {
     pub(super) fn block(&mut self, at: &KeyPath, input: &input::Block) -> Option<Block> {

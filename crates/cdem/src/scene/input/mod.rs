@@ -17,7 +17,7 @@ pub(crate) use crate::scene::input::varying::{
     AxisAngle, NumberOrVector, QuantityOr, Rotate, Row, Varying, VaryingVector,
 };
 
-use crate::mesh::ElementKind;
+use crate::scene::element_kind::ElementKind;
 use crate::scene::{ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, Split, Zone};
 
 /// A scene of colliding deformable blocks. Numbers are in SI units, angles in

@@ -56,7 +56,7 @@ impl<const D: usize> Run<D> {
                 self.centre(block, &mut shift);
             }
             moves[nodes.clone()].copy_from_slice(&shift);
-            let harmed = contacts.harmed(at, &moves);
+            let harmed = contacts.harmed(at.into(), &moves);
             let harmed = &harmed[nodes.clone()];
             if !harmed.contains(&true) {
                 return Some(shift);

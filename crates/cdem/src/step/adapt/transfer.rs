@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::contact::remap::Sight;
-use crate::contact::surface::Positions;
 use crate::element::{ElementSet, Past, Places};
 use crate::math::adjacency::Around;
 use crate::math::vector::sub;
 use crate::mesh::{Element, Mesh};
+use crate::model::positions::Positions;
 use crate::model::{Model, State};
 use crate::refinement::{Change, Cover, SecondScale, Transfer, predecessors};
 use crate::step::Run;
@@ -145,12 +145,12 @@ impl<const D: usize> Run<D> {
         };
         let mesh = &self.model.mesh;
         let old = Sight {
-            at: Positions::new(&old_mesh.nodes, old_displacement),
-            rest: Positions::at_rest(&old_mesh.nodes),
+            at: Positions::new(&old_mesh.nodes, old_displacement).into(),
+            rest: Positions::at_rest(&old_mesh.nodes).into(),
         };
         let new = Sight {
-            at: Positions::new(&mesh.nodes, &self.state.displacement),
-            rest: Positions::at_rest(&mesh.nodes),
+            at: Positions::new(&mesh.nodes, &self.state.displacement).into(),
+            rest: Positions::at_rest(&mesh.nodes).into(),
         };
         let mut changed = vec![false; self.model.blocks.len()];
         blocks.iter().for_each(|&block| changed[block] = true);

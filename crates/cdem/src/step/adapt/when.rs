@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
 use crate::contact::remap::{Foreseen, Place};
-use crate::contact::surface::Positions;
 use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
+use crate::model::positions::Positions;
 use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
 use crate::step::Run;
 
@@ -103,7 +103,7 @@ impl<const D: usize> Run<D> {
         let can_be = |change: Change<D>| self.settled(second, change, contacts, &mut moves);
         let mut changes: Vec<Change<D>> = changes.into_iter().filter_map(can_be).collect();
         if changes.iter().any(|change| change.displacement.is_some()) {
-            let harmed = contacts.harmed(at, &moves);
+            let harmed = contacts.harmed(at.into(), &moves);
             changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
         }
         changes
@@ -133,7 +133,7 @@ impl<const D: usize> Run<D> {
         moves[nodes.clone()].copy_from_slice(&transfer.moves(own, &after));
         if !kept.contains(&true) {
             let at = self.model.positions(&self.state);
-            let lift = contacts.lift(block as u32, at, moves);
+            let lift = contacts.lift(block as u32, at.into(), moves);
             for moved in after.iter_mut().chain(&mut moves[nodes.clone()]) {
                 add_scaled(moved, 1.0, &lift.unwrap_or([0.0; D]));
             }
@@ -174,8 +174,9 @@ impl<const D: usize> Run<D> {
         contacts: &Contacts<D>,
         foreseen: &mut Foreseen<D>,
     ) {
-        let (at, velocity) = (self.model.positions(&self.state), &self.state.velocity);
-        let rest = Positions::at_rest(&self.model.mesh.nodes);
+        let at = self.model.positions(&self.state).into();
+        let velocity = &self.state.velocity;
+        let rest = Positions::at_rest(&self.model.mesh.nodes).into();
         let horizon = AHEAD * self.model.step;
         contacts.foresee(at, velocity, rest, horizon, foreseen);
         for (blocks, places) in foreseen.of_blocks() {

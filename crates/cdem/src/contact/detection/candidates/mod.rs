@@ -36,10 +36,10 @@ mod tests;
 pub(crate) use crate::contact::detection::clusters::Patches;
 
 use crate::contact::detection::active_candidates::Soon;
-use crate::contact::surface::{Nearness, Pair, Positions, STEEP, Surface};
+use crate::contact::surface::{Configuration, Nearness, Pair, STEEP, Surface};
+use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::serde_pod;
 use crate::math::vector::{dot, norm, sub};
-use crate::model::AT_ONCE as NODES_AT_ONCE;
 use crate::model::block_max::Largest;
 use crate::model::time_levels::Joined;
 
@@ -190,7 +190,7 @@ impl<const D: usize> Search<D> {
     pub(crate) fn near(
         &mut self,
         blocks: &Blocks<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         (speeds, step): (&[f64], f64),
         may_meet: &dyn Fn([u32; 2]) -> bool,
         near: &mut Vec<Pair>,
@@ -251,7 +251,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// How far the blocks have moved, and whether farther than was reckoned with.
-    fn follow(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+    fn follow(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
         self.measure(blocks, at);
         self.outrun = self.let_through(blocks, at);
         let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
@@ -266,7 +266,7 @@ impl<const D: usize> Search<D> {
 
     /// Finds the longest ways of a node of each block since the last search and since the last
     /// broad phase.
-    fn measure(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+    fn measure(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
         let block_of = &blocks.block_of[..self.last.len()];
         let gone = |node: u32| {
             let n = node as usize;
@@ -280,7 +280,7 @@ impl<const D: usize> Search<D> {
     /// Whether blocks that have gone farther than their share since the
     /// last search may have gone through others: with these for shares, pairs would have
     /// been near that were not, and their own nodes have gone as far as they were apart.
-    fn let_through(&self, blocks: &Blocks<D>, at: Positions<D>) -> bool {
+    fn let_through(&self, blocks: &Blocks<D>, at: Configuration<D>) -> bool {
         let gone = |block: usize| self.lists.squares.of_blocks()[block][0].sqrt();
         let way = |nodes: &[u32]| {
             let ways = nodes.iter();
@@ -292,7 +292,7 @@ impl<const D: usize> Search<D> {
         if fast.is_empty() {
             return false;
         }
-        let before = Positions::at_rest(&self.last);
+        let before = Configuration::at_rest(&self.last);
         let missed = |number: &u32| {
             let Candidate {
                 pair, blocks: of, ..
@@ -314,7 +314,7 @@ impl<const D: usize> Search<D> {
     fn broad_phase(
         &mut self,
         blocks: &Blocks<D>,
-        at: Positions<D>,
+        at: Configuration<D>,
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
@@ -409,7 +409,7 @@ impl<const D: usize> Search<D> {
         &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
     }
 
-    fn look_at_all(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+    fn look_at_all(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
         self.look_ahead(blocks.tolerance);
         self.glance();
         self.near.clear();
@@ -462,7 +462,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// Finds out which of the candidates to be looked at are near.
-    pub(crate) fn look(&mut self, blocks: &Blocks<D>, at: Positions<D>) {
+    pub(crate) fn look(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
         let look = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
@@ -552,7 +552,7 @@ impl<const D: usize> Blocks<'_, D> {
     /// and some beyond, sorted.
     pub(crate) fn pairs_within(
         &self,
-        at: Positions<D>,
+        at: Configuration<D>,
         distance: f64,
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {

@@ -13,8 +13,8 @@ use fastrand::Rng;
 use crate::mesh::tests;
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 use crate::model::Model;
+use crate::refinement::dimension::PLANE;
 use crate::scene::{Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
-use crate::simulation::dimension::PLANE;
 use crate::step::Run;
 
 /// Wave speed, m/s; blocks move at up to 1 m/s each way.
@@ -96,10 +96,10 @@ impl Cost {
         let blocks = contacts.terms.blocks(&contacts.fixed);
         let may_meet = contacts.terms.may_meet(&contacts.fixed);
         let (with, near) = ((&*speeds, step), &mut contacts.near);
-        let mut find = || search.near(&blocks, at, with, &may_meet, near);
+        let mut find = || search.near(&blocks, at.into(), with, &may_meet, near);
         self.filter += time(3, &mut find);
-        self.broad_phase += time(1, || search.broad_phase(&blocks, at, &may_meet));
-        search.near(&blocks, at, with, &may_meet, &mut contacts.near);
+        self.broad_phase += time(1, || search.broad_phase(&blocks, at.into(), &may_meet));
+        search.near(&blocks, at.into(), with, &may_meet, &mut contacts.near);
         drop(may_meet);
         contacts.join(run.state.number);
         let number = run.state.number;

@@ -6,7 +6,7 @@ use crate::contact::detection::candidates::{APART, Blocks, Search};
 use crate::contact::detection::clusters::Patches;
 use crate::contact::surface::boundary_2d::Outline;
 use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Nearness, Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Nearness, Pair, Surface};
 use crate::math::vector::{add, cross, norm, scale};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -119,7 +119,7 @@ impl Crowd {
     }
 
     /// All pairs that are near for these shares.
-    fn near(&self, at: Positions<2>, share: &[f64]) -> Vec<Pair> {
+    fn near(&self, at: Configuration<2>, share: &[f64]) -> Vec<Pair> {
         let blocks = self.blocks();
         let count = self.block_of.len() as u32;
         let all = (0..count).flat_map(|main| (0..count).map(move |target| Pair { main, target }));
@@ -170,7 +170,7 @@ proptest! {
         let (with, mut near) = ((&*crowd.speeds, step), Vec::new());
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
-            let at = Positions::new(&nodes, &still);
+            let at = Configuration::new(&nodes, &still);
             let may_meet = |blocks| crowd.may_meet(blocks);
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
                 if number < from {
@@ -209,7 +209,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
             crowd.stones[1].centre[0] = 2.0 + moved * beside;
             crowd.stones[2].centre[0] = 50.0 + moved * far;
             let nodes = crowd.positions(0.0);
-            let (at, may_meet) = (Positions::new(&nodes, &still), |blocks| {
+            let (at, may_meet) = (Configuration::new(&nodes, &still), |blocks| {
                 crowd.may_meet(blocks)
             });
             let with = (&*crowd.speeds, 0.1);
@@ -247,7 +247,7 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
         .map(|node| u32::from(node >= mesh.blocks[1].nodes.start))
         .collect();
     let still = vec![[0.0; 3]; mesh.nodes.len()];
-    let at = Positions::new(&mesh.nodes, &still);
+    let at = Configuration::new(&mesh.nodes, &still);
     let patches = Patches::new(&shell, &block_of, &mesh.nodes);
     for margin in [0.0, 0.02, 0.3] {
         let mut all = Vec::new();
@@ -359,7 +359,7 @@ proptest! {
                     *moved = scale((0.7 * f64::from(number)).sin() * time, velocity);
                 }
             }
-            let at = Positions::new(&mesh.nodes, &displacement);
+            let at = Configuration::new(&mesh.nodes, &displacement);
             // Shares are less than what nodes move: more turns on those.
             let (with, mut near) = ((&*speeds, 0.05 * step), Vec::new());
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
@@ -414,7 +414,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
                 [if drawn { back } else { 0.0 }, 0.0, 0.0]
             });
         let warped: Vec<[f64; 3]> = warped.collect();
-        let at = Positions::new(&mesh.nodes, &warped);
+        let at = Configuration::new(&mesh.nodes, &warped);
         let with = (&[0.0, 1e-3][..], 1e-3);
         search.near(&blocks, at, with, &|[a, b]| a != b, &mut near);
         if number == 0 {

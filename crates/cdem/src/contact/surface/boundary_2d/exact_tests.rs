@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout)] // the figures are the report
 
 use crate::contact::surface::boundary_2d::Outline;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::verification::exact::{
     DEPTH, Draw, Features, Polynomial, Query, Touch, bound, difference, dot,
 };
@@ -24,7 +24,7 @@ struct Judged {
 struct Trial<'a> {
     query: &'a Query<2>,
     outline: &'a Outline,
-    at: Positions<'a, 2>,
+    at: Configuration<'a, 2>,
     velocity: &'a [[f64; 2]],
 }
 
@@ -144,7 +144,7 @@ fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
         let trial = Trial {
             query: &query,
             outline: &Outline::new(&mesh, 1.0),
-            at: Positions::new(&mesh.nodes, &still),
+            at: Configuration::new(&mesh.nodes, &still),
             velocity: &velocity,
         };
         for pair in trial.pairs() {

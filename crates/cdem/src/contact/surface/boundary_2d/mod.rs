@@ -8,13 +8,13 @@ mod tests;
 use std::ops::Range;
 
 use crate::contact::ccd::signed_volume::{Orientation, Slack, moved};
+use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    FLUSH, FOOT_ROUND_OFF, Feature, Mark, Operator, PART, Pair, Pairs, Positions, Projection,
+    Configuration, FLUSH, FOOT_ROUND_OFF, Feature, Mark, Operator, PART, Pair, Pairs, Projection,
     Surface, beyond_reentrant,
 };
 use crate::math::vector::{add, cross2, dot, norm, scale, sub};
 use crate::mesh::Mesh;
-use crate::output::ContactKind;
 
 /// A boundary vertex with the two edges that meet there.
 #[derive(Clone, Debug)]
@@ -77,24 +77,24 @@ impl Outline {
         }
     }
 
-    fn edge(&self, edge: u32, at: Positions<2>) -> ([f64; 2], [f64; 2]) {
+    fn edge(&self, edge: u32, at: Configuration<2>) -> ([f64; 2], [f64; 2]) {
         let [a, b] = self.edges[edge as usize];
         (at.at(a), at.at(b))
     }
 
-    fn direction(&self, edge: u32, at: Positions<2>) -> [f64; 2] {
+    fn direction(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
         let (a, b) = self.edge(edge, at);
         let along = sub(&b, &a);
         scale(1.0 / norm(&along), &along)
     }
 
-    fn outward(&self, edge: u32, at: Positions<2>) -> [f64; 2] {
+    fn outward(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
         let [x, y] = self.direction(edge, at);
         [y, -x]
     }
 
     /// Sum of the normals of both edges at a vertex.
-    fn outward_at(&self, vertex: u32, at: Positions<2>) -> [f64; 2] {
+    fn outward_at(&self, vertex: u32, at: Configuration<2>) -> [f64; 2] {
         let edges = self.vertices[vertex as usize].edges.into_iter().flatten();
         edges.fold([0.0; 2], |sum, edge| add(&sum, &self.outward(edge, at)))
     }
@@ -107,7 +107,7 @@ impl Outline {
     fn area_before(
         &self,
         pair: Pair,
-        at: Positions<2>,
+        at: Configuration<2>,
         velocity: &[[f64; 2]],
     ) -> (Orientation, [[f64; 2]; 2]) {
         let [a, b] = self.edges[pair.target as usize];
@@ -129,7 +129,7 @@ impl Outline {
 
     /// How far beyond an end of `edge` a foot still lies on it, over its
     /// length: more in a [re-entrant](beyond_reentrant) corner.
-    fn foot_slack(&self, edge: u32, beyond_end: bool, at: Positions<2>, depth: f64) -> f64 {
+    fn foot_slack(&self, edge: u32, beyond_end: bool, at: Configuration<2>, depth: f64) -> f64 {
         let Some(other) = self.next(edge, beyond_end) else {
             return FOOT_ROUND_OFF;
         };
@@ -146,7 +146,13 @@ impl Outline {
     /// At a convex corner of the target, a point that glides along one edge
     /// crosses the line of the other: `true` if the pair's touch within `zone`
     /// of an end is such a ghost, seen from the positions `then` after it.
-    fn belongs_to_other_edge(&self, pair: Pair, foot: f64, zone: f64, then: Positions<2>) -> bool {
+    fn belongs_to_other_edge(
+        &self,
+        pair: Pair,
+        foot: f64,
+        zone: f64,
+        then: Configuration<2>,
+    ) -> bool {
         let length = self.target_size(pair.target, then);
         let from_end = foot.min(1.0 - foot) * length;
         if from_end > zone {
@@ -177,7 +183,7 @@ impl Outline {
 
     /// Whether an edge of the main vertex lies on the target edge over more
     /// than `tolerance`.
-    fn lies_flush(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> bool {
+    fn lies_flush(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
         let own = self.vertices[pair.main as usize]
             .edges
             .into_iter()
@@ -188,7 +194,7 @@ impl Outline {
 
     /// Lengths of the pieces in which a flush edge of the main vertex lies on
     /// the target edge, halved to their two ends: the vertex's share, m.
-    fn flush_share(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> f64 {
+    fn flush_share(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> f64 {
         let Some(own) = self.vertices[pair.main as usize].edges else {
             return 0.0;
         };
@@ -210,7 +216,7 @@ impl Outline {
     }
 
     /// Length over which two edges of different blocks lie flush, m.
-    fn overlap(&self, one: u32, other: u32, at: Positions<2>, tolerance: f64) -> f64 {
+    fn overlap(&self, one: u32, other: u32, at: Configuration<2>, tolerance: f64) -> f64 {
         let along = self.direction(other, at);
         if cross2(&self.direction(one, at), &along).abs() > FLUSH
             || dot(&self.direction(one, at), &along) > 0.0
@@ -244,18 +250,18 @@ impl Surface<2> for Outline {
         vec![[0..self.vertices.len() as u32, 0..self.edges.len() as u32]]
     }
 
-    fn apart(&self, pair: Pair, at: Positions<2>) -> f64 {
+    fn apart(&self, pair: Pair, at: Configuration<2>) -> f64 {
         let Projection { gap, outside, .. } = self.project(pair, at);
         norm(&[gap, outside.max(0.0)])
     }
 
-    fn presses(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> bool {
+    fn presses(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
         let foot = self.project(pair, at).foot[0];
         let from_end = foot.min(1.0 - foot) * self.target_size(pair.target, at);
         from_end > tolerance || self.lies_flush(pair, at, tolerance)
     }
 
-    fn both_bear(&self, one: Pair, other: Pair, at: Positions<2>) -> bool {
+    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<2>) -> bool {
         let faces = |from: u32, to: u32| {
             let (a, b) = self.edge(from, at);
             let (c, d) = self.edge(to, at);
@@ -272,7 +278,7 @@ impl Surface<2> for Outline {
         one.main == other.main && faces(one.target, other.target) && faces(other.target, one.target)
     }
 
-    fn project(&self, pair: Pair, at: Positions<2>) -> Projection {
+    fn project(&self, pair: Pair, at: Configuration<2>) -> Projection {
         let (a, b) = self.edge(pair.target, at);
         let along = sub(&b, &a);
         let length = norm(&along);
@@ -286,11 +292,11 @@ impl Surface<2> for Outline {
         }
     }
 
-    fn normal(&self, pair: Pair, at: Positions<2>) -> Option<[f64; 2]> {
+    fn normal(&self, pair: Pair, at: Configuration<2>) -> Option<[f64; 2]> {
         Some(self.outward(pair.target, at))
     }
 
-    fn admits(&self, pair: Pair, at: Positions<2>) -> bool {
+    fn admits(&self, pair: Pair, at: Configuration<2>) -> bool {
         let Some([before, after]) = self.vertices[pair.main as usize].edges else {
             return true;
         };
@@ -303,7 +309,7 @@ impl Surface<2> for Outline {
         cross2(&first, &inward) >= -FLUSH && cross2(&inward, &last) >= -FLUSH
     }
 
-    fn target_size(&self, target: u32, at: Positions<2>) -> f64 {
+    fn target_size(&self, target: u32, at: Configuration<2>) -> f64 {
         let (a, b) = self.edge(target, at);
         norm(&sub(&b, &a))
     }
@@ -311,7 +317,7 @@ impl Surface<2> for Outline {
     fn rests(
         &self,
         pair: Pair,
-        at: Positions<2>,
+        at: Configuration<2>,
         velocity: &[[f64; 2]],
         duration: f64,
         slack: Slack,
@@ -327,7 +333,7 @@ impl Surface<2> for Outline {
     fn time_of_impact(
         &self,
         pair: Pair,
-        at: Positions<2>,
+        at: Configuration<2>,
         velocity: &[[f64; 2]],
         duration: f64,
         depth: f64,
@@ -346,7 +352,7 @@ impl Surface<2> for Outline {
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 
-    fn beside(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> Pairs {
+    fn beside(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> Pairs {
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
         if foot.min(1.0 - foot) * length > tolerance {
@@ -362,7 +368,7 @@ impl Surface<2> for Outline {
         pairs
     }
 
-    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<2>) -> Option<Pair> {
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<2>) -> Option<Pair> {
         let target = self.next(pair.target, foot[0] > 0.5)?;
         let moved = Pair {
             main: pair.main,
@@ -373,7 +379,7 @@ impl Surface<2> for Outline {
         (turn > 0.0 && self.admits(moved, at)).then_some(moved)
     }
 
-    fn same_contact(&self, one: Pair, other: Pair, at: Positions<2>, tolerance: f64) -> bool {
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<2>, tolerance: f64) -> bool {
         let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
         let flush = cross2(&n, &m).abs() <= FLUSH;
         if one.main == other.main {
@@ -400,7 +406,7 @@ impl Surface<2> for Outline {
         operator: &mut Operator<2>,
         pair: Pair,
         foot: &[f64; 2],
-        at: Positions<2>,
+        at: Configuration<2>,
         _along: Option<&[f64; 2]>,
     ) {
         let [a, b] = self.edges[pair.target as usize];
@@ -430,7 +436,7 @@ impl Surface<2> for Outline {
         }
     }
 
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<2>) -> [Mark<2>; 2] {
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<2>) -> [Mark<2>; 2] {
         let (a, b) = self.edge(pair.target, rest);
         let main = Mark {
             place: rest.at(self.main_node(pair)),
@@ -449,7 +455,7 @@ impl Surface<2> for Outline {
         &self,
         [main, target]: &[Mark<2>; 2],
         [own, others]: [Range<u32>; 2],
-        rest: Positions<2>,
+        rest: Configuration<2>,
     ) -> Option<(Pair, [f64; 2])> {
         let first = self.vertices.partition_point(|v| v.node[0] < own.start);
         let end = self.vertices.partition_point(|v| v.node[0] < own.end);
@@ -477,7 +483,7 @@ impl Surface<2> for Outline {
         Some((pair, [foot, 0.0]))
     }
 
-    fn classify(&self, pair: Pair, at: Positions<2>, tolerance: f64) -> (ContactKind, f64) {
+    fn classify(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> (ContactKind, f64) {
         let share = self.flush_share(pair, at, tolerance);
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);

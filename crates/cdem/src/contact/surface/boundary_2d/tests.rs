@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::surface::boundary_2d::Outline;
-use crate::contact::surface::{Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::math::vector::{add, scale};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 
@@ -62,7 +62,7 @@ impl Meeting {
             .expect("the edge is there");
         assert_eq!(outline.main_nodes(0), [0]);
         let still = vec![[0.0; 2]; 6];
-        let at = Positions::new(&self.mesh.nodes, &still);
+        let at = Configuration::new(&self.mesh.nodes, &still);
         let found = outline.time_of_impact(pair, at, &self.velocity, duration, depth);
         let look = |k: usize| {
             let time = duration * k as f64 / SAMPLES as f64;
@@ -83,7 +83,7 @@ impl Meeting {
     fn gap(&self, time: f64) -> f64 {
         let outline = Outline::new(&self.mesh, 1.0);
         let still = vec![[0.0; 2]; 6];
-        let at = Positions::new(&self.mesh.nodes, &still).after(&self.velocity, time);
+        let at = Configuration::new(&self.mesh.nodes, &still).after(&self.velocity, time);
         let pairs = (0..6).map(|target| Pair { main: 0, target });
         let mut on_edge = pairs.filter(|pair| outline.target_nodes(pair.target) == [4, 3]);
         let pair = on_edge.next().expect("the edge is there");
@@ -111,7 +111,7 @@ proptest! {
             prop_assert!(found.is_some_and(|found| found <= seen), "{found:?} {seen}");
         }
         if let Some(found) = found {
-            // Positions of order 1, times of order 1: round-off.
+            // Configuration of order 1, times of order 1: round-off.
             prop_assert!(meeting.gap(found).abs() < 1e-11, "{}", meeting.gap(found));
         }
     }
@@ -173,7 +173,7 @@ proptest! {
         let outline = Outline::new(&mesh, 1.0);
         let down = (0..9).map(|node| if node < 3 { [c, -s] } else { [0.0; 2] });
         let (still, velocity) = (vec![[0.0; 2]; 9], down.collect::<Vec<_>>());
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         let end = at.after(&velocity, way);
         let [_, targets] = &outline.families()[0];
         let times = targets.clone().filter_map(|target| {

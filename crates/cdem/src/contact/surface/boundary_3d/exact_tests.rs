@@ -4,7 +4,7 @@
 
 use crate::contact::surface::boundary_3d::tests::all_pairs;
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{FOOT_ROUND_OFF, Pair, Positions, Surface};
+use crate::contact::surface::{Configuration, FOOT_ROUND_OFF, Pair, Surface};
 use crate::contact::verification::exact::{
     DEPTH, Draw, FOOT, Features, Query, bound, cross, difference, dot,
 };
@@ -67,7 +67,7 @@ struct Judged {
 struct Trial<'a> {
     query: &'a Query<3>,
     shell: &'a Shell,
-    at: Positions<'a, 3>,
+    at: Configuration<'a, 3>,
     velocity: &'a [[f64; 3]],
     pair: Pair,
     found: Option<f64>,
@@ -179,7 +179,7 @@ fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
         let (mesh, velocity) = query.mesh();
         let shell = Shell::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; 8];
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         let pairs = all_pairs(&shell);
         for _ in 0..8 {
             let pair = pairs[random.usize(..pairs.len())];

@@ -19,14 +19,14 @@ use crate::contact::detection::grid::Aabb;
 use crate::contact::narrow_phase::classification::Place;
 use crate::contact::narrow_phase::edge_edge::{self, Crossing, Lines};
 pub(crate) use crate::contact::narrow_phase::point_triangle::{self, Facing};
+use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::geometry_cache::Formed;
 use crate::contact::surface::triangulation::Skin;
 use crate::contact::surface::{
-    FLUSH, Mark, Nearness, Operator, Pair, Pairs, Positions, Projection, Surface,
+    Configuration, FLUSH, Mark, Nearness, Operator, Pair, Pairs, Projection, Surface,
 };
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{Mesh, distance_to};
-use crate::output::ContactKind;
 
 /// Triangles for each pair looked at, or contact held, at most, for which room pays.
 const PAIRS: usize = 3;
@@ -85,28 +85,33 @@ impl Shell {
         }
     }
 
-    pub(crate) fn facing(&self, vertex: u32, triangle: u32, at: Positions<3>) -> Facing {
+    pub(crate) fn facing(&self, vertex: u32, triangle: u32, at: Configuration<3>) -> Facing {
         let p = self.skin.point(vertex, at);
         Facing::new(&p, &self.skin.triangle(triangle, at))
     }
 
-    pub(crate) fn crossing(&self, main: u32, target: u32, at: Positions<3>) -> Option<Crossing> {
+    pub(crate) fn crossing(
+        &self,
+        main: u32,
+        target: u32,
+        at: Configuration<3>,
+    ) -> Option<Crossing> {
         let lines = self.lines(main, target, at)?;
         Some(lines.between(&self.outward(main, target, at)))
     }
 
-    pub(crate) fn lines(&self, main: u32, target: u32, at: Positions<3>) -> Option<Lines> {
+    pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<Lines> {
         let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
         Lines::new(&main, &target, self.skin.tolerance)
     }
 
     /// What points out of the target edge and into the main one.
-    pub(crate) fn outward(&self, main: u32, target: u32, at: Positions<3>) -> [f64; 3] {
+    pub(crate) fn outward(&self, main: u32, target: u32, at: Configuration<3>) -> [f64; 3] {
         sub(&self.skin.outward(target, at), &self.skin.outward(main, at))
     }
 
     /// Box around an edge, grown by `margin`; empty where it cannot cross others yet.
-    fn box_of_edge(&self, edge: u32, at: Positions<3>, margin: f64) -> Aabb<3> {
+    fn box_of_edge(&self, edge: u32, at: Configuration<3>, margin: f64) -> Aabb<3> {
         if self.skin.may_be_sharp(edge, at, margin) {
             Aabb::around(self.skin.edge(edge, at), margin)
         } else {
@@ -115,14 +120,14 @@ impl Shell {
     }
 
     /// Whether two edges are so sharp that they can meet each other.
-    fn are_sharp(&self, edges: [u32; 2], at: Positions<3>) -> bool {
+    fn are_sharp(&self, edges: [u32; 2], at: Configuration<3>) -> bool {
         let [one, other] = edges.map(|edge| self.length(edge, at));
         let under = edges.into_iter().zip([other, one]);
         let mut sharp = under.map(|(edge, length)| self.skin.is_sharp_under(edge, length, at));
         sharp.all(|is_sharp| is_sharp)
     }
 
-    pub(crate) fn length(&self, edge: u32, at: Positions<3>) -> f64 {
+    pub(crate) fn length(&self, edge: u32, at: Configuration<3>) -> f64 {
         let [a, b] = self.skin.edge(edge, at);
         norm(&sub(&b, &a))
     }
@@ -174,14 +179,14 @@ impl Surface<3> for Shell {
         ]
     }
 
-    fn main_box(&self, main: u32, at: Positions<3>, margin: f64) -> Aabb<3> {
+    fn main_box(&self, main: u32, at: Configuration<3>, margin: f64) -> Aabb<3> {
         match main.checked_sub(self.skin.vertex_count) {
             None => Aabb::around([self.skin.point(main, at)], margin),
             Some(edge) => self.box_of_edge(edge, at, margin),
         }
     }
 
-    fn target_box(&self, target: u32, at: Positions<3>, margin: f64) -> Aabb<3> {
+    fn target_box(&self, target: u32, at: Configuration<3>, margin: f64) -> Aabb<3> {
         match target.checked_sub(self.skin.triangles.len() as u32) {
             None => Aabb::around(self.skin.triangle(target, at), margin),
             Some(edge) => self.box_of_edge(edge, at, margin),
@@ -195,7 +200,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn apart(&self, pair: Pair, at: Positions<3>) -> f64 {
+    fn apart(&self, pair: Pair, at: Configuration<3>) -> f64 {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 let p = self.skin.point(vertex, at);
@@ -208,7 +213,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn nearness(&self, pair: Pair, at: Positions<3>, reach: f64, tolerance: f64) -> Nearness {
+    fn nearness(&self, pair: Pair, at: Configuration<3>, reach: f64, tolerance: f64) -> Nearness {
         let range = (reach, tolerance);
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
@@ -218,7 +223,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn presses(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> bool {
+    fn presses(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> bool {
         let places = Place::both(self, pair, at, tolerance);
         let on_face = || {
             matches!(
@@ -235,7 +240,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn both_bear(&self, one: Pair, other: Pair, at: Positions<3>) -> bool {
+    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<3>) -> bool {
         match [one, other].map(|pair| self.meeting(pair)) {
             [
                 Meeting::Facing { vertex, triangle },
@@ -268,7 +273,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn project(&self, pair: Pair, at: Positions<3>) -> Projection {
+    fn project(&self, pair: Pair, at: Configuration<3>) -> Projection {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 let facing = self.facing(vertex, triangle, at);
@@ -293,7 +298,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn gap(&self, pair: Pair, at: Positions<3>, along: &[f64; 3]) -> Option<f64> {
+    fn gap(&self, pair: Pair, at: Configuration<3>, along: &[f64; 3]) -> Option<f64> {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 let p = self.skin.point(vertex, at);
@@ -306,7 +311,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn normal(&self, pair: Pair, at: Positions<3>) -> Option<[f64; 3]> {
+    fn normal(&self, pair: Pair, at: Configuration<3>) -> Option<[f64; 3]> {
         match self.meeting(pair) {
             Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
             Meeting::Crossing { main, target } => self
@@ -315,7 +320,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn admits(&self, pair: Pair, at: Positions<3>) -> bool {
+    fn admits(&self, pair: Pair, at: Configuration<3>) -> bool {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => {
                 let normal = self.skin.normal(triangle, at);
@@ -330,7 +335,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn target_size(&self, target: u32, at: Positions<3>) -> f64 {
+    fn target_size(&self, target: u32, at: Configuration<3>) -> f64 {
         match target.checked_sub(self.skin.triangles.len() as u32) {
             None => {
                 let edges = self.skin.triangles[target as usize].edges;
@@ -343,7 +348,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn may_touch(&self, pair: Pair, at: Positions<3>, end: Positions<3>) -> bool {
+    fn may_touch(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
         match self.meeting(pair) {
             Meeting::Facing { .. } => true,
             Meeting::Crossing { main, target } => self.may_be_sharp_within([main, target], at, end),
@@ -353,7 +358,7 @@ impl Surface<3> for Shell {
     fn rests(
         &self,
         pair: Pair,
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         duration: f64,
         slack: Slack,
@@ -375,7 +380,7 @@ impl Surface<3> for Shell {
     fn time_of_impact(
         &self,
         pair: Pair,
-        at: Positions<3>,
+        at: Configuration<3>,
         velocity: &[[f64; 3]],
         duration: f64,
         depth: f64,
@@ -390,25 +395,25 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn beside(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> Pairs {
+    fn beside(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
         Place::pairs(self, pair, at, tolerance)
     }
 
-    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Positions<3>) -> Option<Pair> {
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
             Meeting::Crossing { main, target } => self.next_edge([main, target], foot, at),
         }
     }
 
-    fn successor(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> Option<(Pair, bool)> {
+    fn successor(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Option<(Pair, bool)> {
         match self.meeting(pair) {
             Meeting::Facing { .. } => None,
             Meeting::Crossing { main, target } => self.end_on_face([main, target], at, tolerance),
         }
     }
 
-    fn same_contact(&self, one: Pair, other: Pair, at: Positions<3>, tolerance: f64) -> bool {
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<3>, tolerance: f64) -> bool {
         let (blocks, mut others) = (self.blocks(one), self.blocks(other));
         let swapped = blocks != others;
         others.reverse();
@@ -426,7 +431,7 @@ impl Surface<3> for Shell {
         norm(&cross(&normal, &second)) <= FLUSH && (cosine < 0.0) == swapped
     }
 
-    fn point(&self, pair: Pair, at: Positions<3>) -> [f64; 3] {
+    fn point(&self, pair: Pair, at: Configuration<3>) -> [f64; 3] {
         match self.meeting(pair) {
             Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
             Meeting::Crossing { main, target } => {
@@ -445,7 +450,7 @@ impl Surface<3> for Shell {
         operator: &mut Operator<3>,
         pair: Pair,
         foot: &[f64; 2],
-        at: Positions<3>,
+        at: Configuration<3>,
         along: Option<&[f64; 3]>,
     ) {
         match self.meeting(pair) {
@@ -458,7 +463,7 @@ impl Surface<3> for Shell {
         }
     }
 
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Positions<3>) -> [Mark<3>; 2] {
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<3>) -> [Mark<3>; 2] {
         match self.meeting(pair) {
             Meeting::Facing { vertex, triangle } => [
                 self.mark_at_vertex(vertex, rest),
@@ -475,12 +480,12 @@ impl Surface<3> for Shell {
         &self,
         marks: &[Mark<3>; 2],
         nodes: [Range<u32>; 2],
-        rest: Positions<3>,
+        rest: Configuration<3>,
     ) -> Option<(Pair, [f64; 2])> {
         self.find_marks(marks, nodes, rest)
     }
 
-    fn classify(&self, pair: Pair, at: Positions<3>, tolerance: f64) -> (ContactKind, f64) {
+    fn classify(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> (ContactKind, f64) {
         let places = Place::both(self, pair, at, tolerance);
         (
             Place::kind(self, pair, &places, at),

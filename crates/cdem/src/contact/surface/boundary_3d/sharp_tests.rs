@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::contact::surface::Positions;
+use crate::contact::surface::Configuration;
 use crate::contact::surface::boundary_3d::Shell;
 use crate::contact::surface::boundary_3d::tests::{mesh, vector, warped_cube};
 use crate::math::vector::{add, norm, scale};
@@ -35,7 +35,7 @@ proptest! {
         }
         let shell = Shell::new(&mesh, tolerance * flat);
         let still = vec![[0.0; 3]; 8];
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         for edge in 0..shell.skin.edges.len() as u32 {
             let way = shell.skin.sharpens_after(edge, length, at);
             if way <= 0.0 {
@@ -53,7 +53,7 @@ proptest! {
                 scale(share * way / norm(along), along)
             };
             for moved in [(0..8).map(worst).collect::<Vec<_>>(), (0..8).map(random).collect()] {
-                let then = Positions::new(&mesh.nodes, &moved);
+                let then = Configuration::new(&mesh.nodes, &moved);
                 prop_assert!(!shell.skin.is_sharp_under(edge, length + 2.0 * way, then));
             }
         }
@@ -75,7 +75,7 @@ proptest! {
         let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
         let shell = Shell::new(&mesh, tolerance);
         let still = vec![[0.0; 3]; 8];
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         let strict = Shell::new(&mesh, tolerance / 3.0);
         for edge in 0..shell.skin.edges.len() as u32 {
             let is_flat = shell.skin.is_flat_under(edge, length, at);

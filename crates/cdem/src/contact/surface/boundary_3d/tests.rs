@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::contact::ccd::signed_volume::{ROUND_OFF, Slack};
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{Nearness, Operator, Pair, Positions, STEEP, Surface};
+use crate::contact::surface::{Configuration, Nearness, Operator, Pair, STEEP, Surface};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -64,7 +64,7 @@ pub(super) fn all_pairs(shell: &Shell) -> Vec<Pair> {
 }
 
 /// All that is asked of pairs of a drift, as text: numbers with all their digits.
-fn answers(shell: &Shell, at: Positions<3>, velocity: &[[f64; 3]]) -> Vec<String> {
+fn answers(shell: &Shell, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
     let slack = Slack {
         within: 1e-6,
         depth: 1e-8,
@@ -101,7 +101,7 @@ proptest! {
             for displacement in &moves {
                 room = shell.form(0, room);
                 prop_assert!(room.is_some());
-                let at = Positions::new(&mesh.nodes, displacement);
+                let at = Configuration::new(&mesh.nodes, displacement);
                 let alone = answers(&shell, at, &velocity);
                 let together = pool.install(|| answers(&shell, at.with(room.as_ref()), &velocity));
                 prop_assert_eq!(alone, together);
@@ -130,7 +130,7 @@ proptest! {
         let still = [[0.0; 3]; 8];
         let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
         let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         let times = all_pairs(&shell).into_iter().filter_map(|pair| {
             shell.time_of_impact(pair, at, &velocity, 1.0, tolerance)
         });
@@ -183,7 +183,7 @@ fn touches_bed(
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let mut velocity = still.clone();
     velocity[first as usize..].fill(along);
-    let at = Positions::new(&mesh.nodes, &still);
+    let at = Configuration::new(&mesh.nodes, &still);
     let end = at.after(&velocity, way);
     let times = all_pairs(&shell).into_iter().filter_map(|pair| {
         let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
@@ -302,7 +302,7 @@ proptest! {
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
         let shell = Shell::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; mesh.nodes.len()];
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         let rigid: Vec<[f64; 3]> =
             mesh.nodes.iter().map(|x| add(&velocity, &cross(&spin, x))).collect();
         let mut used = Operator::default();
@@ -354,7 +354,7 @@ proptest! {
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
         let shell = Shell::new(&mesh, tolerance);
         let still = vec![[0.0; 3]; 16];
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         for pair in all_pairs(&shell) {
             let Nearness::Lacks(length) = shell.nearness(pair, at, reach, tolerance) else {
                 continue;
@@ -367,7 +367,7 @@ proptest! {
                 let own = if node < 8 { of_one } else { 1.0 - of_one };
                 scale(own * way / norm(&ways[node]), &ways[node])
             }).collect();
-            let then = Positions::new(&mesh.nodes, &moved);
+            let then = Configuration::new(&mesh.nodes, &moved);
             let nearness = shell.nearness(pair, then, reach, tolerance);
             prop_assert!(nearness != Nearness::Near, "{pair:?} {length:e}");
         }
@@ -391,7 +391,7 @@ proptest! {
                 let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, other)]);
                 let shell = Shell::new(&mesh, 1e-6);
                 let still = vec![[0.0; 3]; 16];
-                let at = Positions::new(&mesh.nodes, &still);
+                let at = Configuration::new(&mesh.nodes, &still);
                 let projection = shell.project(pair, at);
                 (projection, shell.normal(pair, at), shell.blocks(pair))
             };
@@ -405,7 +405,7 @@ proptest! {
             let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
             let shell = Shell::new(&mesh, 1e-6);
             let still = vec![[0.0; 3]; 16];
-            let at = Positions::new(&mesh.nodes, &still);
+            let at = Configuration::new(&mesh.nodes, &still);
             let foot = shell.project(pair, at).foot;
             let row = shell.operator(pair, &foot, at).relative_velocity(0, &rates);
             let step = 1e-6;
@@ -433,7 +433,7 @@ fn a_quadrilateral_is_four_triangles_about_its_mean() {
     let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
     let shell = Shell::new(&mesh, 1e-6);
     let still = vec![[0.0; 3]; 8];
-    let at = Positions::new(&mesh.nodes, &still);
+    let at = Configuration::new(&mesh.nodes, &still);
     assert_eq!(shell.skin.triangles.len(), 24);
     assert_eq!(shell.skin.edges.len(), 12 + 24);
     let edges = 0..shell.skin.edges.len() as u32;
@@ -449,7 +449,7 @@ fn a_quadrilateral_is_four_triangles_about_its_mean() {
 }
 
 /// Closes what touches: the contacts of two blocks, each once.
-fn contacts_of(shell: &Shell, at: Positions<3>, tolerance: f64) -> Vec<Pair> {
+fn contacts_of(shell: &Shell, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
     let mut contacts: Vec<Pair> = Vec::new();
     for pair in all_pairs(shell) {
         let projection = shell.project(pair, at);
@@ -500,7 +500,7 @@ proptest! {
                 [cosine * x - sine * y + shift[0], sine * x + cosine * y + shift[1], z];
         }
         let still = vec![[0.0; 3]; mesh.nodes.len()];
-        let at = Positions::new(&mesh.nodes, &still);
+        let at = Configuration::new(&mesh.nodes, &still);
         let shell = Shell::new(&mesh, 1e-6);
         let contacts = contacts_of(&shell, at, 1e-6);
         let sum: f64 = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).1).sum();
@@ -526,7 +526,7 @@ proptest! {
         let kinds = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).0);
         if common > 0.01 {
             for kind in kinds {
-                prop_assert_eq!(kind, crate::output::ContactKind::FaceFace);
+                prop_assert_eq!(kind, crate::contact::surface::contact_kind::ContactKind::FaceFace);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::contact::detection::candidates::Patches;
 use crate::contact::narrow_phase::feature_selection::rightful;
-use crate::contact::surface::{Nearness, Pair, Positions, Projection, Surface};
+use crate::contact::surface::{Configuration, Nearness, Pair, Projection, Surface};
 use crate::contact::verification::oracle::TOLERANCE;
 use crate::contact::verification::oracle::meeting::Meeting;
 use crate::contact::verification::oracle::space::Space;
@@ -32,7 +32,7 @@ impl<const D: usize> First<D> {
     pub(super) fn of<S: Space<D>>(meeting: &Meeting<D>) -> [Option<Self>; 2] {
         let surface = S::surface(&meeting.mesh);
         let still = vec![[0.0; D]; meeting.mesh.nodes.len()];
-        let at = Positions::new(&meeting.mesh.nodes, &still);
+        let at = Configuration::new(&meeting.mesh.nodes, &still);
         let block = |node: u32| u32::from(node >= meeting.mesh.blocks[1].nodes.start);
         let mut all = Vec::new();
         for [mains, targets] in surface.families() {
@@ -76,7 +76,7 @@ impl<const D: usize> First<D> {
     fn among(
         touches: &[Touch],
         near: &[Pair],
-        (meeting, surface, at): (&Meeting<D>, &dyn Surface<D>, Positions<D>),
+        (meeting, surface, at): (&Meeting<D>, &dyn Surface<D>, Configuration<D>),
     ) -> Option<Self> {
         let first = touches
             .iter()

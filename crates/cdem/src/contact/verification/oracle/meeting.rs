@@ -17,7 +17,7 @@ pub(super) struct Meeting<const D: usize> {
 /// What is drawn at random.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Draw {
-    /// Positions, angles and velocities are few round numbers: much is parallel,
+    /// Configuration, angles and velocities are few round numbers: much is parallel,
     /// flush and head-on.
     pub(super) degenerate: bool,
     /// All but degenerate: by relative 1e-3 to 1e-12, each meeting its own.

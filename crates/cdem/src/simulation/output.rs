@@ -4,7 +4,7 @@
 //! at that instant is included). Vectors have three components; in 2-D the
 //! third is 0 and only the third of angular quantities is used.
 
-use serde::{Deserialize, Serialize};
+pub use crate::contact::surface::contact_kind::ContactKind;
 
 /// A row of `history.csv`. Energies J, momenta N·s and N·m·s; sums since t = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,33 +93,6 @@ pub struct ContactRow {
     pub slip: f64,
     /// Halvings of the element there.
     pub level: u32,
-}
-
-/// The six contact types of the shrunken-edge method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[allow(missing_docs)] // the variants say it
-pub enum ContactKind {
-    VertexVertex,
-    VertexEdge,
-    VertexFace,
-    EdgeEdge,
-    EdgeFace,
-    FaceFace,
-}
-
-impl ContactKind {
-    /// The word used in files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::VertexVertex => "vertex-vertex",
-            Self::VertexEdge => "vertex-edge",
-            Self::VertexFace => "vertex-face",
-            Self::EdgeEdge => "edge-edge",
-            Self::EdgeFace => "edge-face",
-            Self::FaceFace => "face-face",
-        }
-    }
 }
 
 /// A row of `probes.csv`.

@@ -1,0 +1,72 @@
+//! The model of a refined mesh.
+
+use crate::element::Places;
+use crate::mesh::Mesh;
+use crate::model::inverse_mass::Inertia;
+use crate::model::{Model, block_of};
+use crate::refinement::{Cover, Foundation, SecondScale};
+
+impl<const D: usize> Model<D> {
+    /// Makes the model anew for a refined mesh of the same blocks, at `time`.
+    pub(crate) fn remesh(&mut self, second_scale: &SecondScale<D>, time: f64) {
+        let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
+        let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
+        self.sets = foundation.all_sets(&self.mesh);
+        self.place = Places::new(&self.sets, self.mesh.elements.len());
+        self.block_of = block_of(&self.mesh);
+        let meshes = [&old, &self.mesh];
+        remesh_inertia(&mut self.inertia, foundation, covers, meshes);
+        self.base_level = refined_levels(foundation, covers, &self.mesh);
+        let had = "the mesh before refinement had these groups";
+        self.loads = self.surface_loads(&foundation.scene).expect(had);
+        self.prescribed = self.prescribed_motions(&foundation.scene).expect(had);
+        self.hold(time);
+    }
+}
+
+/// Gives the nodes of a mesh with covers over some blocks their masses, after those of
+/// another such mesh.
+fn remesh_inertia<const D: usize>(
+    inertia: &mut Inertia<D>,
+    foundation: &Foundation<D>,
+    covers: &[Option<Cover<D>>],
+    meshes: [&Mesh<D>; 2],
+) {
+    let mut nodal = Vec::with_capacity(meshes[1].nodes.len());
+    for (block, cover) in foundation.mesh.blocks.iter().zip(covers) {
+        let nodes = block.nodes.start as usize..block.nodes.end as usize;
+        match cover {
+            Some(cover) => nodal.extend(&cover.mass),
+            None => nodal.extend(&foundation.masses.nodal[nodes]),
+        }
+    }
+    let dense = foundation.masses.consistent.iter();
+    let dense = dense.filter(|dense| covers[dense.block as usize].is_none());
+    let dense = dense.map(|dense| {
+        let first = meshes.map(|mesh| mesh.blocks[dense.block as usize].nodes.start as usize);
+        (first, dense.matrix.as_slice())
+    });
+    inertia.remesh(nodal, dense);
+}
+
+/// Levels of the elements of such a mesh by their own stable steps.
+fn refined_levels<const D: usize>(
+    foundation: &Foundation<D>,
+    covers: &[Option<Cover<D>>],
+    mesh: &Mesh<D>,
+) -> Vec<u8> {
+    let roots = mesh.parts.iter().flat_map(|parts| &parts.root);
+    let mut levels: Vec<u8> = if mesh.parts.is_some() {
+        roots.map(|&root| foundation.level[root as usize]).collect()
+    } else {
+        foundation.level.clone()
+    };
+    for (block, cover) in mesh.blocks.iter().zip(covers) {
+        let own = block.elements.start as usize..block.elements.end as usize;
+        let changed = cover.iter().flat_map(|cover| &cover.level);
+        for (level, changed) in levels[own].iter_mut().zip(changed) {
+            *level = changed.unwrap_or(*level);
+        }
+    }
+    levels
+}
