@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::contact::Contacts;
 use crate::contact::constraint::contact_point::Record;
 use crate::contact::detection::candidates::Search;
-use crate::contact::island::{Books, Island};
+use crate::contact::energy::Books;
+use crate::contact::island::Island;
 use crate::contact::surface::Pair;
 use crate::math::restore::{ResumeError, require};
 

@@ -5,29 +5,33 @@ pub(crate) mod ccd;
 pub(crate) mod checkpoint;
 pub(crate) mod constraint;
 pub(crate) mod detection;
+pub(crate) mod energy;
+pub(crate) mod grouping;
+pub(crate) mod interior;
 pub(crate) mod island;
-pub(crate) mod kicked;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
 pub(crate) mod remap;
+pub(crate) mod rollback;
 pub(crate) mod solver;
 pub(crate) mod surface;
+pub(crate) mod tolerances;
 #[cfg(test)]
 mod verification;
 
 use crate::contact::constraint::contact_point::{Live, Moment, Record};
+use crate::contact::constraint::context::Setting;
+use crate::contact::constraint::initial_overlap::Overlaps;
 use crate::contact::constraint::law::Laws;
 use crate::contact::detection::candidates::{Blocks, Search};
 use crate::contact::detection::clusters::Patches;
-use crate::contact::detection::initial_overlap::Overlaps;
+use crate::contact::energy::{Books, Receive, Receivers};
+use crate::contact::interior::{DriftOf, Interior, Timing};
+use crate::contact::island::Island;
 use crate::contact::island::parallel::{self, Copies};
-use crate::contact::island::rollback::Trail;
-use crate::contact::island::{Books, Island, Receive, Receivers, Setting};
-use crate::contact::kicked::Kicked;
-use crate::contact::surface::boundary_2d;
-use crate::contact::surface::boundary_3d;
 use crate::contact::surface::geometry_cache::Formed;
-use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
 use crate::math::profile::Stage;
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::Inertia;
@@ -45,60 +49,6 @@ const PENETRATION: f64 = 0.5;
 /// change of levels costs energy, so they change seldom (design, section 3). And for
 /// which islands stay one that need not.
 const STAY: u64 = 32;
-
-/// A touch in the middle of a drift, as the bodies see it.
-pub(crate) struct Jump<'a, const D: usize> {
-    /// Nodes of the island, sorted, and their velocities before the touch, m/s.
-    pub(crate) nodes: &'a [u32],
-    pub(crate) before: &'a [[f64; D]],
-    /// Whether a node moves with an island, this or another.
-    pub(crate) taken: &'a [bool],
-    /// What is left of the drift, s.
-    pub(crate) remaining: f64,
-}
-
-/// What lies behind the surfaces.
-pub(crate) trait Interior<const D: usize>: Sync {
-    /// What is known of a touch while it is in hand; its storage is kept for the next.
-    type Touch: Default;
-
-    /// A touch has changed the velocities of an island: takes it in hand. Nodes beyond the
-    /// island that it may move are on the trail then.
-    fn split(
-        &self,
-        motion: &mut Motion<D>,
-        jump: &Jump<D>,
-        trail: &mut Trail<D>,
-        touch: &mut Self::Touch,
-    );
-
-    /// Impulses of elements that go with it, N·s, on nodes of the island and others.
-    fn impulses(touch: &Self::Touch) -> &[(u32, [f64; D])];
-
-    /// The same touch with these impulses. Returns the factor on them that
-    /// balances the energy.
-    fn balance(&self, touch: &Self::Touch, motion: &Motion<D>) -> f64;
-
-    /// The same touch so many seconds before the end of the drift, with these impulses so many
-    /// times; tells the impulses on nodes that are held. Returns how much less it has taken
-    /// than the impulses of the contacts have, J.
-    fn settle(
-        &self,
-        touch: &Self::Touch,
-        motion: &mut Motion<D>,
-        remaining_and_times: (f64, f64),
-        on_held: Receive<D>,
-    ) -> f64;
-}
-
-/// Visits the nodes that share an element and their level with a node.
-pub(crate) type Beside<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
-
-/// Drift of a node that is due, s.
-pub(crate) type DriftOf<'a> = &'a dyn Fn(u32) -> Option<f64>;
-
-/// Kick interval and drift of a node that is due, s.
-pub(crate) type Timing<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);
 
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {

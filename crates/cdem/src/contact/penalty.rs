@@ -1,10 +1,12 @@
 //! The conventional model, kept as a yardstick: normal and shear springs at
 //! points that overlap at the start of a step (the paper's section 2).
 
+use crate::contact::constraint::constraint::shear_norm;
 use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
-use crate::contact::island::{Books, Island, Receive, Setting};
-use crate::contact::kicked::Kicked;
-use crate::contact::solver::gauss_seidel::shear_norm;
+use crate::contact::constraint::context::Setting;
+use crate::contact::energy::{Books, Receive};
+use crate::contact::island::Island;
+use crate::contact::surface::kicked::Kicked;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::model::inverse_mass::Mobility;
 

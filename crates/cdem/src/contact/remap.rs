@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
+use crate::contact::constraint::constraint::shear_norm;
 use crate::contact::constraint::contact_point::{Live, Record};
+use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::Search;
 use crate::contact::detection::clusters::Patches;
-use crate::contact::detection::initial_overlap::ordered;
-use crate::contact::island::{Island, MISS};
-use crate::contact::solver::gauss_seidel::shear_norm;
+use crate::contact::island::Island;
 use crate::contact::surface::{Configuration, Feature, Pair, Surface};
+use crate::contact::tolerances::MISS;
 use crate::contact::{Contacts, Moment};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;

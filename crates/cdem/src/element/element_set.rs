@@ -4,14 +4,11 @@ use std::marker::PhantomData;
 
 use crate::element::batch::Batches;
 use crate::element::chunk::{Group, Member, Part, Place, share};
-use crate::element::critical_step;
-use crate::element::evaluate;
 use crate::element::geometry::{self, Corners, Element, Moduli, Nodal, Points};
 use crate::element::internal_force::{Kick, Shares, each_part};
-use crate::element::op_count;
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
-use crate::element::{Deformation, Due, ElementSet, Past};
+use crate::element::{Deformation, Due, ElementSet, Past, critical_step, evaluate, op_count};
 use crate::math::vector::sub;
 use crate::mesh::{ElementKind, Mesh, Parts};
 use crate::scene::Kinematics;

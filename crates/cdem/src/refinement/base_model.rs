@@ -11,13 +11,12 @@ use crate::model::load::thickness;
 use crate::model::properties;
 use crate::model::time_levels::level_of;
 use crate::model::time_step::CAREFUL;
-use crate::refinement::Base;
-use crate::refinement::composite_mesh;
 use crate::refinement::dimension::Space;
 use crate::refinement::overlay::{Overlay, Wanted};
 use crate::refinement::prolongation::rotation;
 use crate::refinement::refined_block::Cover;
 use crate::refinement::zone::size;
+use crate::refinement::{Base, composite_mesh};
 use crate::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 

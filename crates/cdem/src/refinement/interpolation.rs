@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::element::shape;
-use crate::element::tensor;
+use crate::element::{shape, tensor};
 use crate::math::vector::{add, add_scaled, dot, scale, sub};
 use crate::mesh::Element;
 

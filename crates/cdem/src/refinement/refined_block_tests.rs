@@ -7,8 +7,7 @@ use fastrand::Rng;
 
 use crate::element::tests::kinds;
 use crate::math::vector::sub;
-use crate::mesh::ElementKind;
-use crate::mesh::tests;
+use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::refinement::dimension::{PLANE, SOLID, Space};
 use crate::refinement::refined_block::Cover;

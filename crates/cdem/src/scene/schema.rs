@@ -5,8 +5,7 @@ use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use serde_json::Value;
 
-use crate::scene::Help;
-use crate::scene::input;
+use crate::scene::{Help, input};
 
 /// JSON Schema (draft 2020-12) of a scene file, with units and defaults.
 #[must_use]

@@ -1,9 +1,8 @@
 //! What is asked and done between steps.
 
-use crate::AnyMesh;
-use crate::mesh;
 use crate::scene::{Schedule, from_value};
 use crate::simulation::edit::*;
+use crate::{AnyMesh, mesh};
 
 /// A bar of ten squares, free or held at its left end, drawn by `traction` at its right end.
 fn bar(is_held: bool, traction: f64) -> Simulation {

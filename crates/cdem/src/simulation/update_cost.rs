@@ -2,8 +2,7 @@
 
 use crate::element::ElementSet;
 use crate::mesh::Mesh;
-use crate::simulation::Simulation;
-use crate::simulation::each;
+use crate::simulation::{Simulation, each};
 
 /// What an update of an element takes, the mean of all elements of a model, however often each is
 /// due; damping and contact are left out.

@@ -4,8 +4,7 @@ use crate::element::material::Elastic;
 use crate::math::format::short;
 use crate::math::vector::{norm, sub};
 use crate::mesh::{Mesh, coordinates};
-use crate::model::Model;
-use crate::model::block_names;
+use crate::model::{Model, block_names};
 use crate::scene::{Cadence, Geometry, KeyPath, Problem, Scene, Split};
 use crate::simulation::build::default_tolerance;
 

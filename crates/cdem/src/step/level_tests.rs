@@ -3,8 +3,7 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
-use crate::mesh::ElementKind;
-use crate::mesh::tests;
+use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::refinement::dimension::PLANE;
 use crate::scene::{

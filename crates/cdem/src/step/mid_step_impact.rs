@@ -18,9 +18,9 @@
 
 use rayon::prelude::*;
 
-use crate::contact::island::Receive;
-use crate::contact::island::rollback::Trail;
-use crate::contact::{Interior, Jump};
+use crate::contact::energy::Receive;
+use crate::contact::interior::{Interior, Jump};
+use crate::contact::rollback::Trail;
 use crate::element::{ElementSet, MAX_NODES, Places};
 use crate::math::adjacency::Around;
 use crate::math::vector::{add, dot, scale, sub};

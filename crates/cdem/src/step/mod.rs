@@ -23,15 +23,14 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Contacts;
-use crate::contact::island::Receivers;
+use crate::contact::energy::Receivers;
 use crate::contact::remap::Foreseen;
 use crate::math::adjacency::Around;
 use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Element;
 use crate::model::kinematics::{Motion, drift_node};
-use crate::model::ledger::Velocity;
-use crate::model::ledger::{Account, Ledger};
+use crate::model::ledger::{Account, Ledger, Velocity};
 use crate::model::time_levels::{self, Levels};
 use crate::model::{Model, State};
 use crate::refinement::SecondScale;

@@ -1,10 +1,9 @@
 //! The state at an instant: in the middle of the kick that is due then.
 
-use crate::contact::island::Books;
+use crate::contact::energy::Books;
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
 use crate::model::kinematics::Motion;
-use crate::model::ledger::Ledger;
-use crate::model::ledger::Velocity;
+use crate::model::ledger::{Ledger, Velocity};
 use crate::step::Run;
 use crate::step::kick::Purpose;
 

@@ -1,5 +1,5 @@
 //! Continuous collision detection: the time of impact of a feature pair.
 
+pub(crate) mod boundary_2d;
+pub(crate) mod boundary_3d;
 pub(crate) mod signed_volume;
-pub(crate) mod time_of_impact;
-pub(crate) mod touch_events;

@@ -1,6 +1,7 @@
 //! On which side of a line or a plane a point is that moves at a constant velocity,
 //! as do the points that the line or plane goes through.
 
+use crate::contact::surface::Slack;
 use crate::math::quadratic::roots;
 use crate::math::vector::{add, add_scaled, cross, cross2, dot, norm};
 
@@ -34,17 +35,6 @@ pub(crate) struct Orientation {
     coefficients: [f64; 4],
     /// Bound of the terms' sum at t = 0, and what is added a second.
     size: [[f64; 2]; 3],
-}
-
-/// What of a gap is none.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Slack {
-    /// Of a pair that touches at the start of a drift, or that was left to sink in, m.
-    pub(crate) within: f64,
-    /// How deep it may be at the end, m.
-    pub(crate) depth: f64,
-    /// Gap above which a pair waits for the next kick, m; infinite where none can.
-    pub(crate) clear: f64,
 }
 
 /// A time in which it is no longer above round-off, until the end of its fall.

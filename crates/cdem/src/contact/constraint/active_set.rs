@@ -7,10 +7,10 @@
 use std::ops::Range;
 
 use crate::contact::constraint::contact_point::Live;
-use crate::contact::detection::grid::Aabb;
-use crate::contact::detection::initial_overlap::ordered;
-use crate::contact::island::Setting;
-use crate::contact::kicked::Kicked;
+use crate::contact::constraint::context::Setting;
+use crate::contact::constraint::initial_overlap::ordered;
+use crate::contact::surface::aabb::Aabb;
+use crate::contact::surface::kicked::Kicked;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::math::vector::norm;
 

@@ -3,11 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::ccd::signed_volume::LOOKS;
+use crate::contact::constraint::constraint::{Constraint, Limit, shear_norm};
+use crate::contact::constraint::context::Setting;
 use crate::contact::constraint::law::Law;
-use crate::contact::island::{MISS, Setting};
-use crate::contact::solver::gauss_seidel::{Constraint, Limit, shear_norm};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, FOOT_ROUND_OFF, Operator, Pair, Surface};
+use crate::contact::tolerances::MISS;
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
 
@@ -51,7 +52,7 @@ pub(crate) struct Live<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) offset: [f64; D],
     /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
-    /// ([`Overlaps`](crate::contact::detection::initial_overlap::Overlaps)).
+    /// ([`Overlaps`](crate::contact::constraint::initial_overlap::Overlaps)).
     pub(crate) given: f64,
     /// Bound to a material point of the target.
     pub(crate) sticks: bool,

@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::contact::detection::grid::{self, Aabb};
+use crate::contact::detection::grid::{self};
+use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::{Configuration, Pair, Surface};
 
 /// Features of a patch, at most: a hexahedron has 104, mains and targets.

@@ -4,7 +4,6 @@ pub(crate) mod active_candidates;
 pub(crate) mod candidates;
 pub(crate) mod clusters;
 pub(crate) mod grid;
-pub(crate) mod initial_overlap;
 pub(crate) mod motion_bounds;
 pub(crate) mod separation_bounds;
 #[cfg(test)]

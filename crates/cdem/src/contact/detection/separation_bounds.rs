@@ -3,7 +3,7 @@
 //! Most of the pairs that may touch within a coarse step cannot within a substep.
 //! A pair touches in t seconds only if its features are no farther apart than
 //! d_tol + t u at the start, u the most by which their nodes move against each
-//! other: that is [`touch`](crate::contact::ccd::touch_events)'s own rule. Here it is applied without
+//! other: that is [`touch`](crate::contact::island::touch_events)'s own rule. Here it is applied without
 //! a look at the features, to less than their distance and more than u:
 //! - the distance changes by no more than the nodes of both move. One that was d
 //!   is not below d − w₁ − w₂ as long as those of its blocks have gone ways of w₁
@@ -18,7 +18,7 @@
 
 use std::ops::Range;
 
-use crate::contact::kicked::Kicked;
+use crate::contact::surface::kicked::Kicked;
 use crate::contact::surface::{Pair, Surface};
 use crate::math::vector::dot;
 

@@ -1,8 +1,7 @@
 //! Runs that leave pairs out against runs that look at all.
 
 use crate::contact::detection::separation_bounds::Near;
-use crate::mesh::ElementKind;
-use crate::mesh::tests;
+use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::refinement::dimension::{PLANE, SOLID, Space};
 use crate::scene::{Block, ContactModel, Damping, Geometry, Material, MaterialModel, Scene};

@@ -5,12 +5,16 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
+use crate::contact::constraint::constraint::Constraint;
 use crate::contact::constraint::contact_point::Live;
-use crate::contact::island::{AGAIN, Bodies, Books, Island, MISS, Receive, Receivers, Setting};
+use crate::contact::constraint::context::Setting;
+use crate::contact::energy::{Books, Receive, Receivers};
+use crate::contact::interior::{Interior, Jump};
+use crate::contact::island::{Bodies, Island};
 use crate::contact::solver::Solver;
-use crate::contact::solver::gauss_seidel::{Constraint, FEW, RESIDUAL};
+use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
 use crate::contact::solver::system::SHARE;
-use crate::contact::{Interior, Jump};
+use crate::contact::tolerances::{AGAIN, MISS};
 use crate::model::kinematics::Motion;
 
 /// Residual at which the solve of an impact is done in an island of more than [`FEW`]

@@ -5,14 +5,18 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::contact::ccd::touch_events::{Touches, Wanted};
+use crate::contact::constraint::constraint::{Constraint, shear_norm};
 use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
-use crate::contact::island::rollback::change;
-use crate::contact::island::{AGAIN, Books, Island, MISS, Setting};
-use crate::contact::kicked::Kicked;
-use crate::contact::solver::gauss_seidel::{Constraint, RESIDUAL, shear_norm};
+use crate::contact::constraint::context::Setting;
+use crate::contact::energy::Books;
+use crate::contact::island::Island;
+use crate::contact::island::touch_events::{Touches, Wanted};
+use crate::contact::rollback::change;
+use crate::contact::solver::gauss_seidel::RESIDUAL;
 use crate::contact::solver::system::SHARE;
+use crate::contact::surface::kicked::Kicked;
 use crate::contact::surface::{Configuration, Pair};
+use crate::contact::tolerances::{AGAIN, MISS};
 use crate::math::profile::Stage;
 
 /// Share of its contacts, one in so many, that must sink in for those closed before in the

@@ -1,118 +1,31 @@
 //! Contacts that share nodes: their substep in two time stages (the paper's
 //! sections 3 and 4).
 
-pub(crate) mod build;
 pub(crate) mod impact;
 pub(crate) mod kick;
 pub(crate) mod parallel;
-pub(crate) mod rollback;
+pub(crate) mod touch_events;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ccd::touch_events::{Touches, Wanted};
+use crate::contact::constraint::constraint::Constraint;
 use crate::contact::constraint::contact_point::{Live, Moment, Record};
-use crate::contact::detection::initial_overlap::{Overlaps, ordered};
+use crate::contact::constraint::context::Setting;
+use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::separation_bounds::Near;
+use crate::contact::energy::{Books, Receivers};
+use crate::contact::interior::{Interior, Timing};
 use crate::contact::island::kick::Hold;
-use crate::contact::island::rollback::Trail;
-use crate::contact::kicked::Kicked;
+use crate::contact::island::touch_events::{Touches, Wanted};
+use crate::contact::rollback::Trail;
 use crate::contact::solver::Solver;
-use crate::contact::solver::gauss_seidel::Constraint;
-use crate::contact::surface::{Configuration, Pair, Surface};
-use crate::contact::{Interior, Timing};
-use crate::math::profile::{Stage, Stopwatch};
+use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::{Configuration, Pair};
+use crate::contact::tolerances::{EARLY, EVENTS, GAP_ROUND_OFF, SIMULTANEOUS};
 use crate::math::vector::pad;
-use crate::model::inverse_mass::{Inertia, Mobility};
 use crate::model::kinematics::Motion;
-use crate::model::ledger::Velocity;
-
-/// First touches within one substep that are taken at their own instants. Where
-/// there are more, as when long faces meet at a small angle, those of the next
-/// 1/16 of the substep become one event: closed a little early, never late.
-const EVENTS: usize = 16;
-
-/// How far the gaps of closed contacts may miss what they are to be at the end of
-/// a drift, over the tolerance, and how often the island is solved again for it.
-/// Gaps are asked for along their present gradients; those of points that slide
-/// along a turning edge change besides, by the square of the drift.
-pub(super) const MISS: f64 = 0.1;
-pub(super) const AGAIN: usize = 2;
-
-/// Gap, over the tolerance, at which a pair that is about to touch, and no farther aside of
-/// its target than the tolerance, joins an event that comes before: a 1e-8th of the smallest boundary edge by default.
-const EARLY: f64 = 1e-4;
-
-/// Overlap, over the tolerance, that is none: a 1e-6th of the smallest boundary edge
-/// by default. A pair too slow to come deeper in a drift waits for the next kick,
-/// which holds it: stones that settle would open and close one after the other, each
-/// touch an impact of the whole pile.
-pub(in crate::contact) const SHALLOW: f64 = 1e-2;
-
-/// Touches closer in time than this share of the substep are one event.
-const SIMULTANEOUS: f64 = 1e-9;
-
-/// Relative move that is round-off, over the tolerance: a 1e-14th of the smallest
-/// boundary edge by default.
-const LEAST_MOVE: f64 = 1e-10;
-
-/// Round-off of a gap, over the coordinates of its nodes.
-const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
-
-/// Residual of a solve of which the user should know: forces of contacts are
-/// wrong by as much, until the next step goes on from there.
-const UNSOLVED: f64 = 1e-2;
-
-/// What contacts need to know of everything else.
-#[derive(Clone, Copy)]
-pub(crate) struct Setting<'a, const D: usize> {
-    pub(crate) surface: &'a dyn Surface<D>,
-    pub(crate) laws: &'a crate::contact::constraint::law::Laws,
-    pub(crate) block_of: &'a [u32],
-    pub(crate) inertia: &'a Inertia<D>,
-    /// Mass-proportional damping of each block, 1/s.
-    pub(crate) damping: &'a [f64],
-    /// d_tol, m.
-    pub(crate) tolerance: f64,
-    /// Of blocks at t = 0.
-    pub(crate) overlaps: &'a Overlaps,
-    /// How often the elements at each node have been halved.
-    pub(crate) halvings: &'a [u8],
-}
-
-impl<'a, const D: usize> Setting<'a, D> {
-    /// Blocks of a pair: main and target.
-    pub(super) fn blocks(&self, pair: Pair) -> [u32; 2] {
-        let main = self.surface.main_nodes(pair.main)[0];
-        let target = self.surface.target_nodes(pair.target)[0];
-        [main, target].map(|node| self.block_of[node as usize])
-    }
-
-    /// How often the elements at a pair have been halved, on the finer side.
-    fn halvings_at(&self, pair: Pair) -> u32 {
-        let main = self.surface.main_nodes(pair.main).iter();
-        let nodes = main.chain(self.surface.target_nodes(pair.target));
-        let halvings = nodes.map(|&node| u32::from(self.halvings[node as usize]));
-        halvings.max().unwrap_or_default()
-    }
-
-    /// Relative velocity that moves points by nothing but round-off over a drift
-    /// of `drift` seconds, m/s.
-    pub(super) fn least_speed(&self, drift: f64) -> f64 {
-        LEAST_MOVE * self.tolerance / drift
-    }
-
-    /// What impulses do in a kick of `interval` seconds; 0: at an instant.
-    pub(super) fn mobility(&self, interval: f64) -> Mobility<'a, D> {
-        Mobility {
-            inertia: self.inertia,
-            block_of: self.block_of,
-            damping: self.damping,
-            interval,
-        }
-    }
-}
 
 /// The bodies of an island, and whether a node moves with any island.
 pub(crate) struct Bodies<'a, const D: usize, I: Interior<D>> {
@@ -122,133 +35,6 @@ pub(crate) struct Bodies<'a, const D: usize, I: Interior<D>> {
     pub(crate) taken: &'a [bool],
     /// What the island moves in its drift.
     pub(crate) trail: &'a mut Trail<D>,
-}
-
-/// Energies of contact, J, and other sums.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Books {
-    pub(crate) impact_loss: f64,
-    pub(crate) friction_loss: f64,
-    pub(crate) fracture_loss: f64,
-    pub(crate) touches: u64,
-    /// Solves that ended with a residual above [`UNSOLVED`], and the worst.
-    pub(crate) unsolved: u64,
-    pub(crate) residual: f64,
-    /// Steps of contacts that went farther in them than their target is across.
-    pub(crate) hurried: u64,
-    /// Deepest penetration at the start of a kick, m.
-    pub(crate) penetration: f64,
-    /// At which velocity impulses work.
-    #[serde(skip)]
-    pub(crate) at: Velocity,
-    /// Time that contact takes.
-    #[serde(skip)]
-    pub(crate) watch: Stopwatch,
-}
-
-impl Books {
-    /// Where the energy goes that a slip takes: of a joint, into fracture.
-    pub(super) fn slip_loss(&mut self, joint: bool) -> &mut f64 {
-        if joint {
-            &mut self.fracture_loss
-        } else {
-            &mut self.friction_loss
-        }
-    }
-
-    /// What to say of solves that have not got to their residual, and of contacts that
-    /// slid too fast.
-    pub(crate) fn warnings(&self) -> impl Iterator<Item = String> {
-        let unsolved = (self.unsolved > 0).then(|| {
-            format!(
-                "contact impulses: solves that ended with a relative residual above {UNSOLVED:e}: {}, \
-                 the worst {:.1e}; contacts press on each other through very different masses, or \
-                 wedge: judge forces there with care",
-                self.unsolved, self.residual
-            )
-        });
-        let hurried = (self.hurried > 0).then(|| {
-            format!(
-                "contacts that slid farther in a step than the face is across that they were on: {} \
-                 times; where such faces bend, contacts may be lost: try a smaller `time.step`",
-                self.hurried
-            )
-        });
-        unsolved.into_iter().chain(hurried)
-    }
-
-    /// Empty ones of the same kind, for another thread.
-    pub(super) fn beside(&self) -> Self {
-        Self {
-            at: self.at,
-            watch: self.watch.beside(),
-            ..Self::default()
-        }
-    }
-
-    /// Adds others, that have been kept since the last lap on any number of threads.
-    pub(super) fn add<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
-        for other in others.clone() {
-            self.impact_loss += other.impact_loss;
-            self.friction_loss += other.friction_loss;
-            self.fracture_loss += other.fracture_loss;
-            self.touches += other.touches;
-            self.unsolved += other.unsolved;
-            self.residual = self.residual.max(other.residual);
-            self.hurried += other.hurried;
-            self.penetration = self.penetration.max(other.penetration);
-        }
-        self.watch.lap_as(others.map(|other| &other.watch));
-    }
-
-    /// Counts the time of work for a solve.
-    pub(super) fn solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
-        self.watch.lap(Stage::Geometry);
-        let done = work();
-        self.watch.lap(Stage::Solution);
-        done
-    }
-
-    /// Counts a solve, and its time; it returns its residual.
-    pub(super) fn count(&mut self, solve: impl FnOnce() -> f64) {
-        let residual = self.solution(solve);
-        self.unsolved += u64::from(residual > UNSOLVED);
-        self.residual = self.residual.max(residual);
-    }
-
-    /// Books what impulses take whose points had the relative velocity `old` and
-    /// have `new`, m/s. Those of closed points take nothing along the normal;
-    /// points that an impact elsewhere has parted in a drift meet anew.
-    pub(super) fn spend<const D: usize>(
-        &mut self,
-        impulse: &[f64; D],
-        old: &[f64; D],
-        new: &[f64; D],
-        impact: bool,
-    ) {
-        let end = match self.at {
-            Velocity::Mean => new,
-            Velocity::Before => old,
-        };
-        let work = |r: usize| 0.5 * impulse[r] * (old[r] + end[r]);
-        self.impact_loss -= work(0);
-        let sheared: f64 = (1..D).map(work).sum();
-        if impact {
-            self.impact_loss -= sheared;
-        } else {
-            self.friction_loss -= sheared;
-        }
-    }
-}
-
-/// Receives each impulse on a node, N·s.
-pub(crate) type Receive<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
-
-/// Who receives the impulses of a drift.
-pub(crate) struct Receivers<'a, const D: usize> {
-    pub(crate) of_contacts: Receive<'a, D>,
-    /// Those of elements on nodes that are held.
-    pub(crate) on_held: Receive<'a, D>,
 }
 
 /// Live and possible contacts that share nodes, solved together.
@@ -360,7 +146,7 @@ impl<const D: usize> Island<D> {
     pub(super) fn precision(&self, setting: &Setting<D>, at: Configuration<D>, drift: f64) -> f64 {
         let coordinates = self.nodes.iter().flat_map(|&node| at.at(node));
         let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
-        setting.least_speed(drift).max(ROUND_OFF * size / drift)
+        setting.least_speed(drift).max(GAP_ROUND_OFF * size / drift)
     }
 
     /// All nodes that constraints may move, once each, and their velocities, m/s:

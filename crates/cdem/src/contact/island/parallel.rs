@@ -6,10 +6,12 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_point::Record;
-use crate::contact::island::rollback::Trail;
-use crate::contact::island::{Bodies, Books, Island, Receive, Receivers, Setting};
-use crate::contact::kicked::Kicked;
-use crate::contact::{DriftOf, Interior, Timing};
+use crate::contact::constraint::context::Setting;
+use crate::contact::energy::{Books, Receive, Receivers};
+use crate::contact::interior::{DriftOf, Interior, Timing};
+use crate::contact::island::{Bodies, Island};
+use crate::contact::rollback::Trail;
+use crate::contact::surface::kicked::Kicked;
 use crate::math::profile::Stage;
 use crate::model::kinematics::Motion;
 

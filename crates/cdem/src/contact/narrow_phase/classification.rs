@@ -10,7 +10,7 @@ use smallvec::{SmallVec, smallvec};
 
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{Configuration, FLUSH, Pair, Pairs, Surface};
+use crate::contact::surface::{Configuration, Distance, FLUSH, Pair, Pairs};
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 
 /// The features of one block within the tolerance of a contact point.
@@ -251,7 +251,7 @@ impl Place {
             return smallvec![[to(1), to(2)]];
         }
         let point = shell.point(pair, at);
-        let facing = crate::contact::surface::boundary_3d::Facing::new(&point, &points);
+        let facing = crate::contact::narrow_phase::point_triangle::Facing::new(&point, &points);
         let (k, _) = facing.outside();
         let along = unit(sub(&points[(k + 1) % 3], &points[k]));
         let inward = cross(normal, &along);

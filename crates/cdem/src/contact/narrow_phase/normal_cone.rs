@@ -4,7 +4,7 @@
 use crate::contact::narrow_phase::point_triangle::Facing;
 use crate::contact::surface::boundary_3d::Shell;
 use crate::contact::surface::{
-    Configuration, FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, Surface, beyond_reentrant,
+    Configuration, Distance, FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, beyond_reentrant,
 };
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;

@@ -10,10 +10,9 @@
 
 use smallvec::SmallVec;
 
-use crate::contact::narrow_phase::classification::Few;
-use crate::contact::narrow_phase::classification::Place;
+use crate::contact::narrow_phase::classification::{Few, Place};
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{Configuration, FLUSH, Pair, Surface};
+use crate::contact::surface::{Configuration, Distance, FLUSH, Pair};
 use crate::math::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
 
 /// A facet in the plane of a contact.

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::contact::constraint::constraint::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::solver::colouring::Values;
-use crate::contact::solver::gauss_seidel::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::solver::inverse_mass_columns::{Columns, Lever};
 use crate::contact::solver::simd_block::{Factors, Pack, Packs};
 use crate::contact::solver::system::SHARE;

@@ -7,11 +7,12 @@
 
 use pulp::{Scalar, Simd};
 
+use crate::contact::constraint::constraint::{Constraint, Limit};
 use crate::contact::solver::active_set_cg::Face;
 use crate::contact::solver::colouring::{Colours, NodesOf, Values, Visit, larger};
 use crate::contact::solver::contact_rows::{Filling, Point, Reluctance, Term, Terms, nodes_of};
 use crate::contact::solver::dof_map::{Seat, Seating};
-use crate::contact::solver::gauss_seidel::{Constraint, Directions, Limit};
+use crate::contact::solver::gauss_seidel::Directions;
 use crate::contact::solver::inverse_mass_columns::Lever;
 use crate::contact::solver::nonlinear_cg::Heading;
 use crate::contact::solver::simd_block::{Listed, Pack};

@@ -1,7 +1,8 @@
 //! Tests of the solver on islands made by hand.
 
+use crate::contact::constraint::constraint::{Constraint, Limit, shear_norm};
 use crate::contact::solver::Solver;
-use crate::contact::solver::gauss_seidel::{Constraint, FEW, Limit, RESIDUAL, shear_norm};
+use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
 use crate::contact::surface::Operator;
 use crate::model::inverse_mass::{Inertia, Mobility};
 

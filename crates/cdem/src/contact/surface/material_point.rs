@@ -1,173 +1,39 @@
-//! Material points on features, found again on another mesh of the same blocks.
+//! Material points on features: how a contact point finds its features in another mesh.
 
-use std::ops::Range;
+use crate::math::vector::{dot, norm};
 
-use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Configuration, Feature, Mark, PART, Pair};
-use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
+/// A material point on a feature, wherever the mesh has its nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mark<const D: usize> {
+    /// Place at rest, m.
+    pub(crate) place: [f64; D],
+    /// What kind of feature it is on.
+    pub(crate) on: Feature<D>,
+    /// Where that looks to at rest: the two lips of a crack are at one place.
+    pub(crate) outward: [f64; D],
+}
 
-impl Shell {
-    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Configuration<3>) -> Mark<3> {
-        Mark {
-            place: self.skin.point(vertex, rest),
-            on: Feature::Vertex,
-            outward: self.outward_at(vertex, rest),
-        }
-    }
-
-    pub(super) fn mark_on_edge(&self, edge: u32, foot: f64, rest: Configuration<3>) -> Mark<3> {
-        let [a, b] = self.skin.edge(edge, rest);
-        let along = sub(&b, &a);
-        let mut place = a;
-        add_scaled(&mut place, foot, &along);
-        Mark {
-            place,
-            on: Feature::Edge(scale(1.0 / norm(&along), &along)),
-            outward: self.skin.outward(edge, rest),
-        }
-    }
-
-    pub(super) fn mark_on_triangle(
-        &self,
-        triangle: u32,
-        foot: &[f64; 2],
-        rest: Configuration<3>,
-    ) -> Mark<3> {
-        let [a, b, c] = self.skin.triangle(triangle, rest);
-        let mut place = a;
-        add_scaled(&mut place, foot[0], &sub(&b, &a));
-        add_scaled(&mut place, foot[1], &sub(&c, &a));
-        Mark {
-            place,
-            on: Feature::Face,
-            outward: self.skin.normal(triangle, rest),
-        }
-    }
-
-    /// Sum of the normals of the triangles at a vertex.
-    fn outward_at(&self, vertex: u32, rest: Configuration<3>) -> [f64; 3] {
-        let triangles = self.skin.triangles_at(vertex).iter();
-        let normals = triangles.map(|&triangle| self.skin.normal(triangle, rest));
-        normals.fold([0.0; 3], |sum, normal| add(&sum, &normal))
-    }
-
-    /// The pair with its points there, on blocks of these nodes, and its foot.
-    pub(super) fn find_marks(
-        &self,
-        [main, target]: &[Mark<3>; 2],
-        [own, others]: [Range<u32>; 2],
-        rest: Configuration<3>,
-    ) -> Option<(Pair, [f64; 2])> {
-        match (main.on, target.on) {
-            (Feature::Vertex, Feature::Face) => {
-                let vertices = 0..self.skin.vertex_count;
-                let vertices = self.of_block(vertices, &own, |v| self.skin.nodes_of_corner(v)[0]);
-                let is_there = |&vertex: &u32| self.skin.point(vertex, rest) == main.place;
-                let unlike = |&vertex: &u32| main.is_unlike(&self.outward_at(vertex, rest));
-                let vertex = vertices.filter(is_there).min_by_key(unlike)?;
-                let (triangle, foot) = self.triangle_at(target, &others, rest)?;
-                Some((Self::face_pair(vertex, triangle), foot))
-            }
-            (Feature::Edge(along), Feature::Edge(other)) => {
-                let (one, s) = self.edge_at(main, &along, &own, rest)?;
-                let (two, t) = self.edge_at(target, &other, &others, rest)?;
-                let foot = if one < two { [s, t] } else { [t, s] };
-                Some((self.edge_pair(one, two), foot))
-            }
-            _ => None,
-        }
-    }
-
-    /// Those of some features that belong to the block of `nodes`: those of a block follow
-    /// each other in all lists, of which `node_of` gives a node.
-    fn of_block(
-        &self,
-        all: Range<u32>,
-        nodes: &Range<u32>,
-        node_of: impl Fn(u32) -> u32,
-    ) -> Range<u32> {
-        let before = |limit: u32| {
-            let (mut low, mut high) = (all.start, all.end);
-            while low < high {
-                let middle = low.midpoint(high);
-                if node_of(middle) < limit {
-                    low = middle + 1;
-                } else {
-                    high = middle;
-                }
-            }
-            low
-        };
-        before(nodes.start)..before(nodes.end)
-    }
-
-    fn triangle_at(
-        &self,
-        mark: &Mark<3>,
-        nodes: &Range<u32>,
-        rest: Configuration<3>,
-    ) -> Option<(u32, [f64; 2])> {
-        let all = 0..self.skin.triangles.len() as u32;
-        let own = self.of_block(all, nodes, |t| self.skin.nodes_of_triangle(t)[0]);
-        let beside = own.filter_map(|triangle| {
-            let corners = self.skin.triangle(triangle, rest);
-            if !is_about(&mark.place, &corners) {
-                return None;
-            }
-            let facing = crate::contact::surface::boundary_3d::Facing::new(&mark.place, &corners);
-            let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
-            let turned = norm(&sub(&facing.normal, &mark.outward));
-            let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);
-            let is_part = turned <= PART && facing.gap.abs() <= PART * size && outside <= PART;
-            is_part.then_some((triangle, facing.weights, outside))
-        });
-        let (triangle, weights, _) = beside.min_by(|a, b| a.2.total_cmp(&b.2))?;
-        Some((
-            triangle,
-            [weights[1], weights[2]].map(|w| w.clamp(0.0, 1.0)),
-        ))
-    }
-
-    fn edge_at(
-        &self,
-        mark: &Mark<3>,
-        direction: &[f64; 3],
-        nodes: &Range<u32>,
-        rest: Configuration<3>,
-    ) -> Option<(u32, f64)> {
-        let all = 0..self.skin.edges.len() as u32;
-        let own = self.of_block(all, nodes, |e| self.skin.nodes_of_edge(e)[0]);
-        let along = own.filter_map(|edge| {
-            let [a, b] = self.skin.edge(edge, rest);
-            if !is_about(&mark.place, &[a, b]) {
-                return None;
-            }
-            let (side, from) = (sub(&b, &a), sub(&mark.place, &a));
-            let length = norm(&side);
-            let foot = dot(&from, &side) / (length * length);
-            let turned = norm(&cross(&side, direction)) / length;
-            let beside = norm(&cross(&from, direction));
-            let outside = (-foot).max(foot - 1.0);
-            let is_part = turned <= PART && beside <= PART * length && outside <= PART;
-            let unlike = || mark.is_unlike(&self.skin.outward(edge, rest));
-            is_part.then(|| (edge, foot.clamp(0.0, 1.0), (unlike(), outside)))
-        });
-        let better = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
-        let (edge, foot, _) = along.min_by(|a, b| better(&a.2, &b.2))?;
-        Some((edge, foot))
+impl<const D: usize> Mark<D> {
+    /// Whether what looks to another side than its feature, as the other lip of a crack does.
+    pub(crate) fn is_unlike(&self, outward: &[f64; D]) -> bool {
+        let sizes = norm(&self.outward) * norm(outward);
+        dot(&self.outward, outward) < LIKE * sizes
     }
 }
 
-/// Whether a place is in the box around some corners, or so near that they may have it, as by
-/// [`PART`]: what is far from it is told by less than its normal takes.
-fn is_about<const N: usize>(place: &[f64; 3], corners: &[[f64; 3]; N]) -> bool {
-    let spans = [0, 1, 2].map(|c| {
-        let along = corners.iter().map(|corner| corner[c]);
-        let low = along.clone().fold(f64::INFINITY, f64::min);
-        [low, along.fold(f64::NEG_INFINITY, f64::max)]
-    });
-    let size: f64 = spans.iter().map(|[low, high]| high - low).sum();
-    let beside = 8.0 * PART * size;
-    let within = |(x, [low, high]): (&f64, &[f64; 2])| low - beside <= *x && *x <= high + beside;
-    place.iter().zip(&spans).all(within)
+/// A kind of feature, at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Feature<const D: usize> {
+    Vertex,
+    /// Of this unit direction, or the opposite one.
+    Edge([f64; D]),
+    /// In the plane an edge.
+    Face,
 }
+
+/// Cosine between what parts of one feature look to, at least.
+const LIKE: f64 = 0.5;
+
+/// Angle at rest, rad, up to which parts of one flat face or straight edge differ; and how
+/// far a mark on either lies beside it, over its size.
+pub(crate) const PART: f64 = 1e-6;

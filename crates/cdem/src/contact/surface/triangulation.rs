@@ -1,8 +1,8 @@
 //! The boundary of all blocks in space as triangles with their edges and
 //! vertices.
 
-use crate::contact::detection::grid::Aabb;
 use crate::contact::surface::Configuration;
+use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::geometry_cache::{Formed, Ridge, Shape};
 use crate::math::adjacency::Around;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
@@ -192,12 +192,12 @@ impl Skin {
     }
 
     /// Nodes of an edge.
-    pub(super) fn nodes_of_edge(&self, edge: u32) -> &[u32] {
+    pub(crate) fn nodes_of_edge(&self, edge: u32) -> &[u32] {
         &self.edges[edge as usize].nodes
     }
 
     /// Nodes of a triangle.
-    pub(super) fn nodes_of_triangle(&self, triangle: u32) -> &[u32] {
+    pub(crate) fn nodes_of_triangle(&self, triangle: u32) -> &[u32] {
         &self.triangles[triangle as usize].nodes
     }
 
@@ -214,7 +214,7 @@ impl Skin {
     }
 
     /// Block of a corner.
-    pub(super) fn block(&self, corner: u32) -> u32 {
+    pub(crate) fn block(&self, corner: u32) -> u32 {
         self.corners[corner as usize].block
     }
 

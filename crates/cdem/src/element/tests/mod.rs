@@ -13,9 +13,7 @@ use std::path::Path;
 use crate::element::material::Elastic;
 use crate::element::{BlockProperties, Due, ElementSet, Interval, build};
 use crate::math::vector::add_scaled;
-use crate::mesh::assemble;
-use crate::mesh::tests::{self as mesh_tests};
-use crate::mesh::{ElementKind, Mesh};
+use crate::mesh::{ElementKind, Mesh, assemble, tests as mesh_tests};
 use crate::scene::{Damping, Geometry, Kinematics, Plane, Rotation};
 
 pub(crate) type Sets<const D: usize> = Vec<Box<dyn ElementSet<D>>>;

@@ -6,9 +6,7 @@ pub(crate) mod shapes;
 
 use std::path::{Path, PathBuf};
 
-use crate::mesh::assemble;
-use crate::mesh::quality;
-use crate::mesh::{Element, Mesh, MeshError, RawMesh};
+use crate::mesh::{Element, Mesh, MeshError, RawMesh, assemble, quality};
 use crate::scene::*;
 
 /// A scene of the given blocks; nothing else of it matters to meshes.

@@ -1,8 +1,7 @@
 //! Blocks in each other.
 
-use crate::mesh::overlap;
 use crate::mesh::tests::*;
-use crate::mesh::{ElementKind, Overlap};
+use crate::mesh::{ElementKind, Overlap, overlap};
 
 fn all(_: usize, _: usize) -> bool {
     true

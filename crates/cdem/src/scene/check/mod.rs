@@ -12,9 +12,8 @@ pub(crate) mod value;
 
 use crate::scene::check::names::Names;
 use crate::scene::check::value::{BELOW_ONE, NOT_NEGATIVE, POISSON, POSITIVE, SHARE};
-use crate::scene::input;
 use crate::scene::{
-    Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time,
+    Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time, input,
 };
 
 /// The scene that `input` describes, defaults filled in.

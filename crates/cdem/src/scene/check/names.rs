@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::scene::check::Check;
-use crate::scene::input;
 use crate::scene::problem::suggestion;
-use crate::scene::{Help, KeyPath, Problem, Split, is_part};
+use crate::scene::{Help, KeyPath, Problem, Split, input, is_part};
 
 /// The names that others may refer to.
 pub(super) struct Names {

@@ -10,8 +10,7 @@ use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 
-use crate::mesh::tests;
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Block, Element, ElementKind, Mesh, tests};
 use crate::model::Model;
 use crate::refinement::dimension::PLANE;
 use crate::scene::{Damping, Geometry, Kinematics, Mass, Material, MaterialModel};

@@ -6,7 +6,7 @@ use crate::contact::detection::candidates::{APART, Blocks, Search};
 use crate::contact::detection::clusters::Patches;
 use crate::contact::surface::boundary_2d::Outline;
 use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Configuration, Nearness, Pair, Surface};
+use crate::contact::surface::{Configuration, Distance, Nearness, Pair, Topology};
 use crate::math::vector::{add, cross, norm, scale};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;

@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout)] // the figures are the report
 
 use crate::contact::surface::boundary_2d::Outline;
-use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
 use crate::contact::verification::exact::{
     DEPTH, Draw, Features, Polynomial, Query, Touch, bound, difference, dot,
 };

@@ -7,33 +7,28 @@ mod tests;
 
 use std::ops::Range;
 
-use crate::contact::ccd::signed_volume::{Orientation, Slack, moved};
-use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{
-    Configuration, FLUSH, FOOT_ROUND_OFF, Feature, Mark, Operator, PART, Pair, Pairs, Projection,
-    Surface, beyond_reentrant,
-};
-use crate::math::vector::{add, cross2, dot, norm, scale, sub};
+use crate::contact::surface::{Configuration, Pair, Topology};
+use crate::math::vector::{add, norm, scale, sub};
 use crate::mesh::Mesh;
 
 /// A boundary vertex with the two edges that meet there.
 #[derive(Clone, Debug)]
-struct Vertex {
-    node: [u32; 1],
+pub(crate) struct Vertex {
+    pub(crate) node: [u32; 1],
     /// Edge that ends here and edge that starts here; `None` where more than
     /// two edges meet.
-    edges: Option<[u32; 2]>,
+    pub(crate) edges: Option<[u32; 2]>,
 }
 
 /// The boundary of all blocks in the plane.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
-    vertices: Vec<Vertex>,
+    pub(crate) vertices: Vec<Vertex>,
     /// Edges with the block to their left.
-    edges: Vec<[u32; 2]>,
+    pub(crate) edges: Vec<[u32; 2]>,
     /// Vertex number of each end of each edge.
-    ends: Vec<[u32; 2]>,
-    thickness: f64,
+    pub(crate) ends: Vec<[u32; 2]>,
+    pub(crate) thickness: f64,
 }
 
 impl Outline {
@@ -77,167 +72,41 @@ impl Outline {
         }
     }
 
-    fn edge(&self, edge: u32, at: Configuration<2>) -> ([f64; 2], [f64; 2]) {
+    pub(crate) fn edge(&self, edge: u32, at: Configuration<2>) -> ([f64; 2], [f64; 2]) {
         let [a, b] = self.edges[edge as usize];
         (at.at(a), at.at(b))
     }
 
-    fn direction(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
+    pub(crate) fn direction(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
         let (a, b) = self.edge(edge, at);
         let along = sub(&b, &a);
         scale(1.0 / norm(&along), &along)
     }
 
-    fn outward(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
+    pub(crate) fn outward(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
         let [x, y] = self.direction(edge, at);
         [y, -x]
     }
 
     /// Sum of the normals of both edges at a vertex.
-    fn outward_at(&self, vertex: u32, at: Configuration<2>) -> [f64; 2] {
+    pub(crate) fn outward_at(&self, vertex: u32, at: Configuration<2>) -> [f64; 2] {
         let edges = self.vertices[vertex as usize].edges.into_iter().flatten();
         edges.fold([0.0; 2], |sum, edge| add(&sum, &self.outward(edge, at)))
     }
 
-    fn main_node(&self, pair: Pair) -> u32 {
+    pub(crate) fn main_node(&self, pair: Pair) -> u32 {
         self.vertices[pair.main as usize].node[0]
     }
 
-    /// The target edge of a pair with its rate, and its length times the gap.
-    fn area_before(
-        &self,
-        pair: Pair,
-        at: Configuration<2>,
-        velocity: &[[f64; 2]],
-    ) -> (Orientation, [[f64; 2]; 2]) {
-        let [a, b] = self.edges[pair.target as usize];
-        let between = |from: u32, to: u32| {
-            let rate = sub(&velocity[to as usize], &velocity[from as usize]);
-            [sub(&at.at(to), &at.at(from)), rate]
-        };
-        let edge = between(a, b);
-        let area = Orientation::of_area([between(a, self.main_node(pair)), edge]);
-        (area, edge)
-    }
-
     /// The edge beyond the end (`foot` > ½) or the start of `edge`.
-    fn next(&self, edge: u32, beyond_end: bool) -> Option<u32> {
+    pub(crate) fn next(&self, edge: u32, beyond_end: bool) -> Option<u32> {
         let end = self.ends[edge as usize][usize::from(beyond_end)];
         let [before, after] = self.vertices[end as usize].edges?;
         Some(if beyond_end { after } else { before })
     }
-
-    /// How far beyond an end of `edge` a foot still lies on it, over its
-    /// length: more in a [re-entrant](beyond_reentrant) corner.
-    fn foot_slack(&self, edge: u32, beyond_end: bool, at: Configuration<2>, depth: f64) -> f64 {
-        let Some(other) = self.next(edge, beyond_end) else {
-            return FOOT_ROUND_OFF;
-        };
-        let (one, two) = if beyond_end {
-            (edge, other)
-        } else {
-            (other, edge)
-        };
-        let ways = [one, two].map(|edge| self.direction(edge, at));
-        let turn = f64::atan2(cross2(&ways[0], &ways[1]), dot(&ways[0], &ways[1]));
-        beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
-    }
-
-    /// At a convex corner of the target, a point that glides along one edge
-    /// crosses the line of the other: `true` if the pair's touch within `zone`
-    /// of an end is such a ghost, seen from the positions `then` after it.
-    fn belongs_to_other_edge(
-        &self,
-        pair: Pair,
-        foot: f64,
-        zone: f64,
-        then: Configuration<2>,
-    ) -> bool {
-        let length = self.target_size(pair.target, then);
-        let from_end = foot.min(1.0 - foot) * length;
-        if from_end > zone {
-            return false;
-        }
-        let Some(other) = self.next(pair.target, foot > 0.5) else {
-            return false;
-        };
-        let turn = {
-            let (one, two) = if foot > 0.5 {
-                (pair.target, other)
-            } else {
-                (other, pair.target)
-            };
-            cross2(&self.direction(one, then), &self.direction(two, then))
-        };
-        if turn < FLUSH || self.lies_flush(pair, then, zone) {
-            return false;
-        }
-        let beside = Pair {
-            target: other,
-            ..pair
-        };
-        // Corners that meet head on clip each other's other edge: where that may
-        // not be touched, this is where they touch.
-        self.admits(beside, then) && self.project(beside, then).gap > self.project(pair, then).gap
-    }
-
-    /// Whether an edge of the main vertex lies on the target edge over more
-    /// than `tolerance`.
-    fn lies_flush(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
-        let own = self.vertices[pair.main as usize]
-            .edges
-            .into_iter()
-            .flatten();
-        own.into_iter()
-            .any(|edge| self.overlap(edge, pair.target, at, tolerance) > tolerance)
-    }
-
-    /// Lengths of the pieces in which a flush edge of the main vertex lies on
-    /// the target edge, halved to their two ends: the vertex's share, m.
-    fn flush_share(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> f64 {
-        let Some(own) = self.vertices[pair.main as usize].edges else {
-            return 0.0;
-        };
-        let mut targets = vec![pair.target];
-        let foot = self.project(pair, at).foot[0] * self.target_size(pair.target, at);
-        let length = self.target_size(pair.target, at);
-        if foot < tolerance {
-            targets.extend(self.next(pair.target, false));
-        } else if foot > length - tolerance {
-            targets.extend(self.next(pair.target, true));
-        }
-        let mut share = 0.0;
-        for &target in &targets {
-            for &edge in &own {
-                share += 0.5 * self.overlap(edge, target, at, tolerance);
-            }
-        }
-        share
-    }
-
-    /// Length over which two edges of different blocks lie flush, m.
-    fn overlap(&self, one: u32, other: u32, at: Configuration<2>, tolerance: f64) -> f64 {
-        let along = self.direction(other, at);
-        if cross2(&self.direction(one, at), &along).abs() > FLUSH
-            || dot(&self.direction(one, at), &along) > 0.0
-        {
-            return 0.0;
-        }
-        let (a, b) = self.edge(other, at);
-        let (p, q) = self.edge(one, at);
-        let [s, t] = [q, p].map(|point| dot(&sub(&point, &a), &along));
-        let (low, high) = (s.max(0.0), t.min(norm(&sub(&b, &a))));
-        // Flush also means near where they overlap.
-        let middle = scale(0.5, &add(&p, &q));
-        let gap = dot(&sub(&middle, &a), &self.outward(other, at));
-        if high <= low || gap.abs() > tolerance + FLUSH * norm(&sub(&q, &p)) {
-            return 0.0;
-        }
-        high - low
-    }
 }
 
-impl Surface<2> for Outline {
+impl Topology<2> for Outline {
     fn main_nodes(&self, main: u32) -> &[u32] {
         &self.vertices[main as usize].node
     }
@@ -248,259 +117,5 @@ impl Surface<2> for Outline {
 
     fn families(&self) -> Vec<[Range<u32>; 2]> {
         vec![[0..self.vertices.len() as u32, 0..self.edges.len() as u32]]
-    }
-
-    fn apart(&self, pair: Pair, at: Configuration<2>) -> f64 {
-        let Projection { gap, outside, .. } = self.project(pair, at);
-        norm(&[gap, outside.max(0.0)])
-    }
-
-    fn presses(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
-        let foot = self.project(pair, at).foot[0];
-        let from_end = foot.min(1.0 - foot) * self.target_size(pair.target, at);
-        from_end > tolerance || self.lies_flush(pair, at, tolerance)
-    }
-
-    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<2>) -> bool {
-        let faces = |from: u32, to: u32| {
-            let (a, b) = self.edge(from, at);
-            let (c, d) = self.edge(to, at);
-            let middle = scale(0.5, &add(&c, &d));
-            // From the corner that they share, if they do: there they turn.
-            let ways = [a, b].map(|end| sub(&middle, &end));
-            let way = if norm(&ways[0]) < norm(&ways[1]) {
-                ways[0]
-            } else {
-                ways[1]
-            };
-            dot(&way, &self.outward(from, at)) > FLUSH * norm(&way)
-        };
-        one.main == other.main && faces(one.target, other.target) && faces(other.target, one.target)
-    }
-
-    fn project(&self, pair: Pair, at: Configuration<2>) -> Projection {
-        let (a, b) = self.edge(pair.target, at);
-        let along = sub(&b, &a);
-        let length = norm(&along);
-        let from_start = sub(&at.at(self.main_node(pair)), &a);
-        let normal = [along[1] / length, -along[0] / length];
-        let foot = dot(&from_start, &along) / (length * length);
-        Projection {
-            gap: dot(&from_start, &normal),
-            foot: [foot, 0.0],
-            outside: (-foot).max(foot - 1.0) * length,
-        }
-    }
-
-    fn normal(&self, pair: Pair, at: Configuration<2>) -> Option<[f64; 2]> {
-        Some(self.outward(pair.target, at))
-    }
-
-    fn admits(&self, pair: Pair, at: Configuration<2>) -> bool {
-        let Some([before, after]) = self.vertices[pair.main as usize].edges else {
-            return true;
-        };
-        let inward = scale(-1.0, &self.outward(pair.target, at));
-        let (first, last) = (self.outward(before, at), self.outward(after, at));
-        let turn = cross2(&first, &last);
-        if dot(&inward, &add(&first, &last)) <= 0.0 || turn < -FLUSH {
-            return false; // faces away, or a re-entrant vertex
-        }
-        cross2(&first, &inward) >= -FLUSH && cross2(&inward, &last) >= -FLUSH
-    }
-
-    fn target_size(&self, target: u32, at: Configuration<2>) -> f64 {
-        let (a, b) = self.edge(target, at);
-        norm(&sub(&b, &a))
-    }
-
-    fn rests(
-        &self,
-        pair: Pair,
-        at: Configuration<2>,
-        velocity: &[[f64; 2]],
-        duration: f64,
-        slack: Slack,
-    ) -> bool {
-        if slack.clear.is_finite() && self.project(pair, at).gap > slack.clear {
-            return true;
-        }
-        let (area, edge) = self.area_before(pair, at, velocity);
-        let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
-        area.rests(lengths, duration, slack)
-    }
-
-    fn time_of_impact(
-        &self,
-        pair: Pair,
-        at: Configuration<2>,
-        velocity: &[[f64; 2]],
-        duration: f64,
-        depth: f64,
-    ) -> Option<f64> {
-        let (area, edge) = self.area_before(pair, at, velocity);
-        let deep = depth * norm(&edge[0]);
-        let is_on_edge = |t: f64| {
-            let then = at.after(velocity, t);
-            let foot = self.project(pair, then).foot[0];
-            let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
-            (-slack..=1.0 + slack).contains(&foot)
-        };
-        let time = area.first_fall(duration, deep, is_on_edge)?;
-        let foot = self.project(pair, at.after(velocity, time)).foot[0];
-        let end = at.after(velocity, duration);
-        (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
-    }
-
-    fn beside(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> Pairs {
-        let foot = self.project(pair, at).foot[0];
-        let length = self.target_size(pair.target, at);
-        if foot.min(1.0 - foot) * length > tolerance {
-            return Pairs::new();
-        }
-        // Each corner with both edges at the other.
-        let end = self.ends[pair.target as usize][usize::from(foot > 0.5)];
-        let mut pairs = Pairs::new();
-        for (main, corner) in [(pair.main, end), (end, pair.main)] {
-            let edges = self.vertices[corner as usize].edges.into_iter().flatten();
-            pairs.extend(edges.map(|target| Pair { main, target }));
-        }
-        pairs
-    }
-
-    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<2>) -> Option<Pair> {
-        let target = self.next(pair.target, foot[0] > 0.5)?;
-        let moved = Pair {
-            main: pair.main,
-            target,
-        };
-        // At a corner of less than a right angle's turn the surface goes on.
-        let turn = dot(&self.outward(pair.target, at), &self.outward(target, at));
-        (turn > 0.0 && self.admits(moved, at)).then_some(moved)
-    }
-
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<2>, tolerance: f64) -> bool {
-        let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
-        let flush = cross2(&n, &m).abs() <= FLUSH;
-        if one.main == other.main {
-            // One vertex at the joint of two edges of a smooth boundary; farther on it has
-            // bent away from the first.
-            let adjacent = self.ends[one.target as usize]
-                .iter()
-                .any(|end| self.ends[other.target as usize].contains(end));
-            return adjacent && flush && dot(&n, &m) > 0.0;
-        }
-        // Two vertices that lie on each other, each on an edge of the other.
-        flush
-            && dot(&n, &m) < 0.0
-            && self.ends[one.target as usize].contains(&other.main)
-            && self.ends[other.target as usize].contains(&one.main)
-            && norm(&sub(
-                &at.at(self.main_node(one)),
-                &at.at(self.main_node(other)),
-            )) <= tolerance
-    }
-
-    fn relate(
-        &self,
-        operator: &mut Operator<2>,
-        pair: Pair,
-        foot: &[f64; 2],
-        at: Configuration<2>,
-        _along: Option<&[f64; 2]>,
-    ) {
-        let [a, b] = self.edges[pair.target as usize];
-        let p = self.main_node(pair);
-        let (start, end) = (at.at(a), at.at(b));
-        let along = sub(&end, &start);
-        let length = norm(&along);
-        let tangent = scale(1.0 / length, &along);
-        let normal = [tangent[1], -tangent[0]];
-        let w = foot[0];
-        let anchor: [f64; 2] = std::array::from_fn(|c| start[c] + w * along[c]);
-        let offset = sub(&at.at(p), &anchor);
-        let frame = [normal, tangent];
-        operator.frame = frame;
-        operator.offset = frame.map(|direction| dot(&direction, &offset));
-        operator.count = 3;
-        operator.nodes[..3].copy_from_slice(&[p, a, b]);
-        operator.rows[0] = frame;
-        for (r, direction) in frame.iter().enumerate() {
-            // A turn ω = −normal·(v_b − v_a)/length moves the target's material
-            // at the main point by ω × offset.
-            let turning = (direction[1] * offset[0] - direction[0] * offset[1]) / length;
-            for c in 0..2 {
-                operator.rows[1][r][c] = -(1.0 - w) * direction[c] - turning * normal[c];
-                operator.rows[2][r][c] = -w * direction[c] + turning * normal[c];
-            }
-        }
-    }
-
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<2>) -> [Mark<2>; 2] {
-        let (a, b) = self.edge(pair.target, rest);
-        let main = Mark {
-            place: rest.at(self.main_node(pair)),
-            on: Feature::Vertex,
-            outward: self.outward_at(pair.main, rest),
-        };
-        let target = Mark {
-            place: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
-            on: Feature::Face,
-            outward: self.outward(pair.target, rest),
-        };
-        [main, target]
-    }
-
-    fn at_marks(
-        &self,
-        [main, target]: &[Mark<2>; 2],
-        [own, others]: [Range<u32>; 2],
-        rest: Configuration<2>,
-    ) -> Option<(Pair, [f64; 2])> {
-        let first = self.vertices.partition_point(|v| v.node[0] < own.start);
-        let end = self.vertices.partition_point(|v| v.node[0] < own.end);
-        let is_there = |&v: &usize| rest.at(self.vertices[v].node[0]) == main.place;
-        let unlike = |&v: &usize| main.is_unlike(&self.outward_at(v as u32, rest));
-        let vertex = (first..end).filter(is_there).min_by_key(unlike)?;
-        let first = self.edges.partition_point(|edge| edge[0] < others.start);
-        let end = self.edges.partition_point(|edge| edge[0] < others.end);
-        let best = (first as u32..end as u32).filter_map(|edge| {
-            let (a, b) = self.edge(edge, rest);
-            let (along, from) = (sub(&b, &a), sub(&target.place, &a));
-            let length = norm(&along);
-            let foot = dot(&from, &along) / (length * length);
-            let beside = cross2(&along, &from).abs() / length;
-            let turned = norm(&sub(&self.outward(edge, rest), &target.outward));
-            let outside = (-foot).max(foot - 1.0);
-            let is_part = turned <= PART && beside <= PART * length && outside <= PART;
-            is_part.then_some((edge, foot.clamp(0.0, 1.0), outside))
-        });
-        let (edge, foot, _) = best.min_by(|a, b| a.2.total_cmp(&b.2))?;
-        let pair = Pair {
-            main: vertex as u32,
-            target: edge,
-        };
-        Some((pair, [foot, 0.0]))
-    }
-
-    fn classify(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> (ContactKind, f64) {
-        let share = self.flush_share(pair, at, tolerance);
-        let foot = self.project(pair, at).foot[0];
-        let length = self.target_size(pair.target, at);
-        let is_corner = |next: u32| {
-            let [one, other] = [pair.target, next].map(|edge| self.direction(edge, at));
-            cross2(&one, &other).abs() > FLUSH || dot(&one, &other) < 0.0
-        };
-        // Edges that only go on in one line lie on each other by round-off.
-        let kind = if share > 0.5 * tolerance {
-            ContactKind::EdgeEdge
-        } else if foot.min(1.0 - foot) * length <= tolerance
-            && self.next(pair.target, foot > 0.5).is_none_or(is_corner)
-        {
-            ContactKind::VertexVertex
-        } else {
-            ContactKind::VertexEdge
-        };
-        (kind, share * self.thickness)
     }
 }

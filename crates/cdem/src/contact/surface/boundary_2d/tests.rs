@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::surface::boundary_2d::Outline;
-use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
 use crate::math::vector::{add, scale};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 

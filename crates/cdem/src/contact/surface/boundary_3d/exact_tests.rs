@@ -4,7 +4,7 @@
 
 use crate::contact::surface::boundary_3d::tests::all_pairs;
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{Configuration, FOOT_ROUND_OFF, Pair, Surface};
+use crate::contact::surface::{Configuration, Distance, FOOT_ROUND_OFF, Pair, TimeOfImpact};
 use crate::contact::verification::exact::{
     DEPTH, Draw, FOOT, Features, Query, bound, cross, difference, dot,
 };

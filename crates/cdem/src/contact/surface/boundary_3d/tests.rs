@@ -3,10 +3,13 @@
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-use crate::contact::ccd::signed_volume::{ROUND_OFF, Slack};
+use crate::contact::ccd::signed_volume::ROUND_OFF;
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{Configuration, Nearness, Operator, Pair, STEEP, Surface};
+use crate::contact::surface::{
+    Configuration, ContactGeometry, Distance, Nearness, Operator, Pair, STEEP, Slack, TimeOfImpact,
+    Topology,
+};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;

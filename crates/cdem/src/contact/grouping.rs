@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use crate::contact::constraint::contact_point::Live;
 use crate::contact::detection::separation_bounds::Near;
+use crate::contact::interior::Beside;
 use crate::contact::island::Island;
 use crate::contact::surface::Pair;
-use crate::contact::{Beside, Contacts, STAY};
+use crate::contact::{Contacts, STAY};
 use crate::model::inverse_mass::Inertia;
 use crate::model::time_levels::Joined;
 

@@ -3,15 +3,16 @@
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use crate::contact::ccd::signed_volume::Slack;
 use crate::contact::constraint::active_set::Closed;
 use crate::contact::constraint::contact_point::{Live, Moment};
+use crate::contact::constraint::context::Setting;
 use crate::contact::detection::separation_bounds::Near;
-use crate::contact::island::{Island, SHALLOW, Setting};
-use crate::contact::kicked::Kicked;
+use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::solver::system::SHARE;
-use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::{Configuration, Pair, Slack, Surface};
+use crate::contact::tolerances::SHALLOW;
 use crate::math::vector::{norm, sub};
 
 /// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th

@@ -1,16 +1,66 @@
 //! When a pair touches, at constant velocities: the first time at which its features
 //! lie in one plane, and in each other.
 
-use crate::contact::ccd::signed_volume::{Orientation, Slack, last, moved};
+use crate::contact::ccd::signed_volume::{Orientation, last, moved};
 use crate::contact::narrow_phase::edge_edge::Lines;
-use crate::contact::surface::Configuration;
-use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::narrow_phase::point_triangle;
+use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::{Configuration, Pair, Slack, TimeOfImpact};
 use crate::math::vector::{cross, dot, norm, sub};
 
 /// Edges that turn less in a drift than by the angle of this cosine do not become parallel
 /// in it; and how far their normal must point out of the target, to do so all the time.
 const STEADY: f64 = 0.5;
 const OUTWARD: f64 = 0.1;
+
+impl TimeOfImpact<3> for Shell {
+    fn may_touch(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => true,
+            Meeting::Crossing { main, target } => self.may_be_sharp_within([main, target], at, end),
+        }
+    }
+
+    fn rests(
+        &self,
+        pair: Pair,
+        at: Configuration<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+        slack: Slack,
+    ) -> bool {
+        let within = (duration, slack);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let p = self.skin.point(vertex, at);
+                let gap = || point_triangle::gap(&p, &self.skin.triangle(triangle, at));
+                slack.clear.is_finite() && gap() > slack.clear
+                    || self.rests_facing((vertex, triangle), at, velocity, within)
+            }
+            Meeting::Crossing { main, target } => {
+                self.rests_crossing([main, target], at, velocity, within)
+            }
+        }
+    }
+
+    fn time_of_impact(
+        &self,
+        pair: Pair,
+        at: Configuration<3>,
+        velocity: &[[f64; 3]],
+        duration: f64,
+        depth: f64,
+    ) -> Option<f64> {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                self.time_of_facing((vertex, triangle), at, velocity, (duration, depth))
+            }
+            Meeting::Crossing { main, target } => {
+                self.time_of_crossing([main, target], at, velocity, (duration, depth))
+            }
+        }
+    }
+}
 
 impl Shell {
     /// When a vertex touches a triangle within `duration` seconds, no deeper in it than

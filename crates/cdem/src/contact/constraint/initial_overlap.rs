@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::contact::island::Setting;
+use crate::contact::constraint::context::Setting;
 use crate::contact::surface::{Configuration, Pair};
 
 /// How deep blocks lay in each other at t = 0, m, with the smaller number first.

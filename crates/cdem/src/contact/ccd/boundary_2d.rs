@@ -1,0 +1,121 @@
+//! Times of impact in the plane: a vertex and an edge.
+
+use crate::contact::ccd::signed_volume::{Orientation, moved};
+use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::surface::{
+    Configuration, Distance, FLUSH, FOOT_ROUND_OFF, Pair, Slack, TimeOfImpact, beyond_reentrant,
+};
+use crate::math::vector::{cross2, dot, norm, sub};
+
+impl Outline {
+    /// The target edge of a pair with its rate, and its length times the gap.
+    fn area_before(
+        &self,
+        pair: Pair,
+        at: Configuration<2>,
+        velocity: &[[f64; 2]],
+    ) -> (Orientation, [[f64; 2]; 2]) {
+        let [a, b] = self.edges[pair.target as usize];
+        let between = |from: u32, to: u32| {
+            let rate = sub(&velocity[to as usize], &velocity[from as usize]);
+            [sub(&at.at(to), &at.at(from)), rate]
+        };
+        let edge = between(a, b);
+        let area = Orientation::of_area([between(a, self.main_node(pair)), edge]);
+        (area, edge)
+    }
+
+    /// How far beyond an end of `edge` a foot still lies on it, over its
+    /// length: more in a [re-entrant](beyond_reentrant) corner.
+    fn foot_slack(&self, edge: u32, beyond_end: bool, at: Configuration<2>, depth: f64) -> f64 {
+        let Some(other) = self.next(edge, beyond_end) else {
+            return FOOT_ROUND_OFF;
+        };
+        let (one, two) = if beyond_end {
+            (edge, other)
+        } else {
+            (other, edge)
+        };
+        let ways = [one, two].map(|edge| self.direction(edge, at));
+        let turn = f64::atan2(cross2(&ways[0], &ways[1]), dot(&ways[0], &ways[1]));
+        beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
+    }
+
+    /// At a convex corner of the target, a point that glides along one edge
+    /// crosses the line of the other: `true` if the pair's touch within `zone`
+    /// of an end is such a ghost, seen from the positions `then` after it.
+    fn belongs_to_other_edge(
+        &self,
+        pair: Pair,
+        foot: f64,
+        zone: f64,
+        then: Configuration<2>,
+    ) -> bool {
+        let length = self.target_size(pair.target, then);
+        let from_end = foot.min(1.0 - foot) * length;
+        if from_end > zone {
+            return false;
+        }
+        let Some(other) = self.next(pair.target, foot > 0.5) else {
+            return false;
+        };
+        let turn = {
+            let (one, two) = if foot > 0.5 {
+                (pair.target, other)
+            } else {
+                (other, pair.target)
+            };
+            cross2(&self.direction(one, then), &self.direction(two, then))
+        };
+        if turn < FLUSH || self.lies_flush(pair, then, zone) {
+            return false;
+        }
+        let beside = Pair {
+            target: other,
+            ..pair
+        };
+        // Corners that meet head on clip each other's other edge: where that may
+        // not be touched, this is where they touch.
+        self.admits(beside, then) && self.project(beside, then).gap > self.project(pair, then).gap
+    }
+}
+
+impl TimeOfImpact<2> for Outline {
+    fn rests(
+        &self,
+        pair: Pair,
+        at: Configuration<2>,
+        velocity: &[[f64; 2]],
+        duration: f64,
+        slack: Slack,
+    ) -> bool {
+        if slack.clear.is_finite() && self.project(pair, at).gap > slack.clear {
+            return true;
+        }
+        let (area, edge) = self.area_before(pair, at, velocity);
+        let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
+        area.rests(lengths, duration, slack)
+    }
+
+    fn time_of_impact(
+        &self,
+        pair: Pair,
+        at: Configuration<2>,
+        velocity: &[[f64; 2]],
+        duration: f64,
+        depth: f64,
+    ) -> Option<f64> {
+        let (area, edge) = self.area_before(pair, at, velocity);
+        let deep = depth * norm(&edge[0]);
+        let is_on_edge = |t: f64| {
+            let then = at.after(velocity, t);
+            let foot = self.project(pair, then).foot[0];
+            let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
+            (-slack..=1.0 + slack).contains(&foot)
+        };
+        let time = area.first_fall(duration, deep, is_on_edge)?;
+        let foot = self.project(pair, at.after(velocity, time)).foot[0];
+        let end = at.after(velocity, duration);
+        (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
+    }
+}

@@ -1,0 +1,57 @@
+//! Context of contact: surfaces, laws and masses that all stages share.
+
+use crate::contact::constraint::initial_overlap::Overlaps;
+use crate::contact::constraint::law::Laws;
+use crate::contact::surface::{Pair, Surface};
+use crate::contact::tolerances::LEAST_MOVE;
+use crate::model::inverse_mass::{Inertia, Mobility};
+
+/// What contacts need to know of everything else.
+#[derive(Clone, Copy)]
+pub(crate) struct Setting<'a, const D: usize> {
+    pub(crate) surface: &'a dyn Surface<D>,
+    pub(crate) laws: &'a Laws,
+    pub(crate) block_of: &'a [u32],
+    pub(crate) inertia: &'a Inertia<D>,
+    /// Mass-proportional damping of each block, 1/s.
+    pub(crate) damping: &'a [f64],
+    /// d_tol, m.
+    pub(crate) tolerance: f64,
+    /// Of blocks at t = 0.
+    pub(crate) overlaps: &'a Overlaps,
+    /// How often the elements at each node have been halved.
+    pub(crate) halvings: &'a [u8],
+}
+
+impl<'a, const D: usize> Setting<'a, D> {
+    /// Blocks of a pair: main and target.
+    pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
+        let main = self.surface.main_nodes(pair.main)[0];
+        let target = self.surface.target_nodes(pair.target)[0];
+        [main, target].map(|node| self.block_of[node as usize])
+    }
+
+    /// How often the elements at a pair have been halved, on the finer side.
+    pub(crate) fn halvings_at(&self, pair: Pair) -> u32 {
+        let main = self.surface.main_nodes(pair.main).iter();
+        let nodes = main.chain(self.surface.target_nodes(pair.target));
+        let halvings = nodes.map(|&node| u32::from(self.halvings[node as usize]));
+        halvings.max().unwrap_or_default()
+    }
+
+    /// Relative velocity that moves points by nothing but round-off over a drift
+    /// of `drift` seconds, m/s.
+    pub(crate) fn least_speed(&self, drift: f64) -> f64 {
+        LEAST_MOVE * self.tolerance / drift
+    }
+
+    /// What impulses do in a kick of `interval` seconds; 0: at an instant.
+    pub(crate) fn mobility(&self, interval: f64) -> Mobility<'a, D> {
+        Mobility {
+            inertia: self.inertia,
+            block_of: self.block_of,
+            damping: self.damping,
+            interval,
+        }
+    }
+}

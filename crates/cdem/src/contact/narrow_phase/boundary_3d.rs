@@ -1,0 +1,317 @@
+//! The narrow phase in space: vertices against triangles, edges against edges.
+
+use std::ops::Range;
+
+use crate::contact::narrow_phase::classification::Place;
+use crate::contact::narrow_phase::edge_edge::{self, Crossing, Lines};
+use crate::contact::narrow_phase::point_triangle::{self, Facing};
+use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::contact_kind::ContactKind;
+use crate::contact::surface::{
+    Configuration, ContactGeometry, Distance, FLUSH, Mark, Nearness, Operator, Pair, Pairs,
+    Projection,
+};
+use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
+use crate::mesh::distance_to;
+
+impl Shell {
+    pub(crate) fn facing(&self, vertex: u32, triangle: u32, at: Configuration<3>) -> Facing {
+        let p = self.skin.point(vertex, at);
+        Facing::new(&p, &self.skin.triangle(triangle, at))
+    }
+
+    pub(crate) fn crossing(
+        &self,
+        main: u32,
+        target: u32,
+        at: Configuration<3>,
+    ) -> Option<Crossing> {
+        let lines = self.lines(main, target, at)?;
+        Some(lines.between(&self.outward(main, target, at)))
+    }
+
+    pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<Lines> {
+        let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+        Lines::new(&main, &target, self.skin.tolerance)
+    }
+
+    /// What points out of the target edge and into the main one.
+    pub(crate) fn outward(&self, main: u32, target: u32, at: Configuration<3>) -> [f64; 3] {
+        sub(&self.skin.outward(target, at), &self.skin.outward(main, at))
+    }
+
+    /// Whether two edges are so sharp that they can meet each other.
+    pub(crate) fn are_sharp(&self, edges: [u32; 2], at: Configuration<3>) -> bool {
+        let [one, other] = edges.map(|edge| self.length(edge, at));
+        let under = edges.into_iter().zip([other, one]);
+        let mut sharp = under.map(|(edge, length)| self.skin.is_sharp_under(edge, length, at));
+        sharp.all(|is_sharp| is_sharp)
+    }
+
+    pub(crate) fn length(&self, edge: u32, at: Configuration<3>) -> f64 {
+        let [a, b] = self.skin.edge(edge, at);
+        norm(&sub(&b, &a))
+    }
+
+    /// Blocks of a pair: main and target.
+    pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
+        let of_edge = |edge: u32| self.skin.block(self.skin.edges[edge as usize].ends[0]);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let corner = self.skin.triangles[triangle as usize].corners[0];
+                [self.skin.block(vertex), self.skin.block(corner)]
+            }
+            Meeting::Crossing { main, target } => [of_edge(main), of_edge(target)],
+        }
+    }
+}
+
+impl Distance<3> for Shell {
+    fn apart(&self, pair: Pair, at: Configuration<3>) -> f64 {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let p = self.skin.point(vertex, at);
+                distance_to(&self.skin.triangle(triangle, at), p)
+            }
+            Meeting::Crossing { main, target } => {
+                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+                edge_edge::distance(&main, &target)
+            }
+        }
+    }
+
+    fn nearness(&self, pair: Pair, at: Configuration<3>, reach: f64, tolerance: f64) -> Nearness {
+        let range = (reach, tolerance);
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                self.nearness_facing(vertex, triangle, at, range)
+            }
+            Meeting::Crossing { main, target } => self.nearness_crossing([main, target], at, range),
+        }
+    }
+
+    fn presses(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> bool {
+        let places = Place::both(self, pair, at, tolerance);
+        let on_face = || {
+            matches!(
+                Place::kind(self, pair, &places, at),
+                ContactKind::FaceFace | ContactKind::EdgeFace | ContactKind::VertexFace
+            )
+        };
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => on_face(),
+            Meeting::Crossing { main, target } => {
+                let across = places.iter().all(|place| !place.is_at_vertex());
+                self.are_sharp([main, target], at) && (across || on_face())
+            }
+        }
+    }
+
+    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<3>) -> bool {
+        match [one, other].map(|pair| self.meeting(pair)) {
+            [
+                Meeting::Facing { vertex, triangle },
+                Meeting::Facing {
+                    vertex: second,
+                    triangle: beside,
+                },
+            ] => vertex == second && self.face_each_other([triangle, beside], at),
+            [
+                Meeting::Crossing { main, target },
+                Meeting::Crossing {
+                    main: second,
+                    target: beside,
+                },
+            ] => {
+                let outward = [one, other].map(|pair| self.normal(pair, at));
+                let [Some(normal), Some(other)] = outward else {
+                    return false;
+                };
+                let into_main = [normal, other];
+                main == second && self.rims_face_each_other([target, beside], into_main, at)
+                    || target == beside
+                        && self.rims_face_each_other(
+                            [main, second],
+                            into_main.map(|normal| scale(-1.0, &normal)),
+                            at,
+                        )
+            }
+            _ => false,
+        }
+    }
+
+    fn project(&self, pair: Pair, at: Configuration<3>) -> Projection {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let facing = self.facing(vertex, triangle, at);
+                Projection {
+                    gap: facing.gap,
+                    foot: [facing.weights[1], facing.weights[2]],
+                    outside: facing.outside().1,
+                }
+            }
+            Meeting::Crossing { main, target } => match self.crossing(main, target, at) {
+                Some(crossing) => Projection {
+                    gap: crossing.gap,
+                    foot: crossing.foot,
+                    outside: crossing.outside([main, target].map(|e| self.length(e, at))),
+                },
+                None => Projection {
+                    gap: 0.0,
+                    foot: [0.5; 2],
+                    outside: f64::INFINITY,
+                },
+            },
+        }
+    }
+
+    fn gap(&self, pair: Pair, at: Configuration<3>, along: &[f64; 3]) -> Option<f64> {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let p = self.skin.point(vertex, at);
+                Some(point_triangle::gap(&p, &self.skin.triangle(triangle, at)))
+            }
+            Meeting::Crossing { main, target } => {
+                let lines = self.lines(main, target, at)?;
+                Some(lines.between(along).gap)
+            }
+        }
+    }
+
+    fn normal(&self, pair: Pair, at: Configuration<3>) -> Option<[f64; 3]> {
+        match self.meeting(pair) {
+            Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
+            Meeting::Crossing { main, target } => self
+                .crossing(main, target, at)
+                .map(|crossing| crossing.normal),
+        }
+    }
+
+    fn admits(&self, pair: Pair, at: Configuration<3>) -> bool {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                let normal = self.skin.normal(triangle, at);
+                self.lowest_edge(vertex, &normal, at) >= -FLUSH
+            }
+            Meeting::Crossing { main, target } => {
+                let crossing = self.crossing(main, target, at);
+                crossing.is_some_and(|crossing| {
+                    self.lowest_side([main, target], &crossing.normal, at) >= -FLUSH
+                })
+            }
+        }
+    }
+
+    fn target_size(&self, target: u32, at: Configuration<3>) -> f64 {
+        match target.checked_sub(self.skin.triangles.len() as u32) {
+            None => {
+                let edges = self.skin.triangles[target as usize].edges;
+                edges
+                    .map(|edge| self.length(edge, at))
+                    .into_iter()
+                    .fold(0.0, f64::max)
+            }
+            Some(edge) => self.length(edge, at),
+        }
+    }
+
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<3>, tolerance: f64) -> bool {
+        let (blocks, mut others) = (self.blocks(one), self.blocks(other));
+        let swapped = blocks != others;
+        others.reverse();
+        if swapped && blocks != others {
+            return false;
+        }
+        let apart = sub(&self.point(one, at), &self.point(other, at));
+        if norm(&apart) > tolerance {
+            return false;
+        }
+        let [Some(normal), Some(second)] = [one, other].map(|pair| self.normal(pair, at)) else {
+            return false;
+        };
+        let cosine = dot(&normal, &second);
+        norm(&cross(&normal, &second)) <= FLUSH && (cosine < 0.0) == swapped
+    }
+
+    fn point(&self, pair: Pair, at: Configuration<3>) -> [f64; 3] {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
+            Meeting::Crossing { main, target } => {
+                let lines = self.lines(main, target, at);
+                let foot = lines.map_or(0.5, |lines| lines.foot[0]);
+                let [a, b] = self.skin.edge(main, at);
+                let mut point = a;
+                add_scaled(&mut point, foot, &sub(&b, &a));
+                point
+            }
+        }
+    }
+}
+
+impl ContactGeometry<3> for Shell {
+    fn beside(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
+        Place::pairs(self, pair, at, tolerance)
+    }
+
+    fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
+            Meeting::Crossing { main, target } => self.next_edge([main, target], foot, at),
+        }
+    }
+
+    fn successor(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Option<(Pair, bool)> {
+        match self.meeting(pair) {
+            Meeting::Facing { .. } => None,
+            Meeting::Crossing { main, target } => self.end_on_face([main, target], at, tolerance),
+        }
+    }
+
+    fn relate(
+        &self,
+        operator: &mut Operator<3>,
+        pair: Pair,
+        foot: &[f64; 2],
+        at: Configuration<3>,
+        along: Option<&[f64; 3]>,
+    ) {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => {
+                self.relate_facing(operator, (vertex, triangle), foot, at);
+            }
+            Meeting::Crossing { main, target } => {
+                self.relate_crossing(operator, [main, target], (foot, along), at);
+            }
+        }
+    }
+
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<3>) -> [Mark<3>; 2] {
+        match self.meeting(pair) {
+            Meeting::Facing { vertex, triangle } => [
+                self.mark_at_vertex(vertex, rest),
+                self.mark_on_triangle(triangle, foot, rest),
+            ],
+            Meeting::Crossing { main, target } => [
+                self.mark_on_edge(main, foot[0], rest),
+                self.mark_on_edge(target, foot[1], rest),
+            ],
+        }
+    }
+
+    fn at_marks(
+        &self,
+        marks: &[Mark<3>; 2],
+        nodes: [Range<u32>; 2],
+        rest: Configuration<3>,
+    ) -> Option<(Pair, [f64; 2])> {
+        self.find_marks(marks, nodes, rest)
+    }
+
+    fn classify(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> (ContactKind, f64) {
+        let places = Place::both(self, pair, at, tolerance);
+        (
+            Place::kind(self, pair, &places, at),
+            self.share(pair, &places, at, tolerance),
+        )
+    }
+}

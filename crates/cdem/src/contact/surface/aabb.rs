@@ -1,0 +1,50 @@
+//! Axis-aligned boxes.
+
+/// Axis-aligned box. It is empty where a lower corner is above the upper one:
+/// no box overlaps it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aabb<const D: usize> {
+    /// Lower corner.
+    pub(crate) min: [f64; D],
+    /// Upper corner.
+    pub(crate) max: [f64; D],
+}
+
+impl<const D: usize> Aabb<D> {
+    /// The smallest box around points, grown by `margin` on all sides.
+    #[inline]
+    pub(crate) fn around(points: impl IntoIterator<Item = [f64; D]>, margin: f64) -> Self {
+        let mut aabb = Self {
+            min: [f64::INFINITY; D],
+            max: [f64::NEG_INFINITY; D],
+        };
+        for point in points {
+            for (c, x) in point.into_iter().enumerate() {
+                aabb.min[c] = aabb.min[c].min(x - margin);
+                aabb.max[c] = aabb.max[c].max(x + margin);
+            }
+        }
+        aabb
+    }
+
+    /// Whether it holds no point.
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        (0..D).any(|c| self.min[c] > self.max[c])
+    }
+
+    /// Whether the two share a point; neither is empty, but for boxes around nothing,
+    /// which overlap none.
+    #[inline]
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        (0..D).all(|c| self.min[c] <= other.max[c] && other.min[c] <= self.max[c])
+    }
+
+    /// Widest gap between the two along an axis, m; negative where they overlap.
+    #[inline]
+    pub(crate) fn apart(&self, other: &Self) -> f64 {
+        (0..D)
+            .map(|c| (self.min[c] - other.max[c]).max(other.min[c] - self.max[c]))
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}
