@@ -1,7 +1,7 @@
 //! The conventional model, kept as a yardstick: normal and shear springs at
 //! points that overlap at the start of a step (the paper's section 2).
 
-use crate::contact::constraint::constraint::shear_norm;
+use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
 use crate::contact::constraint::context::Setting;
 use crate::contact::energy::{Books, Receive};

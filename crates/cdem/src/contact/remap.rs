@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::constraint::shear_norm;
+use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::{Live, Record};
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::Search;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::ccd::signed_volume::LOOKS;
-use crate::contact::constraint::constraint::{Constraint, Limit, shear_norm};
+use crate::contact::constraint::contact_constraint::{Constraint, Limit, shear_norm};
 use crate::contact::constraint::context::Setting;
 use crate::contact::constraint::law::Law;
 use crate::contact::surface::contact_kind::ContactKind;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::constraint::Constraint;
+use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::constraint::contact_point::Live;
 use crate::contact::constraint::context::Setting;
 use crate::contact::energy::{Books, Receive, Receivers};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::constraint::{Constraint, shear_norm};
+use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
 use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
 use crate::contact::constraint::context::Setting;
 use crate::contact::energy::Books;

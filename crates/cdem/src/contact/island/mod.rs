@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::constraint::constraint::Constraint;
+use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::constraint::contact_point::{Live, Moment, Record};
 use crate::contact::constraint::context::Setting;
 use crate::contact::constraint::initial_overlap::ordered;

@@ -12,7 +12,7 @@
 
 use pulp::Scalar;
 
-use crate::contact::constraint::constraint::Limit;
+use crate::contact::constraint::contact_constraint::Limit;
 use crate::contact::solver::simd_block::{Factors, Pack};
 use crate::contact::solver::system::System;
 use crate::math::vector::{add_scaled, dot};

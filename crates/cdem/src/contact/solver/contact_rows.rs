@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::contact::constraint::constraint::{Constraint, Limit, shear_norm, shear_square};
+use crate::contact::constraint::contact_constraint::{Constraint, Limit, shear_norm, shear_square};
 use crate::contact::solver::colouring::Values;
 use crate::contact::solver::inverse_mass_columns::{Columns, Lever};
 use crate::contact::solver::simd_block::{Factors, Pack, Packs};

@@ -1,7 +1,7 @@
 //! Contacts that share nodes, solved together: projected Gauss–Seidel over an
 //! island, on velocities (design, section 5).
 
-use crate::contact::constraint::constraint::Constraint;
+use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::solver::simd_block::Pack;
 use crate::contact::solver::system::{Swept, System};
 use crate::math::vector::sub;

@@ -12,7 +12,7 @@ pub(crate) mod system;
 #[cfg(test)]
 mod tests;
 
-use crate::contact::constraint::constraint::Constraint;
+use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::solver::simd_block::{OfBlock, OfNode};
 use crate::contact::solver::system::System;
 use crate::model::inverse_mass::{Inertia, Mobility};

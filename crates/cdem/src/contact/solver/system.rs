@@ -7,7 +7,7 @@
 
 use pulp::{Scalar, Simd};
 
-use crate::contact::constraint::constraint::{Constraint, Limit};
+use crate::contact::constraint::contact_constraint::{Constraint, Limit};
 use crate::contact::solver::active_set_cg::Face;
 use crate::contact::solver::colouring::{Colours, NodesOf, Values, Visit, larger};
 use crate::contact::solver::contact_rows::{Filling, Point, Reluctance, Term, Terms, nodes_of};

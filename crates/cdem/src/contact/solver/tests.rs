@@ -1,6 +1,6 @@
 //! Tests of the solver on islands made by hand.
 
-use crate::contact::constraint::constraint::{Constraint, Limit, shear_norm};
+use crate::contact::constraint::contact_constraint::{Constraint, Limit, shear_norm};
 use crate::contact::solver::Solver;
 use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
 use crate::contact::surface::Operator;
