@@ -21,7 +21,7 @@ pub use crate::math::restore::ResumeError;
 pub use crate::model::ModelError;
 pub use crate::simulation::edit::BlockRange;
 pub use crate::simulation::output;
-pub use crate::simulation::snapshot::Capture;
+pub use crate::simulation::snapshot::Snapshot;
 pub use crate::simulation::update_cost::UpdateCost;
 pub use crate::simulation::validity::StepError;
 pub use crate::simulation::{AnyMesh, BlockOverview, CollisionOverview, Overview, Simulation};

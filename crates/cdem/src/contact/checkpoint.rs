@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Contacts;
-use crate::contact::constraint::contact_point::Record;
-use crate::contact::detection::candidates::Search;
-use crate::contact::energy::Books;
+use crate::contact::constraint::contact_point::ContactHistory;
+use crate::contact::detection::candidates::CandidateSearch;
+use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::surface::Pair;
 use crate::math::restore::{ResumeError, require};
@@ -16,15 +16,15 @@ use crate::math::restore::{ResumeError, require};
 /// overlaps at t = 0 are made anew.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedContacts<'a, const D: usize> {
-    search: Cow<'a, Search<D>>,
+    search: Cow<'a, CandidateSearch<D>>,
     outrun: bool,
     near: Cow<'a, [Pair]>,
     joins: Cow<'a, [(Pair, u64)]>,
     islands: Cow<'a, [Island<D>]>,
     left: Option<u64>,
-    ended: Cow<'a, [Record]>,
+    ended: Cow<'a, [ContactHistory]>,
     ended_before: usize,
-    books: Books,
+    books: ContactEnergies,
 }
 
 impl<const D: usize> Contacts<D> {
@@ -66,7 +66,7 @@ impl<const D: usize> Contacts<D> {
         }
         (self.grouped, self.left) = (true, saved.left);
         (self.ended, self.ended_before) = (saved.ended.into_owned(), saved.ended_before);
-        self.books = Books {
+        self.books = ContactEnergies {
             watch,
             ..saved.books
         };
@@ -83,7 +83,7 @@ impl<const D: usize> Contacts<D> {
             families
                 .any(|[main, target]| main.contains(&pair.main) && target.contains(&pair.target))
         };
-        let is_known = |record: &Record| {
+        let is_known = |record: &ContactHistory| {
             let mut of = record.blocks.iter();
             of.all(|&block| (block as usize) < blocks)
         };

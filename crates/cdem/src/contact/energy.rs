@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::tolerances::UNSOLVED;
 use crate::math::profile::{Stage, Stopwatch};
-use crate::model::ledger::Velocity;
+use crate::model::ledger::WorkVelocity;
 
 /// Energies of contact, J, and other sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Books {
+pub(crate) struct ContactEnergies {
     pub(crate) impact_loss: f64,
     pub(crate) friction_loss: f64,
     pub(crate) fracture_loss: f64,
@@ -22,13 +22,13 @@ pub(crate) struct Books {
     pub(crate) penetration: f64,
     /// At which velocity impulses work.
     #[serde(skip)]
-    pub(crate) at: Velocity,
+    pub(crate) at: WorkVelocity,
     /// Time that contact takes.
     #[serde(skip)]
     pub(crate) watch: Stopwatch,
 }
 
-impl Books {
+impl ContactEnergies {
     /// Where the energy goes that a slip takes: of a joint, into fracture.
     pub(super) fn slip_loss(&mut self, joint: bool) -> &mut f64 {
         if joint {
@@ -109,8 +109,8 @@ impl Books {
         impact: bool,
     ) {
         let end = match self.at {
-            Velocity::Mean => new,
-            Velocity::Before => old,
+            WorkVelocity::Mean => new,
+            WorkVelocity::Before => old,
         };
         let work = |r: usize| 0.5 * impulse[r] * (old[r] + end[r]);
         self.impact_loss -= work(0);
@@ -124,11 +124,11 @@ impl Books {
 }
 
 /// Receives each impulse on a node, N·s.
-pub(crate) type Receive<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
+pub(crate) type ImpulseReceiver<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
 
 /// Who receives the impulses of a drift.
-pub(crate) struct Receivers<'a, const D: usize> {
-    pub(crate) of_contacts: Receive<'a, D>,
+pub(crate) struct ImpulseReceivers<'a, const D: usize> {
+    pub(crate) of_contacts: ImpulseReceiver<'a, D>,
     /// Those of elements on nodes that are held.
-    pub(crate) on_held: Receive<'a, D>,
+    pub(crate) on_held: ImpulseReceiver<'a, D>,
 }

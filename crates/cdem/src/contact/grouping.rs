@@ -3,14 +3,14 @@
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::contact_point::Live;
-use crate::contact::detection::separation_bounds::Near;
-use crate::contact::interior::Beside;
+use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::detection::separation_bounds::SeparationBounds;
+use crate::contact::interior::NeighbourNodes;
 use crate::contact::island::Island;
 use crate::contact::surface::Pair;
 use crate::contact::{Contacts, STAY};
-use crate::model::inverse_mass::Inertia;
-use crate::model::time_levels::Joined;
+use crate::model::inverse_mass::InverseMass;
+use crate::model::time_levels::DisjointSets;
 
 /// Pairs whose island a thread finds in a row.
 const AT_ONCE: usize = 1024;
@@ -19,7 +19,7 @@ impl<const D: usize> Contacts<D> {
     /// Puts pairs that are or may come in contact into islands, if they or the
     /// levels have changed. `beside` visits the nodes that share an element
     /// and their level with a node.
-    pub(crate) fn group(&mut self, inertia: &Inertia<D>, beside: Beside) {
+    pub(crate) fn group(&mut self, inertia: &InverseMass<D>, beside: NeighbourNodes) {
         if !self.grouped {
             let live = self.take_live();
             self.build_islands(live, inertia, beside);
@@ -92,7 +92,7 @@ impl<const D: usize> Contacts<D> {
         (self.islands, self.lists.islands) = (islands, list);
     }
 
-    fn take_live(&mut self) -> Vec<Live<D>> {
+    fn take_live(&mut self) -> Vec<ContactPoint<D>> {
         let mut live: Vec<_> = self
             .islands
             .iter_mut()
@@ -152,7 +152,7 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Nodes that count as one in the levels.
-    pub(crate) fn joined_nodes(&self, joined: &mut Joined) {
+    pub(crate) fn joined_nodes(&self, joined: &mut DisjointSets) {
         for &(pair, _) in &self.joins {
             let first = self.terms.surface.main_nodes(pair.main)[0];
             let main = self.terms.surface.main_nodes(pair.main).iter();
@@ -176,7 +176,12 @@ impl<const D: usize> Contacts<D> {
 
     /// Pairs whose nodes a mass matrix couples, or an element: what touches in
     /// the middle of a drift acts on the elements around it.
-    fn build_islands(&mut self, live: Vec<Live<D>>, inertia: &Inertia<D>, beside: Beside) {
+    fn build_islands(
+        &mut self,
+        live: Vec<ContactPoint<D>>,
+        inertia: &InverseMass<D>,
+        beside: NeighbourNodes,
+    ) {
         for node in self.islands.iter().flat_map(|island| &island.nodes) {
             self.in_island[*node as usize] = false;
         }
@@ -221,7 +226,8 @@ impl<const D: usize> Contacts<D> {
         let mut islands = std::mem::take(&mut self.islands);
         let terms = &self.terms;
         for island in &mut islands {
-            island.near = Near::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
+            island.near =
+                SeparationBounds::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
         }
         let blocks = terms.blocks(&self.fixed);
         let mut list = std::mem::take(&mut self.lists.islands);
@@ -234,7 +240,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Nodes that move with the pairs near and closed, sorted; notes where each
     /// is among them.
-    fn take_nodes(&mut self, live: &[Live<D>], inertia: &Inertia<D>) -> Vec<u32> {
+    fn take_nodes(&mut self, live: &[ContactPoint<D>], inertia: &InverseMass<D>) -> Vec<u32> {
         let mut taken = std::mem::take(&mut self.in_island);
         let mut nodes: Vec<u32> = Vec::new();
         let closed = live.iter().map(|live| live.pair);
@@ -259,11 +265,11 @@ impl<const D: usize> Contacts<D> {
     fn coupled_sets(
         &self,
         nodes: &[u32],
-        live: &[Live<D>],
-        inertia: &Inertia<D>,
-        beside: Beside,
-    ) -> Joined {
-        let mut sets = Joined::new(nodes.len());
+        live: &[ContactPoint<D>],
+        inertia: &InverseMass<D>,
+        beside: NeighbourNodes,
+    ) -> DisjointSets {
+        let mut sets = DisjointSets::new(nodes.len());
         let closed = live.iter().map(|live| live.pair);
         for pair in self.near.iter().copied().chain(closed) {
             let mut first = None;

@@ -1,11 +1,11 @@
 //! Coupling of contact to the blocks behind the surfaces.
 
-use crate::contact::energy::Receive;
-use crate::contact::rollback::Trail;
-use crate::model::kinematics::Motion;
+use crate::contact::energy::ImpulseReceiver;
+use crate::contact::rollback::Rollback;
+use crate::model::kinematics::NodalMotion;
 
 /// A touch in the middle of a drift, as the bodies see it.
-pub(crate) struct Jump<'a, const D: usize> {
+pub(crate) struct VelocityJump<'a, const D: usize> {
     /// Nodes of the island, sorted, and their velocities before the touch, m/s.
     pub(crate) nodes: &'a [u32],
     pub(crate) before: &'a [[f64; D]],
@@ -16,7 +16,7 @@ pub(crate) struct Jump<'a, const D: usize> {
 }
 
 /// What lies behind the surfaces.
-pub(crate) trait Interior<const D: usize>: Sync {
+pub(crate) trait BodyCoupling<const D: usize>: Sync {
     /// What is known of a touch while it is in hand; its storage is kept for the next.
     type Touch: Default;
 
@@ -24,9 +24,9 @@ pub(crate) trait Interior<const D: usize>: Sync {
     /// island that it may move are on the trail then.
     fn split(
         &self,
-        motion: &mut Motion<D>,
-        jump: &Jump<D>,
-        trail: &mut Trail<D>,
+        motion: &mut NodalMotion<D>,
+        jump: &VelocityJump<D>,
+        trail: &mut Rollback<D>,
         touch: &mut Self::Touch,
     );
 
@@ -35,7 +35,7 @@ pub(crate) trait Interior<const D: usize>: Sync {
 
     /// The same touch with these impulses. Returns the factor on them that
     /// balances the energy.
-    fn balance(&self, touch: &Self::Touch, motion: &Motion<D>) -> f64;
+    fn balance(&self, touch: &Self::Touch, motion: &NodalMotion<D>) -> f64;
 
     /// The same touch so many seconds before the end of the drift, with these impulses so many
     /// times; tells the impulses on nodes that are held. Returns how much less it has taken
@@ -43,17 +43,17 @@ pub(crate) trait Interior<const D: usize>: Sync {
     fn settle(
         &self,
         touch: &Self::Touch,
-        motion: &mut Motion<D>,
+        motion: &mut NodalMotion<D>,
         remaining_and_times: (f64, f64),
-        on_held: Receive<D>,
+        on_held: ImpulseReceiver<D>,
     ) -> f64;
 }
 
 /// Visits the nodes that share an element and their level with a node.
-pub(crate) type Beside<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
+pub(crate) type NeighbourNodes<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
 
 /// Drift of a node that is due, s.
-pub(crate) type DriftOf<'a> = &'a dyn Fn(u32) -> Option<f64>;
+pub(crate) type DriftDurations<'a> = &'a dyn Fn(u32) -> Option<f64>;
 
 /// Kick interval and drift of a node that is due, s.
-pub(crate) type Timing<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);
+pub(crate) type KickTiming<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);

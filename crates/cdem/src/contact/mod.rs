@@ -19,24 +19,24 @@ pub(crate) mod tolerances;
 #[cfg(test)]
 mod verification;
 
-use crate::contact::constraint::contact_point::{Live, Moment, Record};
-use crate::contact::constraint::context::Setting;
-use crate::contact::constraint::initial_overlap::Overlaps;
-use crate::contact::constraint::law::Laws;
-use crate::contact::detection::candidates::{Blocks, Search};
-use crate::contact::detection::clusters::Patches;
-use crate::contact::energy::{Books, Receive, Receivers};
-use crate::contact::interior::{DriftOf, Interior, Timing};
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::initial_overlap::InitialOverlaps;
+use crate::contact::constraint::law::ContactLaws;
+use crate::contact::detection::candidates::{CandidateSearch, SearchContext};
+use crate::contact::detection::clusters::Clusters;
+use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
+use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
 use crate::contact::island::Island;
-use crate::contact::island::parallel::{self, Copies};
-use crate::contact::surface::geometry_cache::Formed;
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::island::parallel::{self, VelocityCopies};
+use crate::contact::surface::geometry_cache::GeometryCache;
+use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
 use crate::math::profile::Stage;
 use crate::mesh::Mesh;
-use crate::model::inverse_mass::Inertia;
-use crate::model::kinematics::Motion;
-use crate::model::ledger::Velocity;
+use crate::model::inverse_mass::InverseMass;
+use crate::model::kinematics::NodalMotion;
+use crate::model::ledger::WorkVelocity;
 use crate::scene::{ContactModel, Scene};
 
 /// Penetration that is left as it is, over the tolerance. To take it out of the
@@ -52,11 +52,11 @@ const STAY: u64 = 32;
 
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {
-    terms: Terms<D>,
+    terms: ContactModelData<D>,
     model: ContactModel,
     /// Blocks that never move.
     fixed: Vec<bool>,
-    search: Search<D>,
+    search: CandidateSearch<D>,
     /// Whether nodes have moved farther in any step than its search had reached
     /// since last asked.
     outrun: bool,
@@ -67,7 +67,7 @@ pub(crate) struct Contacts<const D: usize> {
     within: f64,
     /// Pairs whose nodes share a level, with the step that last needed it.
     joins: Vec<(Pair, u64)>,
-    lists: Lists,
+    lists: StepLists,
     islands: Vec<Island<D>>,
     /// Whether all pairs near and joined are in islands; and the step in which one has
     /// first left since these were made.
@@ -78,19 +78,19 @@ pub(crate) struct Contacts<const D: usize> {
     island_of: Vec<u32>,
     /// Where a node that does is among those that do.
     place: Vec<u32>,
-    ended: Vec<Record>,
+    ended: Vec<ContactHistory>,
     /// How many of these ended before this coarse step.
     ended_before: usize,
-    books: Books,
+    books: ContactEnergies,
     /// Velocities for threads to work with in a kick, for their storage.
-    copies: Copies<D>,
+    copies: VelocityCopies<D>,
     /// What is known of the surface in a kick, for its storage.
-    formed: Option<Formed<D>>,
+    formed: Option<GeometryCache<D>>,
 }
 
 /// Lists of a step, for their storage.
 #[derive(Default)]
-struct Lists {
+struct StepLists {
     /// Pairs that the search has found, until they are [taken](Contacts::regroup).
     near: Vec<Pair>,
     near_or_closed: Vec<Pair>,
@@ -101,10 +101,10 @@ struct Lists {
 }
 
 /// What does not change but with the mesh, once contacts are closed for t = 0.
-struct Terms<const D: usize> {
+struct ContactModelData<const D: usize> {
     surface: Box<dyn Surface<D>>,
-    patches: Patches,
-    laws: Laws,
+    patches: Clusters,
+    laws: ContactLaws,
     /// Block of each node, and how often the elements around it have been halved.
     block_of: Vec<u32>,
     halvings: Vec<u8>,
@@ -113,12 +113,12 @@ struct Terms<const D: usize> {
     /// d_tol, m.
     tolerance: f64,
     /// Of blocks at t = 0.
-    overlaps: Overlaps,
+    overlaps: InitialOverlaps,
 }
 
-impl<const D: usize> Terms<D> {
-    fn blocks<'a>(&'a self, fixed: &'a [bool]) -> Blocks<'a, D> {
-        Blocks {
+impl<const D: usize> ContactModelData<D> {
+    fn blocks<'a>(&'a self, fixed: &'a [bool]) -> SearchContext<'a, D> {
+        SearchContext {
             surface: &*self.surface,
             patches: &self.patches,
             block_of: &self.block_of,
@@ -134,8 +134,8 @@ impl<const D: usize> Terms<D> {
         }
     }
 
-    fn setting<'a>(&'a self, inertia: &'a Inertia<D>) -> Setting<'a, D> {
-        Setting {
+    fn setting<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
+        ContactContext {
             surface: &*self.surface,
             laws: &self.laws,
             block_of: &self.block_of,
@@ -158,7 +158,7 @@ pub(crate) fn plane_surface(
     thickness: f64,
     _tolerance: f64,
 ) -> Box<dyn Surface<2>> {
-    Box::new(boundary_2d::Outline::new(mesh, thickness))
+    Box::new(boundary_2d::Boundary2d::new(mesh, thickness))
 }
 
 /// Surfaces in 3-D: vertices against triangles, edges against edges.
@@ -167,7 +167,7 @@ pub(crate) fn solid_surface(
     _thickness: f64,
     tolerance: f64,
 ) -> Box<dyn Surface<3>> {
-    Box::new(boundary_3d::Shell::new(mesh, tolerance))
+    Box::new(boundary_3d::Boundary3d::new(mesh, tolerance))
 }
 
 impl<const D: usize> Contacts<D> {
@@ -183,10 +183,10 @@ impl<const D: usize> Contacts<D> {
             block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
         }
         Self {
-            terms: Terms {
-                patches: Patches::new(&*surface, &block_of, &mesh.nodes),
+            terms: ContactModelData {
+                patches: Clusters::new(&*surface, &block_of, &mesh.nodes),
                 surface,
-                laws: Laws::new(scene, mesh),
+                laws: ContactLaws::new(scene, mesh),
                 halvings: vec![0; mesh.nodes.len()],
                 block_of,
                 damping: mesh
@@ -195,7 +195,7 @@ impl<const D: usize> Contacts<D> {
                     .map(|block| damping_of(scene, block.source))
                     .collect(),
                 tolerance,
-                overlaps: Overlaps::default(),
+                overlaps: InitialOverlaps::default(),
             },
             model: scene.contact.model,
             fixed: mesh
@@ -203,9 +203,9 @@ impl<const D: usize> Contacts<D> {
                 .iter()
                 .map(|block| scene.block[block.source].fixed)
                 .collect(),
-            search: Search::default(),
+            search: CandidateSearch::default(),
             outrun: false,
-            lists: Lists::default(),
+            lists: StepLists::default(),
             near: Vec::new(),
             within: tolerance,
             joins: Vec::new(),
@@ -217,15 +217,15 @@ impl<const D: usize> Contacts<D> {
             place: vec![0; mesh.nodes.len()],
             ended: Vec::new(),
             ended_before: 0,
-            books: Books::default(),
-            copies: Copies::default(),
+            books: ContactEnergies::default(),
+            copies: VelocityCopies::default(),
             formed: None,
         }
     }
 
     /// Closes the pairs within the tolerance at t = 0: joints, with the gap
     /// they have.
-    pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &Inertia<D>) {
+    pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &InverseMass<D>) {
         let within = self.terms.tolerance;
         let blocks = self.terms.blocks(&self.fixed);
         let mut pairs = blocks.pairs_within(at, within, &self.terms.may_meet(&self.fixed));
@@ -236,11 +236,11 @@ impl<const D: usize> Contacts<D> {
                 && projection.outside <= within
                 && surface.admits(pair, at)
         });
-        self.terms.overlaps = Overlaps::of(&self.terms.setting(inertia), &pairs, at);
+        self.terms.overlaps = InitialOverlaps::of(&self.terms.setting(inertia), &pairs, at);
         let setting = self.terms.setting(inertia);
         pairs.retain(|&pair| setting.surface.presses(pair, at, within));
         let mut island = Island::default();
-        self.books.touches += island.touch(&setting, Moment::still(at), &pairs, 0.0);
+        self.books.touches += island.touch(&setting, DriftInterval::still(at), &pairs, 0.0);
         for live in &mut island.live {
             live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
         }
@@ -280,10 +280,10 @@ impl<const D: usize> Contacts<D> {
     /// The impacts of pairs that are closed at t = 0 and approach.
     pub(crate) fn collide_initial(
         &mut self,
-        motion: &mut Motion<D>,
-        inertia: &Inertia<D>,
+        motion: &mut NodalMotion<D>,
+        inertia: &InverseMass<D>,
         step: f64,
-        receive: Receive<D>,
+        receive: ImpulseReceiver<D>,
     ) {
         if self.model == ContactModel::Penalty {
             return;
@@ -300,12 +300,12 @@ impl<const D: usize> Contacts<D> {
     /// `timing` gives kick interval and drift of a node that is due, s.
     pub(crate) fn hold(
         &mut self,
-        motion: &mut Motion<D>,
-        inertia: &Inertia<D>,
+        motion: &mut NodalMotion<D>,
+        inertia: &InverseMass<D>,
         before: &[[f64; D]],
         time: f64,
-        timing: Timing,
-        receive: Receive<D>,
+        timing: KickTiming,
+        receive: ImpulseReceiver<D>,
     ) {
         self.books.watch.skip();
         let contacts = self.live().count();
@@ -313,7 +313,7 @@ impl<const D: usize> Contacts<D> {
         let kick = (before, time, timing);
         let (islands, books) = ((&mut *self.islands, &self.copies), &mut self.books);
         self.formed = setting.surface.form(contacts, self.formed.take());
-        let motion = &mut Kicked::new(motion, self.formed.as_ref());
+        let motion = &mut KickedView::new(motion, self.formed.as_ref());
         let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
         self.ended
             .extend(ended.into_iter().map(|record| record.ended(time)));
@@ -324,21 +324,21 @@ impl<const D: usize> Contacts<D> {
     /// works done at the velocities before.
     pub(crate) fn peek(
         &self,
-        motion: &mut Motion<D>,
-        inertia: &Inertia<D>,
+        motion: &mut NodalMotion<D>,
+        inertia: &InverseMass<D>,
         before: &[[f64; D]],
-        timing: Timing,
-        receive: Receive<D>,
-    ) -> Books {
+        timing: KickTiming,
+        receive: ImpulseReceiver<D>,
+    ) -> ContactEnergies {
         let setting = self.terms.setting(inertia);
-        let mut books = Books {
-            at: Velocity::Before,
-            ..Books::default()
+        let mut books = ContactEnergies {
+            at: WorkVelocity::Before,
+            ..ContactEnergies::default()
         };
         let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
         let formed = setting.surface.form(self.live().count(), None);
-        let motion = &mut Kicked::new(motion, formed.as_ref());
+        let motion = &mut KickedView::new(motion, formed.as_ref());
         hold_all(
             self.model,
             (islands, &self.copies),
@@ -355,11 +355,11 @@ impl<const D: usize> Contacts<D> {
     /// of their nodes.
     pub(crate) fn drift(
         &mut self,
-        motion: &mut Motion<D>,
-        inertia: &Inertia<D>,
-        timing: (f64, DriftOf),
-        interior: &impl Interior<D>,
-        receivers: &mut Receivers<D>,
+        motion: &mut NodalMotion<D>,
+        inertia: &InverseMass<D>,
+        timing: (f64, DriftDurations),
+        interior: &impl BodyCoupling<D>,
+        receivers: &mut ImpulseReceivers<D>,
     ) {
         self.books.watch.skip();
         let setting = &self.terms.setting(inertia);
@@ -388,7 +388,7 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn part(
         &mut self,
         at: Configuration<D>,
-        inertia: &Inertia<D>,
+        inertia: &InverseMass<D>,
     ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
         let limit = PENETRATION * self.terms.tolerance;
@@ -403,7 +403,7 @@ impl<const D: usize> Contacts<D> {
             let deepest = island
                 .live
                 .iter()
-                .map(Live::penetration)
+                .map(ContactPoint::penetration)
                 .fold(0.0, f64::max);
             if deepest > limit {
                 moves.extend(island.part(&setting, at));
@@ -418,12 +418,12 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// All live contacts.
-    pub(crate) fn live(&self) -> impl Iterator<Item = &Live<D>> {
+    pub(crate) fn live(&self) -> impl Iterator<Item = &ContactPoint<D>> {
         self.islands.iter().flat_map(|island| &island.live)
     }
 
     /// Contacts that have ended since the last call.
-    pub(crate) fn take_ended(&mut self) -> Vec<Record> {
+    pub(crate) fn take_ended(&mut self) -> Vec<ContactHistory> {
         self.ended_before = 0;
         std::mem::take(&mut self.ended)
     }
@@ -447,7 +447,7 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Energies so far, J.
-    pub(crate) fn books(&self) -> &Books {
+    pub(crate) fn books(&self) -> &ContactEnergies {
         &self.books
     }
 
@@ -491,13 +491,13 @@ impl<const D: usize> Contacts<D> {
 /// timing. Returns the contacts that have ended.
 fn hold_all<const D: usize>(
     model: ContactModel,
-    (islands, copies): (&mut [Island<D>], &Copies<D>),
-    setting: &Setting<D>,
-    motion: &mut Kicked<D>,
-    (before, time, timing): (&[[f64; D]], f64, Timing),
-    receive: Receive<D>,
-    books: &mut Books,
-) -> Vec<Record> {
+    (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
+    setting: &ContactContext<D>,
+    motion: &mut KickedView<D>,
+    (before, time, timing): (&[[f64; D]], f64, KickTiming),
+    receive: ImpulseReceiver<D>,
+    books: &mut ContactEnergies,
+) -> Vec<ContactHistory> {
     if model == ContactModel::Penalty {
         let press = |island: &mut Island<D>| {
             let (interval, _) = island.timing(timing)?;

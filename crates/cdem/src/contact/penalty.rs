@@ -2,15 +2,17 @@
 //! points that overlap at the start of a step (the paper's section 2).
 
 use crate::contact::constraint::contact_constraint::shear_norm;
-use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
-use crate::contact::constraint::context::Setting;
-use crate::contact::energy::{Books, Receive};
+use crate::contact::constraint::contact_point::{
+    ContactHistory, ContactPoint, DriftInterval, TargetTracking,
+};
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::energy::{ContactEnergies, ImpulseReceiver};
 use crate::contact::island::Island;
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface};
-use crate::model::inverse_mass::Mobility;
+use crate::model::inverse_mass::KickMobility;
 
-impl<const D: usize> Live<D> {
+impl<const D: usize> ContactPoint<D> {
     /// Energy of the normal and shear springs, J.
     pub(crate) fn spring_energy(&self, surface: &dyn Surface<D>, at: Configuration<D>) -> f64 {
         let overlap = (self.offset[0] - surface.project(self.pair, at).gap).max(0.0);
@@ -24,13 +26,13 @@ impl<const D: usize> Island<D> {
     /// Spring forces over `interval` seconds on the pairs that overlap now.
     pub(crate) fn press(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Kicked<D>,
+        setting: &ContactContext<D>,
+        motion: &mut KickedView<D>,
         before: &[[f64; D]],
         (time, interval): (f64, f64),
-        receive: Receive<D>,
-        books: &mut Books,
-    ) -> Vec<Record> {
+        receive: ImpulseReceiver<D>,
+        books: &mut ContactEnergies,
+    ) -> Vec<ContactHistory> {
         let (surface, tolerance) = (setting.surface, setting.tolerance);
         let at = motion.positions();
         let overlaps = |&pair: &Pair| {
@@ -39,7 +41,7 @@ impl<const D: usize> Island<D> {
         };
         let pairs: Vec<Pair> = self.near.pairs().filter(overlaps).collect();
         let known = self.live.len();
-        books.touches += self.touch(setting, Moment::still(at), &pairs, time);
+        books.touches += self.touch(setting, DriftInterval::still(at), &pairs, time);
         for live in &mut self.live[known..] {
             live.offset[0] = 0.0;
         }
@@ -47,7 +49,7 @@ impl<const D: usize> Island<D> {
         self.live.retain_mut(|live| {
             live.sticks = false; // the foot follows the point; springs remember
             let followed = live.follow(surface, motion.positions(), tolerance, |_| false);
-            let closed = followed != Followed::Beyond
+            let closed = followed != TargetTracking::Beyond
                 && live.spring(
                     surface,
                     motion,
@@ -66,18 +68,18 @@ impl<const D: usize> Island<D> {
     }
 }
 
-impl<const D: usize> Live<D> {
+impl<const D: usize> ContactPoint<D> {
     /// Applies the springs of one contact; `false` where it has opened.
     #[allow(clippy::too_many_arguments)] // one call
     fn spring(
         &mut self,
         surface: &dyn Surface<D>,
-        motion: &mut Kicked<D>,
+        motion: &mut KickedView<D>,
         before: &[[f64; D]],
         interval: f64,
-        mobility: Mobility<D>,
-        receive: Receive<D>,
-        books: &mut Books,
+        mobility: KickMobility<D>,
+        receive: ImpulseReceiver<D>,
+        books: &mut ContactEnergies,
     ) -> bool {
         let operator = self.operator(surface, motion.positions());
         self.normal = operator.frame[0];
@@ -116,7 +118,7 @@ impl<const D: usize> Live<D> {
 
     /// Cuts the shear of `force` back to friction, and its springs with it;
     /// `last` are their elongations before, m.
-    fn slip_springs(&mut self, force: &mut [f64; D], last: &[f64; D], books: &mut Books) {
+    fn slip_springs(&mut self, force: &mut [f64; D], last: &[f64; D], books: &mut ContactEnergies) {
         let stiffness = self.law.shear_stiffness;
         let was_joint = std::mem::take(&mut self.joint);
         let bound = (force[0] * self.law.friction).max(0.0);

@@ -3,17 +3,17 @@
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::shear_norm;
-use crate::contact::constraint::contact_point::{Live, Record};
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::constraint::initial_overlap::ordered;
-use crate::contact::detection::candidates::Search;
-use crate::contact::detection::clusters::Patches;
+use crate::contact::detection::candidates::CandidateSearch;
+use crate::contact::detection::clusters::Clusters;
 use crate::contact::island::Island;
-use crate::contact::surface::{Configuration, Feature, Pair, Surface};
+use crate::contact::surface::{Configuration, FeatureKind, Pair, Surface};
 use crate::contact::tolerances::MISS;
-use crate::contact::{Contacts, Moment};
+use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
-use crate::model::inverse_mass::Inertia;
+use crate::model::inverse_mass::InverseMass;
 
 /// Overlap that a change of mesh may make, over the tolerance: what gaps may miss at the end
 /// of any drift.
@@ -27,7 +27,7 @@ const FORESEEN: usize = 32;
 
 /// Two blocks that are about to touch, or touch.
 #[derive(Clone, Debug)]
-pub(crate) struct Place<const D: usize> {
+pub(crate) struct PredictedImpact<const D: usize> {
     pub(crate) blocks: [u32; 2],
     /// Where at rest, m, and a node of the feature there: of main and target.
     pub(crate) rest: [[f64; D]; 2],
@@ -50,18 +50,20 @@ pub(crate) struct Place<const D: usize> {
 
 /// Where open pairs will touch, by their blocks: kept for its storage.
 #[derive(Debug, Default)]
-pub(crate) struct Foreseen<const D: usize> {
-    places: Vec<Place<D>>,
+pub(crate) struct PredictedImpacts<const D: usize> {
+    places: Vec<PredictedImpact<D>>,
     /// When each pair near will touch, s from now; those that will; the closed pairs, sorted.
     waits: Vec<Option<f64>>,
     touching: Vec<(Pair, f64)>,
     closed: Vec<Pair>,
 }
 
-impl<const D: usize> Foreseen<D> {
+impl<const D: usize> PredictedImpacts<D> {
     /// The places of any two blocks that will touch.
-    pub(crate) fn of_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[Place<D>])> {
-        let same = |one: &Place<D>, other: &Place<D>| ordered(one.blocks) == ordered(other.blocks);
+    pub(crate) fn of_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[PredictedImpact<D>])> {
+        let same = |one: &PredictedImpact<D>, other: &PredictedImpact<D>| {
+            ordered(one.blocks) == ordered(other.blocks)
+        };
         let places = self.places.chunk_by(same);
         places.map(|places| (ordered(places[0].blocks), places))
     }
@@ -75,7 +77,7 @@ impl<const D: usize> Contacts<D> {
         velocity: &[[f64; D]],
         rest: Configuration<D>,
         duration: f64,
-        foreseen: &mut Foreseen<D>,
+        foreseen: &mut PredictedImpacts<D>,
     ) {
         let closed = &mut foreseen.closed;
         closed.clear();
@@ -96,7 +98,7 @@ impl<const D: usize> Contacts<D> {
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
             let operator = surface.operator(pair, &foot, then);
             let speed = -operator.relative_velocity(0, velocity);
-            Place {
+            PredictedImpact {
                 speed,
                 wait,
                 ..self.place(pair, &foot, (then, rest), operator.frame[0])
@@ -117,11 +119,11 @@ impl<const D: usize> Contacts<D> {
         at: Configuration<'a, D>,
         velocity: &'a [[f64; D]],
         rest: Configuration<'a, D>,
-    ) -> impl Iterator<Item = Place<D>> + 'a {
+    ) -> impl Iterator<Item = PredictedImpact<D>> + 'a {
         let surface = &*self.terms.surface;
-        let place = move |live: &Live<D>| {
+        let place = move |live: &ContactPoint<D>| {
             let operator = live.operator(surface, at);
-            Place {
+            PredictedImpact {
                 since: Some(live.record.time_on),
                 slip: live.record.slip,
                 slip_rate: shear_norm(&operator.relative_velocities(velocity)),
@@ -137,7 +139,7 @@ impl<const D: usize> Contacts<D> {
         foot: &[f64; 2],
         (at, rest): (Configuration<D>, Configuration<D>),
         normal: [f64; D],
-    ) -> Place<D> {
+    ) -> PredictedImpact<D> {
         let surface = &*self.terms.surface;
         let nodes = [
             surface.main_nodes(pair.main),
@@ -145,9 +147,9 @@ impl<const D: usize> Contacts<D> {
         ];
         let nodes = nodes.map(|nodes| nodes[0]);
         let marks = surface.marks(pair, foot, rest);
-        Place {
+        PredictedImpact {
             blocks: nodes.map(|node| self.terms.block_of[node as usize]),
-            are_edges: marks.map(|mark| matches!(mark.on, Feature::Edge(_))),
+            are_edges: marks.map(|mark| matches!(mark.on, FeatureKind::Edge(_))),
             rest: marks.map(|mark| mark.place),
             nodes,
             point: surface.point(pair, at),
@@ -253,23 +255,23 @@ impl<const D: usize> Contacts<D> {
     /// where their blocks touch nearest to these, as far as they do.
     pub(crate) fn remesh(
         &mut self,
-        (old, new): (Sight<D>, Sight<D>),
+        (old, new): (MeshConfiguration<D>, MeshConfiguration<D>),
         mesh: &Mesh<D>,
         surface: Box<dyn Surface<D>>,
         changed: &[bool],
-        inertia: &Inertia<D>,
+        inertia: &InverseMass<D>,
         time: f64,
     ) {
         // The next kick sees another surface.
         self.books.penetration = self.max_penetration(old.at);
         let before = self.exchange_surface(mesh, surface);
-        self.search = Search::default();
+        self.search = CandidateSearch::default();
         self.near.clear();
         self.joins.clear();
         self.grouped = false;
         let all = self.islands.iter_mut();
-        let all: Vec<Live<D>> = all.flat_map(|island| island.live.drain(..)).collect();
-        let carry = Carry {
+        let all: Vec<ContactPoint<D>> = all.flat_map(|island| island.live.drain(..)).collect();
+        let carry = ContactRemap {
             before: &*before,
             after: &*self.terms.surface,
             sights: [old, new],
@@ -314,7 +316,7 @@ impl<const D: usize> Contacts<D> {
             self.terms.block_of[nodes].fill(number);
         }
         self.terms.halvings = mesh.halvings_at_nodes();
-        self.terms.patches = Patches::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
+        self.terms.patches = Clusters::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
         self.in_island = vec![false; nodes];
         (self.place, self.island_of) = (vec![0; nodes], vec![0; nodes]);
         before
@@ -324,9 +326,9 @@ impl<const D: usize> Contacts<D> {
     /// nearest of those from now on.
     fn begin_anew(
         &mut self,
-        mut lost: Vec<Lost<D>>,
+        mut lost: Vec<LostContact<D>>,
         at: Configuration<D>,
-        inertia: &Inertia<D>,
+        inertia: &InverseMass<D>,
         time: f64,
     ) {
         if lost.is_empty() {
@@ -355,10 +357,10 @@ impl<const D: usize> Contacts<D> {
         });
         let island = &mut self.islands[0];
         let kept = island.live.len();
-        island.touch(&setting, Moment::still(at), &pairs, time);
+        island.touch(&setting, DriftInterval::still(at), &pairs, time);
         for live in &mut island.live[kept..] {
             live.fresh = false;
-            match Lost::nearest(&lost, live, surface.point(live.pair, at)) {
+            match LostContact::nearest(&lost, live, surface.point(live.pair, at)) {
                 Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
                 None => self.books.touches += 1,
             }
@@ -369,15 +371,15 @@ impl<const D: usize> Contacts<D> {
 }
 
 /// A contact of a point that there is no more.
-struct Lost<const D: usize> {
-    live: Live<D>,
+struct LostContact<const D: usize> {
+    live: ContactPoint<D>,
     /// Where it was, m.
     point: [f64; D],
 }
 
-impl<const D: usize> Lost<D> {
+impl<const D: usize> LostContact<D> {
     /// The nearest to a contact of the same blocks at a point, m.
-    fn nearest(all: &[Self], live: &Live<D>, point: [f64; D]) -> Option<usize> {
+    fn nearest(all: &[Self], live: &ContactPoint<D>, point: [f64; D]) -> Option<usize> {
         let blocks = ordered(live.record.blocks);
         let same = (0..all.len()).filter(|&i| ordered(all[i].live.record.blocks) == blocks);
         let apart = |i: usize| norm(&sub(&all[i].point, &point));
@@ -385,11 +387,11 @@ impl<const D: usize> Lost<D> {
     }
 }
 
-impl<const D: usize> Live<D> {
+impl<const D: usize> ContactPoint<D> {
     /// Is another from now on, at a point and in a direction of its own.
     fn follow_on(&mut self, other: &Self) {
         self.joint = other.joint;
-        self.record = Record {
+        self.record = ContactHistory {
             area: self.record.area,
             blocks: self.record.blocks,
             ..other.record.clone()
@@ -398,27 +400,27 @@ impl<const D: usize> Live<D> {
 }
 
 /// Contacts from one surface to another.
-struct Carry<'a, const D: usize> {
+struct ContactRemap<'a, const D: usize> {
     before: &'a dyn Surface<D>,
     after: &'a dyn Surface<D>,
     /// Before and after.
-    sights: [Sight<'a, D>; 2],
+    sights: [MeshConfiguration<'a, D>; 2],
     /// After.
     mesh: &'a Mesh<D>,
     /// Which blocks have another mesh.
     changed: &'a [bool],
 }
 
-impl<const D: usize> Carry<'_, D> {
+impl<const D: usize> ContactRemap<'_, D> {
     /// A contact where it was, if its point is still there.
-    fn carried(&self, mut live: Live<D>) -> Result<Live<D>, Lost<D>> {
+    fn carried(&self, mut live: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
         let [old, new] = self.sights;
         let blocks = live.record.blocks;
         let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
         let marks = self.before.marks(live.pair, &live.foot, old.rest);
         let Some((pair, foot)) = self.after.at_marks(&marks, nodes, new.rest) else {
             let point = self.before.point(live.pair, old.at);
-            return Err(Lost { live, point });
+            return Err(LostContact { live, point });
         };
         let frames = [
             live.operator(self.before, old.at).frame,
@@ -438,7 +440,7 @@ impl<const D: usize> Carry<'_, D> {
 
 /// A mesh as it lies: now, and at rest.
 #[derive(Clone, Copy)]
-pub(crate) struct Sight<'a, const D: usize> {
+pub(crate) struct MeshConfiguration<'a, const D: usize> {
     pub(crate) at: Configuration<'a, D>,
     pub(crate) rest: Configuration<'a, D>,
 }

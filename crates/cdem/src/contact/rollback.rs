@@ -4,11 +4,11 @@
 use std::collections::BTreeSet;
 
 use crate::math::vector::{add_scaled, dot, sub};
-use crate::model::kinematics::{Motion, NodeState};
+use crate::model::kinematics::{NodalMotion, NodeState};
 
 /// Nodes that an island moves, and how they were before and after.
 #[derive(Debug)]
-pub(crate) struct Trail<const D: usize> {
+pub(crate) struct Rollback<const D: usize> {
     /// Those of the island, sorted, so many, then those beyond.
     nodes: Vec<u32>,
     own: usize,
@@ -17,9 +17,9 @@ pub(crate) struct Trail<const D: usize> {
     after: Vec<NodeState<D>>,
 }
 
-impl<const D: usize> Trail<D> {
+impl<const D: usize> Rollback<D> {
     /// Of an island of these nodes.
-    pub(super) fn new(nodes: &[u32], motion: &Motion<D>) -> Self {
+    pub(super) fn new(nodes: &[u32], motion: &NodalMotion<D>) -> Self {
         Self {
             nodes: nodes.to_vec(),
             own: nodes.len(),
@@ -30,7 +30,7 @@ impl<const D: usize> Trail<D> {
     }
 
     /// Goes on to nodes, of which those that are new have not been moved yet.
-    pub(crate) fn reach(&mut self, nodes: &[u32], motion: &Motion<D>) {
+    pub(crate) fn reach(&mut self, nodes: &[u32], motion: &NodalMotion<D>) {
         for &node in nodes {
             let is_own = self.nodes[..self.own].binary_search(&node).is_ok();
             if !is_own && self.beyond.insert(node) {
@@ -41,7 +41,7 @@ impl<const D: usize> Trail<D> {
     }
 
     /// Takes the nodes back to where they were.
-    pub(super) fn undo(&mut self, motion: &mut Motion<D>) {
+    pub(super) fn undo(&mut self, motion: &mut NodalMotion<D>) {
         self.after.clear();
         let after = self.nodes.iter().map(|&node| motion.state(node));
         self.after.extend(after);
@@ -53,7 +53,7 @@ impl<const D: usize> Trail<D> {
     /// Moves the nodes once more, those that another island has moved too by what they have
     /// changed by. Returns the energy that both changes of velocity make together and neither
     /// island knows of, J; `mass` is that of all nodes, kg.
-    pub(super) fn redo(&self, motion: &mut Motion<D>, mass: &[f64]) -> f64 {
+    pub(super) fn redo(&self, motion: &mut NodalMotion<D>, mass: &[f64]) -> f64 {
         let mut energy = 0.0;
         let changes = self.before.iter().zip(&self.after);
         for (&node, (before, after)) in self.nodes.iter().zip(changes) {
@@ -97,19 +97,19 @@ mod tests {
             let change = |vector: [f64; 2], by: f64| vector.map(|x| x + times * by);
             [displacement, change(carry, 0.0625), change(velocity, 0.75)]
         };
-        let all = |motion: &Motion<2>| (0..4).map(|k| motion.state(k)).collect::<Vec<_>>();
+        let all = |motion: &NodalMotion<2>| (0..4).map(|k| motion.state(k)).collect::<Vec<_>>();
         let mut fields: [Vec<[f64; 2]>; 3] =
             [0, 1, 2].map(|which| states().iter().map(|state| state[which]).collect());
         let [displacement, carry, velocity] = &mut fields;
-        let mut motion = Motion {
+        let mut motion = NodalMotion {
             rest: &rest,
             displacement,
             carry,
             velocity,
         };
-        let mut trails: Vec<Trail<2>> = Vec::new();
+        let mut trails: Vec<Rollback<2>> = Vec::new();
         for own in [0, 3] {
-            let mut trail = Trail::new(&[own], &motion);
+            let mut trail = Rollback::new(&[own], &motion);
             trail.reach(&[own, 2], &motion);
             trail.reach(&[2], &motion);
             for node in [own, 2] {

@@ -1,9 +1,9 @@
 //! Elements as the kernels read them: number by number, so many side by side.
 
-use crate::element::element_set::{Record, RecordMut};
-use crate::element::geometry::{self, Element, Lame, Nodal, Points};
+use crate::element::element_set::{ElementHistory, ElementHistoryMut};
+use crate::element::geometry::{self, ElementGeometry, IntegrationPoints, Lame, NodalValues};
 use crate::element::prefetch::ask_for;
-use crate::element::simd::{Lanes, Row, Single, WIDTH};
+use crate::element::simd::{Lanes, SimdRow, Single, WIDTH};
 
 /// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
 #[derive(Debug, Default)]
@@ -12,9 +12,9 @@ pub(super) struct Batches<const D: usize, const N: usize, const Q: usize> {
     count: usize,
     /// Of each batch, Gauss point by Gauss point: the gradients of all nodes but the first,
     /// whose gradient is minus the sum of the others, and the volume.
-    rest: Vec<Row>,
+    rest: Vec<SimdRow>,
     /// Of each batch: the elements' records, number by number.
-    records: Vec<Row>,
+    records: Vec<SimdRow>,
     /// Of each batch: the elements' nodes, by their numbers in the group.
     nodes: Vec<[[u16; WIDTH]; N]>,
 }
@@ -56,12 +56,18 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     }
 
     /// Adds an element.
-    pub(super) fn push(&mut self, nodes: [u16; N], element: &Element<D, N, Q>, record: &[f64]) {
+    pub(super) fn push(
+        &mut self,
+        nodes: [u16; N],
+        element: &ElementGeometry<D, N, Q>,
+        record: &[f64],
+    ) {
         let lane = self.count % WIDTH;
         if lane == 0 {
             let batches = self.nodes.len() + 1;
-            self.rest.resize(batches * Self::REST, Row::default());
-            self.records.resize(batches * record.len(), Row::default());
+            self.rest.resize(batches * Self::REST, SimdRow::default());
+            self.records
+                .resize(batches * record.len(), SimdRow::default());
             self.nodes.push([[0; WIDTH]; N]);
         }
         let batch = self.nodes.len() - 1;
@@ -91,18 +97,18 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     }
 
     /// An element alone.
-    pub(super) fn element(&self, element: usize, lame: Lame<f64>) -> Element<D, N, Q> {
+    pub(super) fn element(&self, element: usize, lame: Lame<f64>) -> ElementGeometry<D, N, Q> {
         let Batch { rest, .. } = self.batch(element / WIDTH, 0);
-        let own = Abreast::<Single, D, N, Q>::new(Single, (rest, element % WIDTH), lame);
+        let own = BatchLanes::<Single, D, N, Q>::new(Single, (rest, element % WIDTH), lame);
         let points: [_; Q] = std::array::from_fn(|q| own.point(q));
-        Element {
+        ElementGeometry {
             gradients: points.map(|(gradients, _)| gradients),
             volumes: points.map(|(_, volume)| volume),
             lame,
         }
     }
 
-    /// Asks the memory for records of `size` numbers, for who only reads them: [`Records`] asks where
+    /// Asks the memory for records of `size` numbers, for who only reads them: [`BatchRecords`] asks where
     /// it writes. Those of several Gauss points are more at a time than it answers.
     #[inline(always)]
     pub(super) fn ask_for_records(&self, batch: usize, size: usize) {
@@ -115,7 +121,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     /// What the elements of a batch are at rest, their nodes, and their records, of `size`
     /// numbers.
     #[inline(always)]
-    pub(super) fn batch(&self, batch: usize, size: usize) -> Batch<'_, N, &[Row]> {
+    pub(super) fn batch(&self, batch: usize, size: usize) -> Batch<'_, N, &[SimdRow]> {
         Batch {
             rest: &self.rest[batch * Self::REST..],
             nodes: &self.nodes[batch],
@@ -129,7 +135,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         &mut self,
         batch: usize,
         size: usize,
-    ) -> (Batch<'_, N, &mut [Row]>, &[Row]) {
+    ) -> (Batch<'_, N, &mut [SimdRow]>, &[SimdRow]) {
         let (records, next) = self.records[batch * size..].split_at_mut(size);
         let batch = Batch {
             rest: &self.rest[batch * Self::REST..],
@@ -144,25 +150,25 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
 /// What is known of [`WIDTH`] elements.
 pub(super) struct Batch<'a, const N: usize, R> {
     /// Theirs first, and behind it that of all batches that follow.
-    pub(super) rest: &'a [Row],
+    pub(super) rest: &'a [SimdRow],
     pub(super) nodes: &'a [[u16; WIDTH]; N],
     pub(super) records: R,
 }
 
 /// Elements side by side from one of a batch on, of some moduli.
-pub(super) struct Abreast<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> {
+pub(super) struct BatchLanes<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> {
     lanes: L,
-    rest: &'a [Row],
+    rest: &'a [SimdRow],
     /// What will be read before long, if there is more.
-    ahead: &'a [Row],
+    ahead: &'a [SimdRow],
     first: usize,
     lame: Lame<L::Number>,
 }
 
-impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> Abreast<'a, L, D, N, Q> {
+impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> BatchLanes<'a, L, D, N, Q> {
     /// Of the batch that `rest` begins with.
     #[inline(always)]
-    pub(super) fn new(lanes: L, (rest, first): (&'a [Row], usize), lame: Lame<f64>) -> Self {
+    pub(super) fn new(lanes: L, (rest, first): (&'a [SimdRow], usize), lame: Lame<f64>) -> Self {
         let size = Batches::<D, N, Q>::REST;
         Self {
             lanes,
@@ -179,8 +185,8 @@ impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> Abreast<'a, L
     }
 }
 
-impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L::Number>
-    for Abreast<'_, L, D, N, Q>
+impl<L: Lanes, const D: usize, const N: usize, const Q: usize> IntegrationPoints<D, N, Q, L::Number>
+    for BatchLanes<'_, L, D, N, Q>
 {
     #[inline(always)]
     fn lame(&self) -> Lame<L::Number> {
@@ -188,7 +194,7 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L
     }
 
     #[inline(always)]
-    fn point(&self, q: usize) -> (Nodal<D, N, L::Number>, L::Number) {
+    fn point(&self, q: usize) -> (NodalValues<D, N, L::Number>, L::Number) {
         let size = Batches::<D, N, Q>::POINT;
         if self.first == 0 && !self.ahead.is_empty() {
             ask_for(&self.ahead[q * size..][..size]);
@@ -206,22 +212,24 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, L
 }
 
 /// Records of elements side by side, from one of their rows on.
-pub(super) struct Records<'a, L, R> {
+pub(super) struct BatchRecords<'a, L, R> {
     pub(super) lanes: L,
     pub(super) rows: R,
     /// What will be read before long, if there is more and it is asked for here.
-    pub(super) ahead: &'a [Row],
+    pub(super) ahead: &'a [SimdRow],
     pub(super) first: usize,
 }
 
-impl<L: Lanes, R: AsRef<[Row]>> Record<L::Number> for Records<'_, L, R> {
+impl<L: Lanes, R: AsRef<[SimdRow]>> ElementHistory<L::Number> for BatchRecords<'_, L, R> {
     #[inline(always)]
     fn get(&self, place: usize) -> L::Number {
         self.lanes.load(&self.rows.as_ref()[place], self.first)
     }
 }
 
-impl<L: Lanes, R: AsRef<[Row]> + AsMut<[Row]>> RecordMut<L::Number> for Records<'_, L, R> {
+impl<L: Lanes, R: AsRef<[SimdRow]> + AsMut<[SimdRow]>> ElementHistoryMut<L::Number>
+    for BatchRecords<'_, L, R>
+{
     #[inline(always)]
     fn set(&mut self, place: usize, number: L::Number) {
         self.lanes

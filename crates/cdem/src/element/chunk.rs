@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use crate::element::batch::Batches;
-use crate::element::geometry::{Element, Moduli};
+use crate::element::geometry::{ElementGeometry, Moduli};
 use crate::element::simd::WIDTH;
 
 /// Elements of a part, at most: their forces on as many nodes as they have stay in the nearest
@@ -18,16 +18,16 @@ pub(super) fn share(count: usize) -> usize {
 }
 
 /// Elements of one material near each other, sorted by level.
-pub(super) struct Part<const D: usize, const N: usize, const Q: usize> {
+pub(super) struct Chunk<const D: usize, const N: usize, const Q: usize> {
     pub(super) moduli: Moduli,
     /// Finest level first, those that are never due last.
-    groups: Vec<Group<D, N, Q>>,
+    groups: Vec<LevelGroup<D, N, Q>>,
     /// Nodes of all groups.
     node_count: usize,
 }
 
 /// Elements of one level.
-pub(super) struct Group<const D: usize, const N: usize, const Q: usize> {
+pub(super) struct LevelGroup<const D: usize, const N: usize, const Q: usize> {
     /// `None`: never due.
     pub(super) level: Option<u8>,
     /// Their numbers in the set, ascending.
@@ -40,9 +40,9 @@ pub(super) struct Group<const D: usize, const N: usize, const Q: usize> {
 /// Where an element of a set is: as many elements as a part may hold are counted for each part
 /// before its own, and then those of the groups of its part, one after the other.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place(u32);
+pub(super) struct ElementSlot(u32);
 
-impl Place {
+impl ElementSlot {
     /// Of the element that `within` others of a part come before.
     pub(super) fn new(part: usize, within: usize) -> Self {
         Self((part * PART + within) as u32)
@@ -63,14 +63,14 @@ impl Place {
 pub(super) struct Member<const D: usize, const N: usize, const Q: usize> {
     pub(super) number: u32,
     pub(super) nodes: [u32; N],
-    pub(super) element: Element<D, N, Q>,
+    pub(super) element: ElementGeometry<D, N, Q>,
     pub(super) record: Vec<f64>,
 }
 
-impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
+impl<const D: usize, const N: usize, const Q: usize> Chunk<D, N, Q> {
     /// Elements that are all due, at level 0.
     pub(super) fn new(moduli: Moduli, members: &[Member<D, N, Q>]) -> Self {
-        let group = Group::new(Some(0), members);
+        let group = LevelGroup::new(Some(0), members);
         Self {
             moduli,
             node_count: group.nodes.len(),
@@ -79,7 +79,7 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
     }
 
     /// Groups, finest level first.
-    pub(super) fn groups(&self) -> &[Group<D, N, Q>] {
+    pub(super) fn groups(&self) -> &[LevelGroup<D, N, Q>] {
         &self.groups
     }
 
@@ -94,7 +94,7 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
         (group, index)
     }
 
-    pub(super) fn groups_mut(&mut self) -> &mut [Group<D, N, Q>] {
+    pub(super) fn groups_mut(&mut self) -> &mut [LevelGroup<D, N, Q>] {
         &mut self.groups
     }
 
@@ -104,7 +104,7 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
     }
 
     /// Groups of level `coarsest` or finer.
-    pub(super) fn due(&self, coarsest: u8) -> impl Iterator<Item = &Group<D, N, Q>> {
+    pub(super) fn due(&self, coarsest: u8) -> impl Iterator<Item = &LevelGroup<D, N, Q>> {
         let groups = self.groups.iter();
         groups.filter(move |group| group.is_due(coarsest))
     }
@@ -121,7 +121,7 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
 
     /// Sorts its elements by level; returns whether that has changed anything.
     pub(super) fn arrange(&mut self, record: usize, level: impl Fn(u32) -> Option<u8>) -> bool {
-        let stays = |group: &Group<D, N, Q>| {
+        let stays = |group: &LevelGroup<D, N, Q>| {
             let mut members = group.members.iter();
             members.all(|&number| level(number) == group.level)
         };
@@ -135,14 +135,14 @@ impl<const D: usize, const N: usize, const Q: usize> Part<D, N, Q> {
         members.sort_by_cached_key(|member| (Reverse(level(member.number)), member.number));
         let same = members.chunk_by(|a, b| level(a.number) == level(b.number));
         self.groups = same
-            .map(|members| Group::new(level(members[0].number), members))
+            .map(|members| LevelGroup::new(level(members[0].number), members))
             .collect();
         self.node_count = self.groups.iter().map(|group| group.nodes.len()).sum();
         true
     }
 }
 
-impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
+impl<const D: usize, const N: usize, const Q: usize> LevelGroup<D, N, Q> {
     fn new(level: Option<u8>, members: &[Member<D, N, Q>]) -> Self {
         let mut nodes: Vec<u32> = members.iter().flat_map(|member| member.nodes).collect();
         nodes.sort_unstable();
@@ -171,7 +171,7 @@ impl<const D: usize, const N: usize, const Q: usize> Group<D, N, Q> {
     }
 
     /// An element alone.
-    pub(super) fn element(&self, index: usize, moduli: &Moduli) -> Element<D, N, Q> {
+    pub(super) fn element(&self, index: usize, moduli: &Moduli) -> ElementGeometry<D, N, Q> {
         self.batches.element(index, moduli.lame)
     }
 

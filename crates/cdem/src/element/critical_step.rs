@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::element::geometry::{Element, Nodal};
+use crate::element::geometry::{ElementGeometry, NodalValues};
 use crate::element::tensor::{Tensor, contraction, determinant, extreme_principal_values, trace};
 
 /// Longest stable step of central differences, s, for the angular frequency
@@ -42,7 +42,7 @@ pub(crate) fn highest_frequency(stiffness: &[f64], mass: &[f64], nodes: usize) -
 
 /// Highest angular frequency of an element with nodal masses `mass`, rad/s.
 pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
-    element: &Element<D, N, Q>,
+    element: &ElementGeometry<D, N, Q>,
     mass: &[f64; N],
 ) -> f64 {
     if Q == 1 {
@@ -57,7 +57,7 @@ pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
 
 /// Highest angular frequency of an element with its mass matrix, rad/s.
 pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
-    element: &Element<D, N, Q>,
+    element: &ElementGeometry<D, N, Q>,
     mass: &[[f64; N]; N],
 ) -> f64 {
     let entry = |at: usize| {
@@ -75,8 +75,8 @@ pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
 /// constants: the largest root of their characteristic polynomial is the largest of all unless
 /// λ < 0.
 fn simplex<const D: usize, const N: usize, const Q: usize>(
-    element: &Element<D, N, Q>,
-    gradients: &Nodal<D, N>,
+    element: &ElementGeometry<D, N, Q>,
+    gradients: &NodalValues<D, N>,
     mass: &[f64; N],
 ) -> f64 {
     let volume = element.volumes[0];

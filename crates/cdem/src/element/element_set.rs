@@ -3,14 +3,18 @@
 use std::marker::PhantomData;
 
 use crate::element::batch::Batches;
-use crate::element::chunk::{Group, Member, Part, Place, share};
-use crate::element::geometry::{self, Corners, Element, Moduli, Nodal, Points};
-use crate::element::internal_force::{Kick, Shares, each_part};
+use crate::element::chunk::{Chunk, ElementSlot, LevelGroup, Member, share};
+use crate::element::geometry::{
+    self, ElementGeometry, IntegrationPoints, Moduli, NodalValues, ReferenceElement,
+};
+use crate::element::internal_force::{GroupImpulses, InternalForceKick, each_part};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
-use crate::element::{Deformation, Due, ElementSet, Past, critical_step, evaluate, op_count};
+use crate::element::{
+    Deformation, Due, ElementSet, StressHistory, critical_step, evaluate, op_count,
+};
 use crate::math::vector::sub;
-use crate::mesh::{ElementKind, Mesh, Parts};
+use crate::mesh::{ElementKind, ElementOrigins, Mesh};
 use crate::scene::Kinematics;
 
 /// Most numbers in a record: of a hexahedron with incremental kinematics.
@@ -18,25 +22,25 @@ pub(super) const MAX_RECORD: usize = 70;
 
 /// What an element keeps from kick to kick: numbers by place, of one element or of several side
 /// by side.
-pub(super) trait Record<T> {
+pub(super) trait ElementHistory<T> {
     /// The number at a place.
     fn get(&self, place: usize) -> T;
 }
 
 /// A record that may be brought up to now.
-pub(super) trait RecordMut<T>: Record<T> {
+pub(super) trait ElementHistoryMut<T>: ElementHistory<T> {
     /// Replaces a number, if what is kept is to change: none is read again after it is set.
     fn set(&mut self, place: usize, number: T);
 }
 
-impl<T: Real> Record<T> for [T] {
+impl<T: Real> ElementHistory<T> for [T] {
     #[inline(always)]
     fn get(&self, place: usize) -> T {
         self[place]
     }
 }
 
-impl<T: Real> RecordMut<T> for [T] {
+impl<T: Real> ElementHistoryMut<T> for [T] {
     #[inline(always)]
     fn set(&mut self, place: usize, number: T) {
         self[place] = number;
@@ -57,45 +61,49 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
 
     /// Nodal forces, N; brings the record up to this response.
     fn respond<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        displacement: &Nodal<D, N, T>,
-        record: &mut (impl RecordMut<T> + ?Sized),
-    ) -> Nodal<D, N, T>;
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        displacement: &NodalValues<D, N, T>,
+        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+    ) -> NodalValues<D, N, T>;
 
     /// What strain rates change of the nodal forces in a second, N/s; times β,
     /// the forces of stiffness-proportional damping.
     fn force_rate<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        displacement: &Nodal<D, N, T>,
-        velocity: &Nodal<D, N, T>,
-    ) -> Nodal<D, N, T>;
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        displacement: &NodalValues<D, N, T>,
+        velocity: &NodalValues<D, N, T>,
+    ) -> NodalValues<D, N, T>;
 
     /// Strain energy, J.
     fn strain_energy<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        displacement: &Nodal<D, N, T>,
-        record: &(impl Record<T> + ?Sized),
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        displacement: &NodalValues<D, N, T>,
+        record: &(impl ElementHistory<T> + ?Sized),
     ) -> T;
 
     /// Cauchy stress, integrated.
     fn stress<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
-        displacement: &Nodal<D, N, T>,
-        record: &(impl Record<T> + ?Sized),
+        displacement: &NodalValues<D, N, T>,
+        record: &(impl ElementHistory<T> + ?Sized),
     ) -> StressIntegral<T>;
 
     /// What an element knows of its past, if that matters.
-    fn past(_element: &Element<D, N, Q>, _moduli: &Moduli, _record: &[f64]) -> Option<Past<D>> {
+    fn past(
+        _element: &ElementGeometry<D, N, Q>,
+        _moduli: &Moduli,
+        _record: &[f64],
+    ) -> Option<StressHistory<D>> {
         None
     }
 
     /// Gives an element, deformed by `displacement` now, that past.
     fn set_past(
-        _element: &Element<D, N, Q>,
+        _element: &ElementGeometry<D, N, Q>,
         _moduli: &Moduli,
-        _past: &Past<D>,
-        _displacement: &Nodal<D, N>,
+        _past: &StressHistory<D>,
+        _displacement: &NodalValues<D, N>,
         _record: &mut [f64],
     ) {
     }
@@ -151,18 +159,18 @@ impl<T: Real> StressIntegral<T> {
 }
 
 /// Elements of one shape in one formulation.
-pub(super) struct Set<const D: usize, const N: usize, const Q: usize, F> {
+pub(super) struct FormulationSet<const D: usize, const N: usize, const Q: usize, F> {
     kind: ElementKind,
     /// 1 in space, m.
     thickness: f64,
     mesh_elements: Vec<u32>,
-    place: Vec<Place>,
-    parts: Vec<Part<D, N, Q>>,
+    place: Vec<ElementSlot>,
+    parts: Vec<Chunk<D, N, Q>>,
     formulation: PhantomData<F>,
 }
 
 /// What a set is made of.
-pub(super) struct Source<'a, const D: usize> {
+pub(super) struct SetSource<'a, const D: usize> {
     pub(super) kind: ElementKind,
     /// Elements of the mesh, ascending, and their materials.
     pub(super) members: &'a [(u32, u32)],
@@ -172,18 +180,18 @@ pub(super) struct Source<'a, const D: usize> {
     pub(super) thickness: f64,
 }
 
-impl<const D: usize, const N: usize, const Q: usize, F> Set<D, N, Q, F>
+impl<const D: usize, const N: usize, const Q: usize, F> FormulationSet<D, N, Q, F>
 where
     F: Formulation<D, N, Q>,
 {
     /// Undeformed, stress-free elements.
-    pub(super) fn new(source: &Source<D>) -> Self {
+    pub(super) fn new(source: &SetSource<D>) -> Self {
         const { assert!(F::RECORD <= MAX_RECORD) };
         let mut set = Self {
             kind: source.kind,
             thickness: source.thickness,
             mesh_elements: source.members.iter().map(|member| member.0).collect(),
-            place: vec![Place::default(); source.members.len()],
+            place: vec![ElementSlot::default(); source.members.len()],
             parts: Vec::new(),
             formulation: PhantomData,
         };
@@ -206,7 +214,7 @@ where
                     }
                 });
                 let members: Vec<_> = members.collect();
-                set.parts.push(Part::new(*moduli, &members));
+                set.parts.push(Chunk::new(*moduli, &members));
             }
         }
         for part in 0..set.parts.len() {
@@ -221,8 +229,8 @@ where
         mesh: &Mesh<D>,
         element: u32,
         moduli: &Moduli,
-    ) -> ([u32; N], Element<D, N, Q>) {
-        let weight = |parts: &Parts| parts.weight[element as usize];
+    ) -> ([u32; N], ElementGeometry<D, N, Q>) {
+        let weight = |parts: &ElementOrigins| parts.weight[element as usize];
         let weight = mesh.parts.as_ref().map_or(1.0, weight);
         let corners = self.corners(mesh, element);
         let nodes = mesh.elements[element as usize].nodes;
@@ -230,9 +238,9 @@ where
         (nodes, corners.element(weight, moduli.lame))
     }
 
-    fn corners(&self, mesh: &Mesh<D>, element: u32) -> Corners<D, N> {
+    fn corners(&self, mesh: &Mesh<D>, element: u32) -> ReferenceElement<D, N> {
         let nodes = mesh.elements[element as usize].nodes();
-        Corners {
+        ReferenceElement {
             kind: self.kind,
             at: std::array::from_fn(|a| mesh.nodes[nodes[a] as usize]),
             thickness: self.thickness,
@@ -244,11 +252,11 @@ where
         let members = self.parts[part].groups().iter();
         let members = members.flat_map(|group| &group.members);
         for (within, &number) in members.enumerate() {
-            self.place[number as usize] = Place::new(part, within);
+            self.place[number as usize] = ElementSlot::new(part, within);
         }
     }
 
-    fn part(&self, i: usize) -> &Part<D, N, Q> {
+    fn part(&self, i: usize) -> &Chunk<D, N, Q> {
         &self.parts[self.place[i].part()]
     }
 
@@ -256,20 +264,20 @@ where
         &self.part(i).moduli
     }
 
-    fn group(&self, i: usize) -> (&Group<D, N, Q>, usize) {
+    fn group(&self, i: usize) -> (&LevelGroup<D, N, Q>, usize) {
         let part = self.part(i);
         let (group, index) = part.group_of(self.place[i].within());
         (&part.groups()[group], index)
     }
 
-    fn element(&self, i: usize) -> Element<D, N, Q> {
+    fn element(&self, i: usize) -> ElementGeometry<D, N, Q> {
         let (group, index) = self.group(i);
         group.element(index, self.moduli(i))
     }
 
     /// `field` at the nodes of element `i`, less that of its first node.
     #[inline]
-    fn relative(&self, i: usize, field: &[[f64; D]]) -> Nodal<D, N> {
+    fn relative(&self, i: usize, field: &[[f64; D]]) -> NodalValues<D, N> {
         let (group, index) = self.group(i);
         let nodes = group.nodes_of(index);
         let first = field[nodes[0] as usize];
@@ -285,7 +293,7 @@ where
     }
 }
 
-impl<const D: usize, const N: usize, const Q: usize, F> ElementSet<D> for Set<D, N, Q, F>
+impl<const D: usize, const N: usize, const Q: usize, F> ElementSet<D> for FormulationSet<D, N, Q, F>
 where
     F: Formulation<D, N, Q>,
 {
@@ -315,8 +323,8 @@ where
         groups.for_each(|group| visit(group.level, &group.nodes));
     }
 
-    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: Shares<D>) {
-        let kick = Kick::<D, F>::new(due, motion, &self.mesh_elements);
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>) {
+        let kick = InternalForceKick::<D, F>::new(due, motion, &self.mesh_elements);
         each_part(&mut self.parts, shares, due.coarsest, &|part, shares| {
             kick.part(part, shares);
         });
@@ -453,13 +461,13 @@ where
         part.groups_mut()[group].set_record(index, record);
     }
 
-    fn past(&self, i: usize) -> Option<Past<D>> {
+    fn past(&self, i: usize) -> Option<StressHistory<D>> {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         F::past(&self.element(i), self.moduli(i), record)
     }
 
-    fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]) {
+    fn set_past(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]) {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         let u = self.relative(i, displacement);
@@ -468,8 +476,8 @@ where
     }
 
     fn memory(&self) -> usize {
-        let parts = self.parts.iter().map(Part::memory).sum::<usize>();
-        parts + self.len() * (size_of::<Place>() + size_of::<u32>())
+        let parts = self.parts.iter().map(Chunk::memory).sum::<usize>();
+        parts + self.len() * (size_of::<ElementSlot>() + size_of::<u32>())
     }
 
     fn update_cost(&self) -> [usize; 2] {

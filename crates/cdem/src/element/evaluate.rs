@@ -5,13 +5,13 @@ use std::marker::PhantomData;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::element::batch::{Abreast, Batch, Records};
-use crate::element::chunk::{PART, Part};
-use crate::element::element_set::{Formulation, Record};
-use crate::element::gather_scatter::Nearby;
-use crate::element::geometry::{self, Moduli, Nodal, Points};
+use crate::element::batch::{Batch, BatchLanes, BatchRecords};
+use crate::element::chunk::{Chunk, PART};
+use crate::element::element_set::{ElementHistory, Formulation};
+use crate::element::gather_scatter::GatheredFields;
+use crate::element::geometry::{self, IntegrationPoints, Moduli, NodalValues};
 use crate::element::internal_force::FEW;
-use crate::element::simd::{Lanes, Real, Register, Row, WIDTH};
+use crate::element::simd::{Lanes, Real, Register, SimdRow, WIDTH};
 use crate::element::tensor;
 use crate::element::total_lagrangian::green_lagrange;
 
@@ -22,7 +22,7 @@ const AT_ONCE: usize = 2 << 20;
 /// A question to an element that is displaced, with its record.
 ///
 /// `A` is how many numbers an answer has.
-pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const A: usize>:
+pub(super) trait Evaluation<const D: usize, const N: usize, const Q: usize, const A: usize>:
     Sync
 {
     /// Numbers of a record.
@@ -32,17 +32,17 @@ pub(super) trait Question<const D: usize, const N: usize, const Q: usize, const 
     const TOLD: usize;
 
     fn answer<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
-        displacement: &Nodal<D, N, T>,
-        record: &impl Record<T>,
+        displacement: &NodalValues<D, N, T>,
+        record: &impl ElementHistory<T>,
     ) -> [T; A];
 }
 
 /// Its strain energy, J.
 pub(super) struct StrainEnergy<F>(PhantomData<F>);
 
-impl<const D: usize, const N: usize, const Q: usize, F> Question<D, N, Q, 1> for StrainEnergy<F>
+impl<const D: usize, const N: usize, const Q: usize, F> Evaluation<D, N, Q, 1> for StrainEnergy<F>
 where
     F: Formulation<D, N, Q>,
 {
@@ -52,10 +52,10 @@ where
 
     #[inline(always)]
     fn answer<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         _: &Moduli,
-        displacement: &Nodal<D, N, T>,
-        record: &impl Record<T>,
+        displacement: &NodalValues<D, N, T>,
+        record: &impl ElementHistory<T>,
     ) -> [T; 1] {
         [F::strain_energy(element, displacement, record)]
     }
@@ -64,7 +64,7 @@ where
 /// Its Cauchy stress, averaged over its current volume, Pa: xx yy zz xy yz zx.
 pub(super) struct CauchyStress<F>(PhantomData<F>);
 
-impl<const D: usize, const N: usize, const Q: usize, F> Question<D, N, Q, 6> for CauchyStress<F>
+impl<const D: usize, const N: usize, const Q: usize, F> Evaluation<D, N, Q, 6> for CauchyStress<F>
 where
     F: Formulation<D, N, Q>,
 {
@@ -74,10 +74,10 @@ where
 
     #[inline(always)]
     fn answer<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
-        displacement: &Nodal<D, N, T>,
-        record: &impl Record<T>,
+        displacement: &NodalValues<D, N, T>,
+        record: &impl ElementHistory<T>,
     ) -> [T; 6] {
         F::stress(element, moduli, displacement, record).average()
     }
@@ -87,17 +87,17 @@ where
 /// Green's strain, and of (det F − 1)².
 pub(super) struct Distortion;
 
-impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Distortion {
+impl<const D: usize, const N: usize, const Q: usize> Evaluation<D, N, Q, 2> for Distortion {
     const RECORD: usize = 0;
 
     const TOLD: usize = 0;
 
     #[inline(always)]
     fn answer<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         _: &Moduli,
-        displacement: &Nodal<D, N, T>,
-        _: &impl Record<T>,
+        displacement: &NodalValues<D, N, T>,
+        _: &impl ElementHistory<T>,
     ) -> [T; 2] {
         let one = displacement[0][0].constant(1.0);
         let (mut strains, mut changes) = (one.constant(0.0), one.constant(0.0));
@@ -116,18 +116,18 @@ impl<const D: usize, const N: usize, const Q: usize> Question<D, N, Q, 2> for Di
 /// Asks all elements of a set; `tell` gets the numbers of those whose answer `is_told`, and their
 /// answers, part by part.
 pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
-    parts: &[Part<D, N, Q>],
+    parts: &[Chunk<D, N, Q>],
     displacement: &[[f64; D]],
     is_told: impl Fn(&[f64; A]) -> bool + Sync,
     mut tell: impl FnMut(u32, [f64; A]),
 ) where
-    W: Question<D, N, Q, A>,
+    W: Evaluation<D, N, Q, A>,
 {
-    let answer = |(part, answers): (&Part<D, N, Q>, &mut Vec<(u32, [f64; A])>)| {
+    let answer = |(part, answers): (&Chunk<D, N, Q>, &mut Vec<(u32, [f64; A])>)| {
         answers.clear();
         answers.reserve(W::TOLD);
-        Nearby::with(|nearby| {
-            Arch::new().dispatch(Task {
+        GatheredFields::with(|nearby| {
+            Arch::new().dispatch(EvaluationTask {
                 part,
                 displacement,
                 nearby,
@@ -158,19 +158,19 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
 }
 
 /// Asks a part with whatever instructions the machine has.
-struct Task<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, I> {
-    part: &'a Part<D, N, Q>,
+struct EvaluationTask<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, I> {
+    part: &'a Chunk<D, N, Q>,
     displacement: &'a [[f64; D]],
-    nearby: &'a mut Nearby,
+    nearby: &'a mut GatheredFields,
     is_told: &'a I,
     answers: &'a mut Vec<(u32, [f64; A])>,
     question: PhantomData<W>,
 }
 
 impl<W, I, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
-    for Task<'_, D, N, Q, A, W, I>
+    for EvaluationTask<'_, D, N, Q, A, W, I>
 where
-    W: Question<D, N, Q, A>,
+    W: Evaluation<D, N, Q, A>,
     I: Fn(&[f64; A]) -> bool,
 {
     type Output = ();
@@ -188,11 +188,11 @@ where
                     nodes,
                     records,
                 } = group.batches.batch(batch, W::RECORD);
-                let mut rows = [Row::default(); A];
+                let mut rows = [SimdRow::default(); A];
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
-                    let element = Abreast::new(lanes, (rest, first), moduli.lame);
+                    let element = BatchLanes::new(lanes, (rest, first), moduli.lame);
                     let u = field.relative(lanes, nodes, first);
-                    let records = Records {
+                    let records = BatchRecords {
                         lanes,
                         rows: records,
                         ahead: &[],

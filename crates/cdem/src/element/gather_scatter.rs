@@ -6,23 +6,23 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::element::MAX_NODES;
 use crate::element::chunk::PART;
-use crate::element::geometry::Nodal;
-use crate::element::simd::{Lanes, Row, WIDTH};
+use crate::element::geometry::NodalValues;
+use crate::element::simd::{Lanes, SimdRow, WIDTH};
 
 thread_local! {
-    static NEARBY: RefCell<Nearby> = RefCell::default();
+    static NEARBY: RefCell<GatheredFields> = RefCell::default();
 }
 
 /// Fields at the nodes of a group.
 #[derive(Default)]
-pub(super) struct Nearby {
-    pub(super) displacement: Field,
-    pub(super) velocity: Field,
-    pub(super) elastic: Field,
-    pub(super) viscous: Field,
+pub(super) struct GatheredFields {
+    pub(super) displacement: GatheredField,
+    pub(super) velocity: GatheredField,
+    pub(super) elastic: GatheredField,
+    pub(super) viscous: GatheredField,
 }
 
-impl Nearby {
+impl GatheredFields {
     /// Works with those of this thread, whatever is in them.
     pub(super) fn with(work: impl FnOnce(&mut Self)) {
         NEARBY.with_borrow_mut(work);
@@ -37,34 +37,35 @@ const _: () = assert!(PART * MAX_NODES <= NODES);
 /// A vector where one load gets it: components that there are not are 0.
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C, align(32))]
-struct Wide([f64; 4]);
+struct AlignedVector([f64; 4]);
 
 /// Vectors at the nodes of a group, room for those of any. The numbers of one more are there
-/// for those to begin where a `Wide` may.
-pub(super) struct Field(Vec<f64>);
+/// for those to begin where a `AlignedVector` may.
+pub(super) struct GatheredField(Vec<f64>);
 
-impl Default for Field {
+impl Default for GatheredField {
     fn default() -> Self {
         // Zeros that the system gives, as a rule, without touching them: threads of short runs
         // do not wait for them.
         Self(vec![
             0.0;
-            (NODES + 1) * size_of::<Wide>() / size_of::<f64>()
+            (NODES + 1) * size_of::<AlignedVector>()
+                / size_of::<f64>()
         ])
     }
 }
 
-impl Field {
+impl GatheredField {
     /// From the first place at which a vector may be.
     #[inline(always)]
-    fn all(&self) -> &[Wide; NODES] {
+    fn all(&self) -> &[AlignedVector; NODES] {
         let (_, all, _) = bytemuck::pod_align_to(&self.0);
         all.first_chunk().expect("room for one more")
     }
 
     /// The same, to be changed.
     #[inline(always)]
-    fn all_mut(&mut self) -> &mut [Wide; NODES] {
+    fn all_mut(&mut self) -> &mut [AlignedVector; NODES] {
         let (_, all, _) = bytemuck::pod_align_to_mut(&mut self.0);
         all.first_chunk_mut().expect("room for one more")
     }
@@ -80,7 +81,7 @@ impl Field {
     /// Zeroes the first `count`.
     #[inline(always)]
     pub(super) fn clear(&mut self, count: usize) {
-        self.all_mut()[..count].fill(Wide::default());
+        self.all_mut()[..count].fill(AlignedVector::default());
     }
 
     /// Hands out the first of them.
@@ -98,7 +99,7 @@ impl Field {
         lanes: L,
         nodes: &[[u16; WIDTH]; N],
         first: usize,
-    ) -> Nodal<D, N, L::Number> {
+    ) -> NodalValues<D, N, L::Number> {
         let all = self.all();
         let mut relative = [[lanes.splat(0.0); D]; N];
         let origin: [L::Number; D] = gather(all, lanes, &nodes[0], first);
@@ -118,10 +119,10 @@ impl Field {
         lanes: L,
         nodes: &[[u16; WIDTH]; N],
         first: usize,
-        (force, duration): (&Nodal<D, N, L::Number>, L::Number),
+        (force, duration): (&NodalValues<D, N, L::Number>, L::Number),
     ) {
         let all = self.all_mut();
-        let mut rows = [[Row::default(); D]; N];
+        let mut rows = [[SimdRow::default(); D]; N];
         for a in 0..N {
             for k in 0..D {
                 lanes.store(duration * force[a][k], &mut rows[a][k], 0);
@@ -145,12 +146,12 @@ impl Field {
 /// The vectors at a node of each of some elements side by side.
 #[inline(always)]
 fn gather<L: Lanes, const D: usize>(
-    all: &[Wide; NODES],
+    all: &[AlignedVector; NODES],
     lanes: L,
     nodes: &[u16; WIDTH],
     first: usize,
 ) -> [L::Number; D] {
-    let mut rows = [Row::default(); D];
+    let mut rows = [SimdRow::default(); D];
     for lane in 0..L::COUNT {
         let own = &all[nodes[first + lane] as usize];
         for k in 0..D {

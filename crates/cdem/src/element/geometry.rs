@@ -1,14 +1,14 @@
 //! What elements are at rest: gradients, volumes, masses, stiffness.
 
 use crate::element::material::Elastic;
-use crate::element::shape::{self, Point};
+use crate::element::shape::{self, QuadraturePoint};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::mesh::ElementKind;
 use crate::scene::Plane;
 
 /// Values or vectors at the nodes of an element.
-pub(super) type Nodal<const D: usize, const N: usize, T = f64> = [[T; D]; N];
+pub(super) type NodalValues<const D: usize, const N: usize, T = f64> = [[T; D]; N];
 
 /// Lamé's moduli, of one element or several.
 #[derive(Clone, Copy, Debug)]
@@ -90,33 +90,35 @@ impl Moduli {
 /// An element: gradients of its shape functions and volume (m³) at its Gauss points, and its
 /// material.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Element<const D: usize, const N: usize, const Q: usize> {
-    pub(super) gradients: [Nodal<D, N>; Q],
+pub(super) struct ElementGeometry<const D: usize, const N: usize, const Q: usize> {
+    pub(super) gradients: [NodalValues<D, N>; Q],
     pub(super) volumes: [f64; Q],
     pub(super) lame: Lame<f64>,
 }
 
 /// What formulations need of an element, or of several side by side.
-pub(super) trait Points<const D: usize, const N: usize, const Q: usize, T> {
+pub(super) trait IntegrationPoints<const D: usize, const N: usize, const Q: usize, T> {
     fn lame(&self) -> Lame<T>;
 
     /// Gradients of the shape functions, 1/m, and volume, m³, of Gauss point `q`.
-    fn point(&self, q: usize) -> (Nodal<D, N, T>, T);
+    fn point(&self, q: usize) -> (NodalValues<D, N, T>, T);
 }
 
-impl<const D: usize, const N: usize, const Q: usize> Points<D, N, Q, f64> for Element<D, N, Q> {
+impl<const D: usize, const N: usize, const Q: usize> IntegrationPoints<D, N, Q, f64>
+    for ElementGeometry<D, N, Q>
+{
     fn lame(&self) -> Lame<f64> {
         self.lame
     }
 
-    fn point(&self, q: usize) -> (Nodal<D, N>, f64) {
+    fn point(&self, q: usize) -> (NodalValues<D, N>, f64) {
         (self.gradients[q], self.volumes[q])
     }
 }
 
 /// An element before it is deformed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corners<const D: usize, const N: usize> {
+pub(super) struct ReferenceElement<const D: usize, const N: usize> {
     pub(super) kind: ElementKind,
     /// Where its nodes are, m.
     pub(super) at: [[f64; D]; N],
@@ -124,12 +126,16 @@ pub(super) struct Corners<const D: usize, const N: usize> {
     pub(super) thickness: f64,
 }
 
-impl<const D: usize, const N: usize> Corners<D, N> {
+impl<const D: usize, const N: usize> ReferenceElement<D, N> {
     /// As the kernels use it; `weight` is the share of its volume that it stands for.
-    pub(super) fn element<const Q: usize>(&self, weight: f64, lame: Lame<f64>) -> Element<D, N, Q> {
+    pub(super) fn element<const Q: usize>(
+        &self,
+        weight: f64,
+        lame: Lame<f64>,
+    ) -> ElementGeometry<D, N, Q> {
         let rule = shape::stiffness_rule(self.kind);
         let points: [MappedPoint<D, N>; Q] = std::array::from_fn(|q| self.map(rule[q]));
-        Element {
+        ElementGeometry {
             gradients: points.each_ref().map(|point| point.gradients),
             volumes: points.each_ref().map(|point| weight * point.volume),
             lame,
@@ -150,7 +156,7 @@ impl<const D: usize, const N: usize> Corners<D, N> {
         mass
     }
 
-    fn map(&self, point: Point) -> MappedPoint<D, N> {
+    fn map(&self, point: QuadraturePoint) -> MappedPoint<D, N> {
         let shape = shape::shape(self.kind, point.position);
         let origin = self.at[0];
         let mut jacobian: Tensor<D> = [[0.0; D]; D];
@@ -177,11 +183,11 @@ impl<const D: usize, const N: usize> Corners<D, N> {
 /// A quadrature point mapped onto an element at rest.
 struct MappedPoint<const D: usize, const N: usize> {
     values: [f64; N],
-    gradients: Nodal<D, N>,
+    gradients: NodalValues<D, N>,
     volume: f64,
 }
 
-impl<const D: usize, const N: usize, const Q: usize> Element<D, N, Q> {
+impl<const D: usize, const N: usize, const Q: usize> ElementGeometry<D, N, Q> {
     /// ∫ρ N_a, kg.
     pub(super) fn lumped_mass(&self, kind: ElementKind, density: f64) -> [f64; N] {
         let mut mass = [0.0; N];
@@ -198,7 +204,7 @@ impl<const D: usize, const N: usize, const Q: usize> Element<D, N, Q> {
     /// component `l` of node `b`, N/m.
     pub(super) fn stiffness(&self, (a, k): (usize, usize), (b, l): (usize, usize)) -> f64 {
         let Lame { lambda, mu } = self.lame;
-        let at = |(gradients, volume): (&Nodal<D, N>, &f64)| {
+        let at = |(gradients, volume): (&NodalValues<D, N>, &f64)| {
             let (ga, gb) = (gradients[a], gradients[b]);
             let mut entry = lambda * ga[k] * gb[l] + mu * ga[l] * gb[k];
             if k == l {
@@ -213,8 +219,8 @@ impl<const D: usize, const N: usize, const Q: usize> Element<D, N, Q> {
 /// Σ (v_a − v_0) ⊗ ∇N_a, `relative` being v_a − v_0.
 #[inline(always)]
 pub(super) fn gradient<const D: usize, const N: usize, T: Real>(
-    gradients: &Nodal<D, N, T>,
-    relative: &Nodal<D, N, T>,
+    gradients: &NodalValues<D, N, T>,
+    relative: &NodalValues<D, N, T>,
 ) -> Tensor<D, T> {
     let mut result: Tensor<D, T> = tensor::filled(|i, j| relative[1][i] * gradients[1][j]);
     for a in 2..N {
@@ -230,17 +236,17 @@ pub(super) fn gradient<const D: usize, const N: usize, T: Real>(
 /// Nothing at any node, in numbers like others: −0, which compilers need not add.
 #[inline(always)]
 pub(super) fn nothing<const D: usize, const N: usize, T: Real>(
-    like: &Nodal<D, N, T>,
-) -> Nodal<D, N, T> {
+    like: &NodalValues<D, N, T>,
+) -> NodalValues<D, N, T> {
     [[like[0][0].constant(-0.0); D]; N]
 }
 
 /// Subtracts `volume`·P·∇N_a from the force of all nodes but the first.
 #[inline(always)]
 pub(super) fn subtract_divergence<const D: usize, const N: usize, T: Real>(
-    force: &mut Nodal<D, N, T>,
+    force: &mut NodalValues<D, N, T>,
     first_piola: &Tensor<D, T>,
-    gradients: &Nodal<D, N, T>,
+    gradients: &NodalValues<D, N, T>,
     volume: T,
 ) {
     let scaled = tensor::scaled(-volume, first_piola);
@@ -255,7 +261,7 @@ pub(super) fn subtract_divergence<const D: usize, const N: usize, T: Real>(
 
 /// Gives the first node minus the sum of the others.
 #[inline(always)]
-pub(super) fn balance<const D: usize, const N: usize, T: Real>(force: &mut Nodal<D, N, T>) {
+pub(super) fn balance<const D: usize, const N: usize, T: Real>(force: &mut NodalValues<D, N, T>) {
     for i in 0..D {
         let mut sum = force[1][i];
         for a in 2..N {

@@ -1,8 +1,12 @@
 //! The paper's (2): incremental kinematics with objective rotation of stress.
 
-use crate::element::Past;
-use crate::element::element_set::{Formulation, MAX_RECORD, Record, RecordMut, StressIntegral};
-use crate::element::geometry::{self, Element, Lame, Moduli, Nodal, Points};
+use crate::element::StressHistory;
+use crate::element::element_set::{
+    ElementHistory, ElementHistoryMut, Formulation, MAX_RECORD, StressIntegral,
+};
+use crate::element::geometry::{
+    self, ElementGeometry, IntegrationPoints, Lame, Moduli, NodalValues,
+};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::scene::Kinematics;
@@ -22,7 +26,7 @@ use crate::scene::Kinematics;
 ///
 /// Work is ½ V (P + P') : ∇Δu, P at rest being first Piola–Kirchhoff stress at the ends: what the
 /// nodal forces do on the way.
-pub(super) struct Incremental;
+pub(super) struct Hypoelastic;
 
 /// Where the numbers of an element are in its record.
 struct Layout<const D: usize, const N: usize, const Q: usize>;
@@ -50,12 +54,12 @@ impl<const D: usize, const N: usize, const Q: usize> Layout<D, N, Q> {
     }
 }
 
-impl Incremental {
+impl Hypoelastic {
     /// Gradient of displacement at a Gauss point at the last kick.
     #[inline(always)]
     fn last<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &(impl Record<T> + ?Sized),
-        gradients: &Nodal<D, N, T>,
+        record: &(impl ElementHistory<T> + ?Sized),
+        gradients: &NodalValues<D, N, T>,
     ) -> Tensor<D, T> {
         if Layout::<D, N, Q>::KEEPS_GRADIENT {
             return tensor::filled(|i, j| record.get(i * D + j));
@@ -72,7 +76,7 @@ impl Incremental {
     /// Cauchy stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn stress<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &(impl Record<T> + ?Sized),
+        record: &(impl ElementHistory<T> + ?Sized),
         q: usize,
     ) -> Tensor<D, T> {
         tensor::filled(|i, j| record.get(Layout::<D, N, Q>::stress(q, i.min(j), i.max(j))))
@@ -81,8 +85,8 @@ impl Incremental {
     /// Keeps displacements, m, or their `gradient` for the next kick.
     #[inline(always)]
     fn set_last<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &mut (impl RecordMut<T> + ?Sized),
-        displacement: &Nodal<D, N, T>,
+        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+        displacement: &NodalValues<D, N, T>,
         gradient: &Tensor<D, T>,
     ) {
         if Layout::<D, N, Q>::KEEPS_GRADIENT {
@@ -103,7 +107,7 @@ impl Incremental {
     /// Keeps the stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn set_stress<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &mut (impl RecordMut<T> + ?Sized),
+        record: &mut (impl ElementHistoryMut<T> + ?Sized),
         q: usize,
         stress: &Tensor<D, T>,
     ) {
@@ -116,7 +120,7 @@ impl Incremental {
 }
 
 /// What has come of one Gauss point on the way from the last kick to now.
-struct Arrived<const D: usize, T> {
+struct PointUpdate<const D: usize, T> {
     /// Cauchy stress, Pa, and the first Piola–Kirchhoff stress.
     stress: Tensor<D, T>,
     first_piola: Tensor<D, T>,
@@ -124,7 +128,7 @@ struct Arrived<const D: usize, T> {
     work: T,
 }
 
-impl<const D: usize, T: Real> Arrived<D, T> {
+impl<const D: usize, T: Real> PointUpdate<D, T> {
     /// Of a point with `stress` on the way between two gradients of displacement.
     #[inline(always)]
     fn of(lame: &Lame<T>, stress: &Tensor<D, T>, [last, now]: [&Tensor<D, T>; 2]) -> Self {
@@ -148,17 +152,17 @@ impl<const D: usize, T: Real> Arrived<D, T> {
     }
 }
 
-impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Incremental {
+impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hypoelastic {
     const KINEMATICS: Kinematics = Kinematics::Incremental;
 
     const RECORD: usize = Layout::<D, N, Q>::WORK + 1;
 
     #[inline(always)]
     fn respond<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        u: &Nodal<D, N, T>,
-        record: &mut (impl RecordMut<T> + ?Sized),
-    ) -> Nodal<D, N, T> {
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        u: &NodalValues<D, N, T>,
+        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+    ) -> NodalValues<D, N, T> {
         let mut force = geometry::nothing(u);
         let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
@@ -166,7 +170,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
             let now = geometry::gradient(&gradients, u);
             let last = Self::last::<D, N, Q, T>(record, &gradients);
             let stress = Self::stress::<D, N, Q, T>(record, q);
-            let arrived = Arrived::of(&element.lame(), &stress, [&last, &now]);
+            let arrived = PointUpdate::of(&element.lame(), &stress, [&last, &now]);
             Self::set_stress::<D, N, Q, T>(record, q, &arrived.stress);
             work += volume * arrived.work;
             geometry::subtract_divergence(&mut force, &arrived.first_piola, &gradients, volume);
@@ -182,10 +186,10 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     /// σ̇ = C:d with the rate of deformation d.
     #[inline(always)]
     fn force_rate<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        u: &Nodal<D, N, T>,
-        velocity: &Nodal<D, N, T>,
-    ) -> Nodal<D, N, T> {
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        u: &NodalValues<D, N, T>,
+        velocity: &NodalValues<D, N, T>,
+    ) -> NodalValues<D, N, T> {
         let mut force = geometry::nothing(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
@@ -202,9 +206,9 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
 
     #[inline(always)]
     fn strain_energy<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        u: &Nodal<D, N, T>,
-        record: &(impl Record<T> + ?Sized),
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        u: &NodalValues<D, N, T>,
+        record: &(impl ElementHistory<T> + ?Sized),
     ) -> T {
         let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
@@ -212,17 +216,17 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
             let now = geometry::gradient(&gradients, u);
             let last = Self::last::<D, N, Q, T>(record, &gradients);
             let stress = Self::stress::<D, N, Q, T>(record, q);
-            work += volume * Arrived::of(&element.lame(), &stress, [&last, &now]).work;
+            work += volume * PointUpdate::of(&element.lame(), &stress, [&last, &now]).work;
         }
         work
     }
 
     #[inline(always)]
     fn stress<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
-        u: &Nodal<D, N, T>,
-        record: &(impl Record<T> + ?Sized),
+        u: &NodalValues<D, N, T>,
+        record: &(impl ElementHistory<T> + ?Sized),
     ) -> StressIntegral<T> {
         let out_of_plane = u[0][0].constant(moduli.out_of_plane);
         let mut now = [u[0][0].constant(0.0); MAX_RECORD];
@@ -244,7 +248,11 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         integral
     }
 
-    fn past(element: &Element<D, N, Q>, moduli: &Moduli, record: &[f64]) -> Option<Past<D>> {
+    fn past(
+        element: &ElementGeometry<D, N, Q>,
+        moduli: &Moduli,
+        record: &[f64],
+    ) -> Option<StressHistory<D>> {
         let stress: [Tensor<D>; Q] =
             std::array::from_fn(|q| Self::stress::<D, N, Q, f64>(record, q));
         let volume: f64 = element.volumes.iter().sum();
@@ -257,7 +265,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
         let held: f64 = points
             .map(|(share, stress)| share * moduli.energy(stress))
             .sum();
-        Some(Past {
+        Some(StressHistory {
             stress: tensor::filled(mean),
             excess: record[Layout::<D, N, Q>::WORK] - held,
             volume,
@@ -265,10 +273,10 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for In
     }
 
     fn set_past(
-        element: &Element<D, N, Q>,
+        element: &ElementGeometry<D, N, Q>,
         moduli: &Moduli,
-        past: &Past<D>,
-        u: &Nodal<D, N>,
+        past: &StressHistory<D>,
+        u: &NodalValues<D, N>,
         record: &mut [f64],
     ) {
         let volume: f64 = element.volumes.iter().sum();

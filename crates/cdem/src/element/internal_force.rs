@@ -5,21 +5,21 @@ use std::marker::PhantomData;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::element::batch::{Abreast, Batch, Records};
-use crate::element::chunk::{Group, Part};
+use crate::element::batch::{Batch, BatchLanes, BatchRecords};
+use crate::element::chunk::{Chunk, LevelGroup};
 use crate::element::element_set::Formulation;
-use crate::element::gather_scatter::Nearby;
+use crate::element::gather_scatter::GatheredFields;
 use crate::element::geometry::Moduli;
-use crate::element::simd::{Lanes, Register, Row, WIDTH};
+use crate::element::simd::{Lanes, Register, SimdRow, WIDTH};
 use crate::element::{Due, Interval};
 use crate::math::parallel::NODES_AT_ONCE;
 
 /// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
 /// viscous ones, which are left out where nothing is damped.
-pub(crate) type Shares<'a, const D: usize> = [&'a mut [[f64; D]]; 2];
+pub(crate) type GroupImpulses<'a, const D: usize> = [&'a mut [[f64; D]]; 2];
 
 /// The first `count` of each, and the others.
-fn split<const D: usize>(shares: Shares<'_, D>, count: usize) -> [Shares<'_, D>; 2] {
+fn split<const D: usize>(shares: GroupImpulses<'_, D>, count: usize) -> [GroupImpulses<'_, D>; 2] {
     let [elastic, viscous] = shares.map(|share| {
         let count = count.min(share.len());
         share.split_at_mut(count)
@@ -36,10 +36,10 @@ pub(super) const FEW: usize = 32_768;
 /// Gauss points of `coarsest` level or finer are in them, and so few nodes that nothing else that
 /// is done to these is shared out either, which would keep another thread awake.
 pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
-    parts: &mut [Part<D, N, Q>],
-    mut shares: Shares<D>,
+    parts: &mut [Chunk<D, N, Q>],
+    mut shares: GroupImpulses<D>,
     coarsest: u8,
-    work: &(impl Fn(&mut Part<D, N, Q>, Shares<D>) + Sync),
+    work: &(impl Fn(&mut Chunk<D, N, Q>, GroupImpulses<D>) + Sync),
 ) {
     let due = parts.iter().flat_map(|part| part.due(coarsest));
     let (elements, nodes) = due.fold((0, 0), |(elements, nodes), group| {
@@ -54,7 +54,7 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
         return;
     }
     let (left, right) = parts.split_at_mut(parts.len() / 2);
-    let count = left.iter().map(Part::node_count).sum();
+    let count = left.iter().map(Chunk::node_count).sum();
     let [of_left, of_right] = split(shares, count);
     rayon::join(
         || each_part(left, of_left, coarsest, work),
@@ -63,7 +63,7 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
 }
 
 /// A kick of elements of one formulation.
-pub(super) struct Kick<'a, const D: usize, F> {
+pub(super) struct InternalForceKick<'a, const D: usize, F> {
     due: &'a Due<'a>,
     /// Of all nodes, m and m/s.
     displacement: &'a [[f64; D]],
@@ -73,7 +73,7 @@ pub(super) struct Kick<'a, const D: usize, F> {
     formulation: PhantomData<F>,
 }
 
-impl<'a, const D: usize, F> Kick<'a, D, F> {
+impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
     pub(super) fn new(
         due: &'a Due<'a>,
         [displacement, velocity]: [&'a [[f64; D]]; 2],
@@ -91,12 +91,12 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
     /// Kicks the groups of a part that are due.
     pub(super) fn part<const N: usize, const Q: usize>(
         &self,
-        part: &mut Part<D, N, Q>,
-        shares: Shares<D>,
+        part: &mut Chunk<D, N, Q>,
+        shares: GroupImpulses<D>,
     ) where
         F: Formulation<D, N, Q>,
     {
-        Nearby::with(|nearby| {
+        GatheredFields::with(|nearby| {
             Arch::new().dispatch(Task {
                 kick: self,
                 part,
@@ -110,15 +110,15 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
     #[inline(always)]
     fn intervals<const N: usize, const Q: usize>(
         &self,
-        group: &Group<D, N, Q>,
+        group: &LevelGroup<D, N, Q>,
         batch: usize,
-    ) -> Row {
+    ) -> SimdRow {
         match self.due.interval {
             Interval::OfLevel(all) => {
-                Row::splat(group.level.map_or(0.0, |level| all[level as usize]))
+                SimdRow::splat(group.level.map_or(0.0, |level| all[level as usize]))
             }
             Interval::OfElement(all) => {
-                let mut intervals = Row::default();
+                let mut intervals = SimdRow::default();
                 let members = &group.members[batch * WIDTH..];
                 for (interval, &member) in intervals.iter_mut().zip(members) {
                     *interval = all[self.mesh_elements[member as usize] as usize];
@@ -133,9 +133,9 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
     fn group<L: Lanes, const N: usize, const Q: usize>(
         &self,
         lanes: L,
-        (group, moduli): (&mut Group<D, N, Q>, &Moduli),
-        nearby: &mut Nearby,
-        [elastic, viscous]: Shares<D>,
+        (group, moduli): (&mut LevelGroup<D, N, Q>, &Moduli),
+        nearby: &mut GatheredFields,
+        [elastic, viscous]: GroupImpulses<D>,
     ) where
         F: Formulation<D, N, Q>,
     {
@@ -165,9 +165,9 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
                 &mut discarded[..F::RECORD]
             };
             for first in (0..WIDTH).step_by(L::COUNT) {
-                let element = Abreast::new(lanes, (rest, first), moduli.lame);
+                let element = BatchLanes::new(lanes, (rest, first), moduli.lame);
                 let u = nearby.displacement.relative(lanes, nodes, first);
-                let mut records = Records {
+                let mut records = BatchRecords {
                     lanes,
                     rows: &mut *rows,
                     ahead,
@@ -195,10 +195,10 @@ impl<'a, const D: usize, F> Kick<'a, D, F> {
 
 /// A kick of a part for whatever instructions the machine has.
 struct Task<'a, 'b, const D: usize, const N: usize, const Q: usize, F> {
-    kick: &'a Kick<'a, D, F>,
-    part: &'b mut Part<D, N, Q>,
-    shares: Shares<'b, D>,
-    nearby: &'b mut Nearby,
+    kick: &'a InternalForceKick<'a, D, F>,
+    part: &'b mut Chunk<D, N, Q>,
+    shares: GroupImpulses<'b, D>,
+    nearby: &'b mut GatheredFields,
 }
 
 impl<const D: usize, const N: usize, const Q: usize, F> WithSimd for Task<'_, '_, D, N, Q, F>

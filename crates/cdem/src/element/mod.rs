@@ -30,17 +30,17 @@ pub(crate) mod tensor;
 pub(crate) mod tests;
 pub(crate) mod total_lagrangian;
 
-use crate::element::element_set::{Set, Source};
+use crate::element::element_set::{FormulationSet, SetSource};
 use crate::element::geometry::Moduli;
-use crate::element::hypoelastic::Incremental;
+use crate::element::hypoelastic::Hypoelastic;
 use crate::element::material::Elastic;
-use crate::element::total_lagrangian::Total;
+use crate::element::total_lagrangian::TotalLagrangian;
 use crate::mesh::{ElementKind, Mesh};
 use crate::scene::{Kinematics, Plane};
 
 pub(crate) use crate::element::critical_step::{highest_frequency, stable_step};
-pub(crate) use crate::element::internal_force::Shares;
-pub(crate) use crate::element::numbering::Places;
+pub(crate) use crate::element::internal_force::GroupImpulses;
+pub(crate) use crate::element::numbering::ElementNumbering;
 
 /// Most nodes of an element: a hexahedron's.
 pub(crate) const MAX_NODES: usize = 8;
@@ -67,7 +67,7 @@ pub(crate) struct Deformation {
 
 /// What an element of incremental kinematics knows of its past.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Past<const D: usize> {
+pub(crate) struct StressHistory<const D: usize> {
     /// Cauchy stress, the mean over its volume at rest, Pa.
     pub(crate) stress: [[f64; D]; D],
     /// Work done on it that the stress does not hold, J: the energy of what deviates from
@@ -77,7 +77,7 @@ pub(crate) struct Past<const D: usize> {
     pub(crate) volume: f64,
 }
 
-impl<const D: usize> Past<D> {
+impl<const D: usize> StressHistory<D> {
     /// Of several elements together.
     pub(crate) fn of_all(parts: &[Self]) -> Option<Self> {
         let volume: f64 = parts.iter().map(|part| part.volume).sum();
@@ -140,7 +140,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// without one are never due. All are of level 0 at first.
     fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>);
 
-    /// Visits level and nodes of each group, in the order of [`Shares`].
+    /// Visits level and nodes of each group, in the order of [`GroupImpulses`].
     fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32]));
 
     /// Writes the impulses of the groups that are due to their shares: the sums of
@@ -151,7 +151,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// With stiffness-proportional damping β the impulse of the viscous stress
     /// β·C:(strain rate) goes to the second shares. `motion` is displacements, m, and
     /// velocities, m/s.
-    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: Shares<D>);
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>);
 
     /// Brings the history of element `i` up to `displacement`.
     fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]);
@@ -223,11 +223,11 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     fn set_record(&mut self, i: usize, record: &[f64]);
 
     /// What element `i` knows of its past up to its last kick, if that matters.
-    fn past(&self, i: usize) -> Option<Past<D>>;
+    fn past(&self, i: usize) -> Option<StressHistory<D>>;
 
     /// Gives element `i` the past of one, or of a part of one, that is deformed as it is
     /// now: so much a volume.
-    fn set_past(&mut self, i: usize, past: &Past<D>, displacement: &[[f64; D]]);
+    fn set_past(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]);
 
     /// Bytes of all elements.
     fn memory(&self) -> usize;
@@ -238,7 +238,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
 }
 
 /// Sorts the elements of `mesh` into sets: one for each shape and formulation
-/// in use, shapes in the order of [`ElementKind`], `Total` first.
+/// in use, shapes in the order of [`ElementKind`], `TotalLagrangian` first.
 ///
 /// `properties` has one entry for each block of the mesh; `plane` and
 /// `thickness` (m) matter in 2-D only.
@@ -273,7 +273,7 @@ pub(crate) fn build<const D: usize>(
                 continue;
             }
             assert_eq!(kind.dimension(), D, "a {} in {D}-D", kind.name());
-            let source = Source {
+            let source = SetSource {
                 kind,
                 members: &members,
                 moduli: &moduli,
@@ -311,11 +311,11 @@ fn members<const D: usize>(
 }
 
 fn set<const D: usize, const N: usize, const Q: usize>(
-    source: &Source<D>,
+    source: &SetSource<D>,
     kinematics: Kinematics,
 ) -> Box<dyn ElementSet<D>> {
     match kinematics {
-        Kinematics::Total => Box::new(Set::<D, N, Q, Total>::new(source)),
-        Kinematics::Incremental => Box::new(Set::<D, N, Q, Incremental>::new(source)),
+        Kinematics::Total => Box::new(FormulationSet::<D, N, Q, TotalLagrangian>::new(source)),
+        Kinematics::Incremental => Box::new(FormulationSet::<D, N, Q, Hypoelastic>::new(source)),
     }
 }

@@ -4,7 +4,7 @@ use crate::element::ElementSet;
 
 /// Set of each element of a mesh, and number within it.
 #[derive(Debug, Default)]
-pub(crate) enum Places {
+pub(crate) enum ElementNumbering {
     /// There is one set, with all elements in their order.
     #[default]
     Alike,
@@ -12,7 +12,7 @@ pub(crate) enum Places {
     Each(Vec<(u32, u32)>),
 }
 
-impl Places {
+impl ElementNumbering {
     /// Of the elements of a mesh, so many, in these sets.
     pub(crate) fn new<const D: usize>(sets: &[Box<dyn ElementSet<D>>], count: usize) -> Self {
         if let [set] = sets {

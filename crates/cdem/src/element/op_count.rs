@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use crate::element::element_set::Formulation;
-use crate::element::geometry::{Lame, Nodal, Points};
+use crate::element::geometry::{IntegrationPoints, Lame, NodalValues};
 use crate::element::simd::Real;
 
 /// Additions, subtractions, multiplications and divisions that the forces of an element take, from
@@ -21,14 +21,14 @@ where
     F: Formulation<D, N, Q>,
 {
     let trace = RefCell::new(Trace::default());
-    let given = || Traced::new(&trace, Origin::Element);
+    let given = || Traced::new(&trace, NumberOrigin::Element);
     let vectors = || [0; N].map(|_| [0; D].map(|_| given()));
-    let element = Given {
+    let element = UnknownElement {
         gradients: [0; Q].map(|_| vectors()),
         volumes: [0; Q].map(|_| given()),
         lame: Lame {
-            lambda: Traced::new(&trace, Origin::Material),
-            mu: Traced::new(&trace, Origin::Material),
+            lambda: Traced::new(&trace, NumberOrigin::Material),
+            mu: Traced::new(&trace, NumberOrigin::Material),
         },
     };
     let mut record: Vec<Traced> = (0..F::RECORD).map(|_| given()).collect();
@@ -39,27 +39,27 @@ where
 }
 
 /// An element of which nothing is known.
-struct Given<'a, const D: usize, const N: usize, const Q: usize> {
-    gradients: [Nodal<D, N, Traced<'a>>; Q],
+struct UnknownElement<'a, const D: usize, const N: usize, const Q: usize> {
+    gradients: [NodalValues<D, N, Traced<'a>>; Q],
     volumes: [Traced<'a>; Q],
     lame: Lame<Traced<'a>>,
 }
 
-impl<'a, const D: usize, const N: usize, const Q: usize> Points<D, N, Q, Traced<'a>>
-    for Given<'a, D, N, Q>
+impl<'a, const D: usize, const N: usize, const Q: usize> IntegrationPoints<D, N, Q, Traced<'a>>
+    for UnknownElement<'a, D, N, Q>
 {
     fn lame(&self) -> Lame<Traced<'a>> {
         self.lame
     }
 
-    fn point(&self, q: usize) -> (Nodal<D, N, Traced<'a>>, Traced<'a>) {
+    fn point(&self, q: usize) -> (NodalValues<D, N, Traced<'a>>, Traced<'a>) {
         (self.gradients[q], self.volumes[q])
     }
 }
 
 /// Where a number comes from; other numbers by their places in the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Origin {
+enum NumberOrigin {
     /// Is known of each element.
     Element,
     /// Is the same of all elements of a material.
@@ -67,11 +67,11 @@ enum Origin {
     /// Bits of a constant.
     Constant(u64),
     Negative(usize),
-    Result(Operator, [usize; 2]),
+    Result(Operation, [usize; 2]),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Operator {
+enum Operation {
     Add,
     Subtract,
     Multiply,
@@ -81,60 +81,60 @@ enum Operator {
 /// All numbers so far, those that others come from first.
 #[derive(Debug, Default)]
 struct Trace {
-    numbers: Vec<Number>,
+    numbers: Vec<TracedNumber>,
     /// Places of what was worked out.
-    worked_out: BTreeMap<Origin, usize>,
+    worked_out: BTreeMap<NumberOrigin, usize>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Number {
-    origin: Origin,
+struct TracedNumber {
+    origin: NumberOrigin,
     /// From element to element.
     varies: bool,
 }
 
 impl Trace {
     /// The place of a number; what comes from the same is the same.
-    fn place(&mut self, origin: Origin) -> usize {
+    fn place(&mut self, origin: NumberOrigin) -> usize {
         let varies = match origin {
-            Origin::Element => true,
-            Origin::Material | Origin::Constant(_) => false,
-            Origin::Negative(of) => self.numbers[of].varies,
-            Origin::Result(_, of) => of.iter().any(|&of| self.numbers[of].varies),
+            NumberOrigin::Element => true,
+            NumberOrigin::Material | NumberOrigin::Constant(_) => false,
+            NumberOrigin::Negative(of) => self.numbers[of].varies,
+            NumberOrigin::Result(_, of) => of.iter().any(|&of| self.numbers[of].varies),
         };
         let place = self.numbers.len();
-        if !matches!(origin, Origin::Element | Origin::Material) {
+        if !matches!(origin, NumberOrigin::Element | NumberOrigin::Material) {
             if let Some(&known) = self.worked_out.get(&origin) {
                 return known;
             }
             self.worked_out.insert(origin, place);
         }
-        self.numbers.push(Number { origin, varies });
+        self.numbers.push(TracedNumber { origin, varies });
         place
     }
 
     fn is(&self, place: usize, constant: f64) -> bool {
-        self.numbers[place].origin == Origin::Constant(constant.to_bits())
+        self.numbers[place].origin == NumberOrigin::Constant(constant.to_bits())
     }
 
     /// The place of what comes of two numbers.
-    fn result(&mut self, operator: Operator, [left, right]: [usize; 2]) -> usize {
-        if matches!(operator, Operator::Subtract | Operator::Divide) {
-            return self.place(Origin::Result(operator, [left, right]));
+    fn result(&mut self, operator: Operation, [left, right]: [usize; 2]) -> usize {
+        if matches!(operator, Operation::Subtract | Operation::Divide) {
+            return self.place(NumberOrigin::Result(operator, [left, right]));
         }
         // In either order the same.
         for [one, other] in [[left, right], [right, left]] {
             match operator {
-                Operator::Add if self.is(one, -0.0) => return other,
-                Operator::Multiply if self.is(one, 1.0) => return other,
-                Operator::Multiply if self.is(one, -1.0) => {
-                    return self.place(Origin::Negative(other));
+                Operation::Add if self.is(one, -0.0) => return other,
+                Operation::Multiply if self.is(one, 1.0) => return other,
+                Operation::Multiply if self.is(one, -1.0) => {
+                    return self.place(NumberOrigin::Negative(other));
                 }
                 _ => {}
             }
         }
         let ordered = [left.min(right), left.max(right)];
-        self.place(Origin::Result(operator, ordered))
+        self.place(NumberOrigin::Result(operator, ordered))
     }
 
     /// Operations on what varies that `results` come from.
@@ -148,12 +148,12 @@ impl Trace {
                 continue;
             }
             match number.origin {
-                Origin::Result(_, of) => {
+                NumberOrigin::Result(_, of) => {
                     operations += 1;
                     of.iter().for_each(|&of| is_needed[of] = true);
                 }
-                Origin::Negative(of) => is_needed[of] = true,
-                Origin::Element | Origin::Material | Origin::Constant(_) => {}
+                NumberOrigin::Negative(of) => is_needed[of] = true,
+                NumberOrigin::Element | NumberOrigin::Material | NumberOrigin::Constant(_) => {}
             }
         }
         operations
@@ -168,12 +168,12 @@ struct Traced<'a> {
 }
 
 impl<'a> Traced<'a> {
-    fn new(trace: &'a RefCell<Trace>, origin: Origin) -> Self {
+    fn new(trace: &'a RefCell<Trace>, origin: NumberOrigin) -> Self {
         let place = trace.borrow_mut().place(origin);
         Self { trace, place }
     }
 
-    fn with(self, operator: Operator, other: Self) -> Self {
+    fn with(self, operator: Operation, other: Self) -> Self {
         let of = [self.place, other.place];
         Self {
             place: self.trace.borrow_mut().result(operator, of),
@@ -184,7 +184,7 @@ impl<'a> Traced<'a> {
 
 impl Real for Traced<'_> {
     fn constant(self, value: f64) -> Self {
-        Self::new(self.trace, Origin::Constant(value.to_bits()))
+        Self::new(self.trace, NumberOrigin::Constant(value.to_bits()))
     }
 }
 
@@ -194,7 +194,7 @@ macro_rules! operator {
             type Output = Self;
 
             fn $function(self, other: Self) -> Self {
-                self.with(Operator::$operator, other)
+                self.with(Operation::$operator, other)
             }
         }
     };
@@ -209,7 +209,7 @@ impl Neg for Traced<'_> {
     type Output = Self;
 
     fn neg(self) -> Self {
-        Self::new(self.trace, Origin::Negative(self.place))
+        Self::new(self.trace, NumberOrigin::Negative(self.place))
     }
 }
 
@@ -228,8 +228,8 @@ impl SubAssign for Traced<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::hypoelastic::Incremental;
-    use crate::element::total_lagrangian::Total;
+    use crate::element::hypoelastic::Hypoelastic;
+    use crate::element::total_lagrangian::TotalLagrangian;
 
     fn total<const D: usize, const N: usize, const Q: usize>() -> [usize; 2] {
         // Of what is symmetric one half.
@@ -243,7 +243,10 @@ mod tests {
         let first = (N - 1) * D;
         let balance = (N - 2) * D;
         let points = Q * (gradient + strain + stress + first_piola + divergence);
-        [operations::<Total, D, N, Q>(), points - first + balance]
+        [
+            operations::<TotalLagrangian, D, N, Q>(),
+            points - first + balance,
+        ]
     }
 
     #[test]
@@ -297,8 +300,8 @@ mod tests {
             9 + 45 + 6,
         ];
         let traced = [
-            operations::<Incremental, 2, 3, 1>(),
-            operations::<Incremental, 3, 4, 1>(),
+            operations::<Hypoelastic, 2, 3, 1>(),
+            operations::<Hypoelastic, 3, 4, 1>(),
         ];
         let on_paper = [plane, space].map(|lines| lines.iter().sum::<usize>());
         assert_eq!(traced, on_paper);

@@ -8,14 +8,14 @@ use crate::mesh::{CORNERS, ElementKind};
 
 /// Values and reference gradients of an element's shape functions at a point;
 /// only the first `node_count` entries are used.
-pub(crate) struct Shape {
+pub(crate) struct ShapeFunctions {
     pub(crate) values: [f64; 8],
     pub(crate) gradients: [[f64; 3]; 8],
 }
 
 /// A point of a quadrature rule on a reference element.
 #[derive(Clone, Copy)]
-pub(super) struct Point {
+pub(super) struct QuadraturePoint {
     pub(super) position: [f64; 3],
     pub(super) weight: f64,
 }
@@ -36,7 +36,7 @@ pub(crate) fn corner(kind: ElementKind, a: usize) -> [f64; 3] {
 }
 
 /// Shape functions of `kind` at the reference point `at`.
-pub(crate) fn shape(kind: ElementKind, at: [f64; 3]) -> Shape {
+pub(crate) fn shape(kind: ElementKind, at: [f64; 3]) -> ShapeFunctions {
     match kind {
         ElementKind::Tri3 | ElementKind::Tet4 => simplex(kind.dimension(), at),
         ElementKind::Quad4 | ElementKind::Hex8 => tensor_product(kind.dimension(), at),
@@ -44,8 +44,8 @@ pub(crate) fn shape(kind: ElementKind, at: [f64; 3]) -> Shape {
     }
 }
 
-fn simplex(dimension: usize, at: [f64; 3]) -> Shape {
-    let mut shape = Shape {
+fn simplex(dimension: usize, at: [f64; 3]) -> ShapeFunctions {
+    let mut shape = ShapeFunctions {
         values: [0.0; 8],
         gradients: [[0.0; 3]; 8],
     };
@@ -59,8 +59,8 @@ fn simplex(dimension: usize, at: [f64; 3]) -> Shape {
     shape
 }
 
-fn tensor_product(dimension: usize, at: [f64; 3]) -> Shape {
-    let mut shape = Shape {
+fn tensor_product(dimension: usize, at: [f64; 3]) -> ShapeFunctions {
+    let mut shape = ShapeFunctions {
         values: [0.0; 8],
         gradients: [[0.0; 3]; 8],
     };
@@ -75,9 +75,9 @@ fn tensor_product(dimension: usize, at: [f64; 3]) -> Shape {
     shape
 }
 
-fn wedge(at: [f64; 3]) -> Shape {
+fn wedge(at: [f64; 3]) -> ShapeFunctions {
     let triangle = simplex(2, at);
-    let mut shape = Shape {
+    let mut shape = ShapeFunctions {
         values: [0.0; 8],
         gradients: [[0.0; 3]; 8],
     };
@@ -94,7 +94,7 @@ fn wedge(at: [f64; 3]) -> Shape {
 /// Full quadrature of stiffness and internal force: 1, 4, 1, 6 and 8 points.
 /// It also integrates volume and row-sum masses of straight-sided elements
 /// exactly.
-pub(super) fn stiffness_rule(kind: ElementKind) -> Vec<Point> {
+pub(super) fn stiffness_rule(kind: ElementKind) -> Vec<QuadraturePoint> {
     match kind {
         ElementKind::Tri3 => vec![point([1.0 / 3.0, 1.0 / 3.0, 0.0], 0.5)],
         ElementKind::Tet4 => vec![point([0.25; 3], 1.0 / 6.0)],
@@ -107,7 +107,7 @@ pub(super) fn stiffness_rule(kind: ElementKind) -> Vec<Point> {
 /// Quadrature that is exact for the consistent mass matrix: degree 2 on
 /// simplices, 3 a direction on quadrilaterals, 4 on hexahedra (N_a N_b det J),
 /// 3 across and 4 along wedges.
-pub(super) fn mass_rule(kind: ElementKind) -> Vec<Point> {
+pub(super) fn mass_rule(kind: ElementKind) -> Vec<QuadraturePoint> {
     match kind {
         ElementKind::Tri3 => triangle_rule(),
         ElementKind::Tet4 => tetrahedron_rule(),
@@ -117,8 +117,8 @@ pub(super) fn mass_rule(kind: ElementKind) -> Vec<Point> {
     }
 }
 
-fn point(position: [f64; 3], weight: f64) -> Point {
-    Point { position, weight }
+fn point(position: [f64; 3], weight: f64) -> QuadraturePoint {
+    QuadraturePoint { position, weight }
 }
 
 /// Gauss–Legendre, degree 3: (place, weight) on [−1, 1].
@@ -134,7 +134,7 @@ fn gauss3() -> Vec<(f64, f64)> {
 }
 
 /// Degree 2, three inner points.
-fn triangle_rule() -> Vec<Point> {
+fn triangle_rule() -> Vec<QuadraturePoint> {
     let (s, t) = (1.0 / 6.0, 2.0 / 3.0);
     [[s, s, 0.0], [t, s, 0.0], [s, t, 0.0]]
         .map(|position| point(position, 1.0 / 6.0))
@@ -142,8 +142,8 @@ fn triangle_rule() -> Vec<Point> {
 }
 
 /// Degree 4: the square folded onto the triangle, x = u, y = v(1 − u).
-fn collapsed_triangle_rule() -> Vec<Point> {
-    let fold = |p: &Point| {
+fn collapsed_triangle_rule() -> Vec<QuadraturePoint> {
+    let fold = |p: &QuadraturePoint| {
         let (u, v) = (0.5 * (1.0 + p.position[0]), 0.5 * (1.0 + p.position[1]));
         point([u, v * (1.0 - u), 0.0], 0.25 * p.weight * (1.0 - u))
     };
@@ -151,19 +151,19 @@ fn collapsed_triangle_rule() -> Vec<Point> {
 }
 
 /// Degree 2, four inner points.
-fn tetrahedron_rule() -> Vec<Point> {
+fn tetrahedron_rule() -> Vec<QuadraturePoint> {
     let (s, t) = ((5.0 - 5f64.sqrt()) / 20.0, (5.0 + 3.0 * 5f64.sqrt()) / 20.0);
     [[s, s, s], [t, s, s], [s, t, s], [s, s, t]]
         .map(|position| point(position, 1.0 / 24.0))
         .to_vec()
 }
 
-fn square_rule(line: &[(f64, f64)]) -> Vec<Point> {
+fn square_rule(line: &[(f64, f64)]) -> Vec<QuadraturePoint> {
     let row = |&(y, wy): &(f64, f64)| line.iter().map(move |&(x, wx)| point([x, y, 0.0], wx * wy));
     line.iter().flat_map(row).collect()
 }
 
-fn extrude(base: &[Point], line: &[(f64, f64)]) -> Vec<Point> {
+fn extrude(base: &[QuadraturePoint], line: &[(f64, f64)]) -> Vec<QuadraturePoint> {
     let layer = |&(z, w): &(f64, f64)| {
         base.iter()
             .map(move |p| point([p.position[0], p.position[1], z], p.weight * w))

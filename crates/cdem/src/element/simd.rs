@@ -12,9 +12,9 @@ pub(super) const WIDTH: usize = 8;
 /// A number of each of as many elements, where one load gets it.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
-pub(super) struct Row([f64; WIDTH]);
+pub(super) struct SimdRow([f64; WIDTH]);
 
-impl Row {
+impl SimdRow {
     /// The same number of all.
     #[inline(always)]
     pub(super) fn splat(number: f64) -> Self {
@@ -22,7 +22,7 @@ impl Row {
     }
 }
 
-impl Deref for Row {
+impl Deref for SimdRow {
     type Target = [f64; WIDTH];
 
     #[inline(always)]
@@ -31,7 +31,7 @@ impl Deref for Row {
     }
 }
 
-impl DerefMut for Row {
+impl DerefMut for SimdRow {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [f64; WIDTH] {
         &mut self.0
@@ -71,10 +71,10 @@ pub(super) trait Lanes: Copy {
     fn splat(self, value: f64) -> Self::Number;
 
     /// The numbers of a row from `first` on.
-    fn load(self, row: &Row, first: usize) -> Self::Number;
+    fn load(self, row: &SimdRow, first: usize) -> Self::Number;
 
     /// Puts the numbers into a row from `first` on.
-    fn store(self, numbers: Self::Number, row: &mut Row, first: usize);
+    fn store(self, numbers: Self::Number, row: &mut SimdRow, first: usize);
 }
 
 /// One.
@@ -92,12 +92,12 @@ impl Lanes for Single {
     }
 
     #[inline(always)]
-    fn load(self, row: &Row, first: usize) -> f64 {
+    fn load(self, row: &SimdRow, first: usize) -> f64 {
         row[first]
     }
 
     #[inline(always)]
-    fn store(self, number: f64, row: &mut Row, first: usize) {
+    fn store(self, number: f64, row: &mut SimdRow, first: usize) {
         row[first] = number;
     }
 }
@@ -107,40 +107,40 @@ impl Lanes for Single {
 pub(super) struct Register<S>(pub(super) S);
 
 impl<S: Simd> Lanes for Register<S> {
-    type Number = Numbers<S>;
+    type Number = SimdNumbers<S>;
 
     const COUNT: usize = S::F64_LANES;
 
     #[inline(always)]
-    fn splat(self, value: f64) -> Numbers<S> {
-        Numbers {
+    fn splat(self, value: f64) -> SimdNumbers<S> {
+        SimdNumbers {
             simd: self.0,
             numbers: self.0.splat_f64s(value),
         }
     }
 
     #[inline(always)]
-    fn load(self, row: &Row, first: usize) -> Numbers<S> {
-        Numbers {
+    fn load(self, row: &SimdRow, first: usize) -> SimdNumbers<S> {
+        SimdNumbers {
             simd: self.0,
             numbers: S::as_simd_f64s(&row[first..first + S::F64_LANES]).0[0],
         }
     }
 
     #[inline(always)]
-    fn store(self, numbers: Numbers<S>, row: &mut Row, first: usize) {
+    fn store(self, numbers: SimdNumbers<S>, row: &mut SimdRow, first: usize) {
         S::as_mut_simd_f64s(&mut row[first..first + S::F64_LANES]).0[0] = numbers.numbers;
     }
 }
 
 /// The numbers in a register.
 #[derive(Clone, Copy)]
-pub(super) struct Numbers<S: Simd> {
+pub(super) struct SimdNumbers<S: Simd> {
     simd: S,
     numbers: S::f64s,
 }
 
-impl<S: Simd> Real for Numbers<S> {
+impl<S: Simd> Real for SimdNumbers<S> {
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
         Self {
@@ -152,7 +152,7 @@ impl<S: Simd> Real for Numbers<S> {
 
 macro_rules! operator {
     ($operator:ident, $function:ident, $of:ident) => {
-        impl<S: Simd> $operator for Numbers<S> {
+        impl<S: Simd> $operator for SimdNumbers<S> {
             type Output = Self;
 
             #[inline(always)]
@@ -171,7 +171,7 @@ operator!(Sub, sub, sub_f64s);
 operator!(Mul, mul, mul_f64s);
 operator!(Div, div, div_f64s);
 
-impl<S: Simd> Neg for Numbers<S> {
+impl<S: Simd> Neg for SimdNumbers<S> {
     type Output = Self;
 
     #[inline(always)]
@@ -183,14 +183,14 @@ impl<S: Simd> Neg for Numbers<S> {
     }
 }
 
-impl<S: Simd> AddAssign for Numbers<S> {
+impl<S: Simd> AddAssign for SimdNumbers<S> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<S: Simd> SubAssign for Numbers<S> {
+impl<S: Simd> SubAssign for SimdNumbers<S> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;

@@ -1,26 +1,26 @@
 //! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
 
-use crate::element::element_set::{Formulation, Record, RecordMut, StressIntegral};
-use crate::element::geometry::{self, Moduli, Nodal, Points};
+use crate::element::element_set::{ElementHistory, ElementHistoryMut, Formulation, StressIntegral};
+use crate::element::geometry::{self, IntegrationPoints, Moduli, NodalValues};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
 /// S = C:E with E = ½(H + Hᵀ + HᵀH), H = F − I, on the configuration at rest;
 /// no history. E from H keeps its digits at small strain.
-pub(super) struct Total;
+pub(super) struct TotalLagrangian;
 
-impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Total {
+impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for TotalLagrangian {
     const KINEMATICS: Kinematics = Kinematics::Total;
 
     const RECORD: usize = 0;
 
     #[inline(always)]
     fn respond<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        u: &Nodal<D, N, T>,
-        _: &mut (impl RecordMut<T> + ?Sized),
-    ) -> Nodal<D, N, T> {
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        u: &NodalValues<D, N, T>,
+        _: &mut (impl ElementHistoryMut<T> + ?Sized),
+    ) -> NodalValues<D, N, T> {
         let mut force = geometry::nothing(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
@@ -36,10 +36,10 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     /// Ṡ = C:sym(Fᵀ Ḟ).
     #[inline(always)]
     fn force_rate<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        u: &Nodal<D, N, T>,
-        velocity: &Nodal<D, N, T>,
-    ) -> Nodal<D, N, T> {
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        u: &NodalValues<D, N, T>,
+        velocity: &NodalValues<D, N, T>,
+    ) -> NodalValues<D, N, T> {
         let mut force = geometry::nothing(u);
         for q in 0..Q {
             let (gradients, volume) = element.point(q);
@@ -55,9 +55,9 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 
     #[inline(always)]
     fn strain_energy<T: Real>(
-        element: &impl Points<D, N, Q, T>,
-        u: &Nodal<D, N, T>,
-        _: &(impl Record<T> + ?Sized),
+        element: &impl IntegrationPoints<D, N, Q, T>,
+        u: &NodalValues<D, N, T>,
+        _: &(impl ElementHistory<T> + ?Sized),
     ) -> T {
         let half = u[0][0].constant(0.5);
         let mut energy = half.constant(0.0);
@@ -72,10 +72,10 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 
     #[inline(always)]
     fn stress<T: Real>(
-        element: &impl Points<D, N, Q, T>,
+        element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
-        u: &Nodal<D, N, T>,
-        _: &(impl Record<T> + ?Sized),
+        u: &NodalValues<D, N, T>,
+        _: &(impl ElementHistory<T> + ?Sized),
     ) -> StressIntegral<T> {
         let out_of_plane = u[0][0].constant(moduli.out_of_plane);
         let mut integral = StressIntegral::new(u[0][0].constant(0.0));

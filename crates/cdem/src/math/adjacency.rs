@@ -2,12 +2,12 @@
 
 /// Items around nodes, both by number.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Around {
+pub(crate) struct Adjacency {
     start: Vec<u32>,
     items: Vec<u32>,
 }
 
-impl Around {
+impl Adjacency {
     /// Items around each of `count` nodes; `nodes_of` gives the nodes of item
     /// after item.
     pub(crate) fn new<'a>(nodes_of: impl Iterator<Item = &'a [u32]> + Clone, count: usize) -> Self {

@@ -20,26 +20,26 @@ pub(crate) fn serialize<T: Pod, S: Serializer>(
 }
 
 /// Reads them.
-pub(crate) fn deserialize<'de, N: Numbers, D: Deserializer<'de>>(
+pub(crate) fn deserialize<'de, N: PlainNumbers, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<N, D::Error> {
     deserializer.deserialize_bytes(Bytes(PhantomData))
 }
 
 /// What is made of numbers.
-pub(crate) trait Numbers: Sized {
+pub(crate) trait PlainNumbers: Sized {
     /// Of these bytes; nothing where they are too many or too few.
     fn of(bytes: &[u8]) -> Option<Self>;
 }
 
-impl<T: Pod> Numbers for Vec<T> {
+impl<T: Pod> PlainNumbers for Vec<T> {
     fn of(bytes: &[u8]) -> Option<Self> {
         let is_whole = bytes.len().is_multiple_of(size_of::<T>());
         is_whole.then(|| bytemuck::allocation::pod_collect_to_vec(bytes))
     }
 }
 
-impl<const D: usize> Numbers for [f64; D] {
+impl<const D: usize> PlainNumbers for [f64; D] {
     fn of(bytes: &[u8]) -> Option<Self> {
         bytemuck::try_pod_read_unaligned(bytes).ok()
     }
@@ -47,7 +47,7 @@ impl<const D: usize> Numbers for [f64; D] {
 
 struct Bytes<N>(PhantomData<N>);
 
-impl<N: Numbers> Visitor<'_> for Bytes<N> {
+impl<N: PlainNumbers> Visitor<'_> for Bytes<N> {
     type Value = N;
 
     fn expecting(&self, out: &mut fmt::Formatter) -> fmt::Result {

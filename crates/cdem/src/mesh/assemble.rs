@@ -12,9 +12,9 @@ use crate::mesh::facet::{FacetFault, checked_boundary};
 use crate::mesh::member::Members;
 use crate::mesh::order::hilbert_order;
 use crate::mesh::placement::Placement;
-use crate::mesh::quality::{Orientation, orientation, reversed};
+use crate::mesh::quality::{JacobianSign, orientation, reversed};
 use crate::mesh::shape::mesh_shape;
-use crate::mesh::source::Source;
+use crate::mesh::source::MeshSource;
 use crate::mesh::split::parts;
 use crate::mesh::vector::{bounds, centre, distance};
 use crate::mesh::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
@@ -22,7 +22,7 @@ use crate::scene::{self, Geometry, Scene, Split};
 
 /// An element with what the file knows of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
+pub(super) struct SourceCell {
     pub(super) element: Element,
     /// The file's number of the element.
     pub(super) tag: u64,
@@ -67,7 +67,7 @@ pub fn assemble<const D: usize>(
         let number = sources.find::<D>(block, load, &mut mesh.notes)?;
         let source = &sources.list[number];
         let wrong = |fault: BlockFault| fault.of(&block.name, &source.raw.origin);
-        let mut body = Body::<D>::new(block, source).map_err(wrong)?;
+        let mut body = PlacedMesh::<D>::new(block, source).map_err(wrong)?;
         if body.turned > 0 {
             mesh.notes.push(format!(
                 "block \"{}\": {} of {} elements were numbered the wrong way round and have been \
@@ -110,7 +110,7 @@ fn part_name(
 /// Adds a part as a block of its own.
 fn push<const D: usize>(
     mesh: &mut Mesh<D>,
-    part: Part<D>,
+    part: BlockPart<D>,
     name: String,
     source: usize,
 ) -> Result<(), BlockFault> {
@@ -162,7 +162,7 @@ fn push<const D: usize>(
 /// Meshes of files, read once, and of shapes.
 #[derive(Default)]
 struct Sources {
-    list: Vec<Source>,
+    list: Vec<MeshSource>,
     by_path: BTreeMap<PathBuf, usize>,
 }
 
@@ -184,7 +184,7 @@ impl Sources {
             },
             shape => mesh_shape::<D>(&block.name, shape).map_err(|f| f.of(&block.name, "shape"))?,
         };
-        let source = Source::new(raw, D)?;
+        let source = MeshSource::new(raw, D)?;
         let unused = source.unused_points();
         if let Some(first) = unused.first() {
             let (mesh, count) = (&source.raw.origin, unused.len());
@@ -199,19 +199,19 @@ impl Sources {
 }
 
 /// A block's mesh in its place, before it is split.
-struct Body<const D: usize> {
+struct PlacedMesh<const D: usize> {
     /// Rest positions, m.
     nodes: Vec<[f64; D]>,
     /// Index of each node in the points of the source.
     points: Vec<u32>,
     /// Elements on `nodes`.
-    cells: Vec<Cell>,
+    cells: Vec<SourceCell>,
     /// Elements that were numbered the wrong way round.
     turned: usize,
 }
 
-impl<const D: usize> Body<D> {
-    fn new(block: &scene::Block, source: &Source) -> Result<Self, BlockFault> {
+impl<const D: usize> PlacedMesh<D> {
+    fn new(block: &scene::Block, source: &MeshSource) -> Result<Self, BlockFault> {
         let group = match &block.geometry {
             Geometry::Mesh { group, .. } => group.as_deref(),
             Geometry::Box { .. } | Geometry::Polygon { .. } => None,
@@ -235,7 +235,7 @@ impl<const D: usize> Body<D> {
                 });
             }
         }
-        let check = |cells: &mut [Cell]| -> Result<usize, BlockFault> {
+        let check = |cells: &mut [SourceCell]| -> Result<usize, BlockFault> {
             cells.iter_mut().try_fold(0, |turned, cell| {
                 refuse_repeated(cell, &nodes, &tag)?;
                 let places = corners(&cell.element, &nodes);
@@ -259,9 +259,9 @@ impl<const D: usize> Body<D> {
         &mut self,
         cells: std::ops::Range<usize>,
         numbering: &mut Numbering,
-    ) -> Result<Part<D>, BlockFault> {
+    ) -> Result<BlockPart<D>, BlockFault> {
         let cells = &mut self.cells[cells];
-        let at = |cell: &Cell| centre(corners(&cell.element, &self.nodes).into_iter());
+        let at = |cell: &SourceCell| centre(corners(&cell.element, &self.nodes).into_iter());
         let used = if cells.len() > TINY {
             let centres: Vec<_> = cells.par_iter().with_min_len(SHARE).map(at).collect();
             let order = hilbert_order(&centres);
@@ -274,7 +274,7 @@ impl<const D: usize> Body<D> {
         let nodes: Vec<_> = used.iter().map(|&n| self.nodes[n as usize]).collect();
         let elements: Vec<_> = cells.iter().map(|cell| cell.element).collect();
         let boundary = checked_boundary(&elements).map_err(|f| misfit(f, cells, &nodes))?;
-        Ok(Part {
+        Ok(BlockPart {
             coincident: coincident_nodes(&nodes, &elements, &boundary),
             unjoined: unjoined(&nodes, &elements, &boundary),
             points: used.iter().map(|&n| self.points[n as usize]).collect(),
@@ -287,7 +287,7 @@ impl<const D: usize> Body<D> {
 }
 
 /// A block to be: numbers count from 0.
-pub(super) struct Part<const D: usize> {
+pub(super) struct BlockPart<const D: usize> {
     pub(super) nodes: Vec<[f64; D]>,
     /// Index of each node in the points of the source.
     pub(super) points: Vec<u32>,
@@ -307,7 +307,7 @@ fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D
 
 /// An element has each of its nodes once.
 fn refuse_repeated<const D: usize>(
-    cell: &Cell,
+    cell: &SourceCell,
     nodes: &[[f64; D]],
     tag: &impl Fn(usize) -> u64,
 ) -> Result<(), BlockFault> {
@@ -324,7 +324,10 @@ fn refuse_repeated<const D: usize>(
 }
 
 /// An element's nodes are told apart by the numbers there are for their places.
-fn refuse_blurred<const D: usize>(cell: &Cell, places: &[[f64; D]]) -> Result<(), BlockFault> {
+fn refuse_blurred<const D: usize>(
+    cell: &SourceCell,
+    places: &[[f64; D]],
+) -> Result<(), BlockFault> {
     let (low, high) = bounds(places.iter().copied());
     let farthest = places
         .iter()
@@ -345,28 +348,28 @@ fn refuse_blurred<const D: usize>(cell: &Cell, places: &[[f64; D]]) -> Result<()
 }
 
 /// Numbers the cell's nodes so that its Jacobian is positive; whether it was not.
-fn orient<const D: usize>(cell: &mut Cell, places: &[[f64; D]]) -> Result<bool, BlockFault> {
+fn orient<const D: usize>(cell: &mut SourceCell, places: &[[f64; D]]) -> Result<bool, BlockFault> {
     let kind = cell.element.kind;
     let at = || centre(places.iter().copied()).to_vec();
     let (kind_name, element) = (kind.name(), cell.tag);
     match orientation(kind, places) {
-        Orientation::Positive => Ok(false),
-        Orientation::Reversed => {
+        JacobianSign::Positive => Ok(false),
+        JacobianSign::Reversed => {
             cell.element = reversed(cell.element);
             Ok(true)
         }
-        Orientation::Collapsed => Err(BlockFault::Collapsed {
+        JacobianSign::Collapsed => Err(BlockFault::Collapsed {
             kind: kind_name,
             element,
             at: at(),
         }),
-        Orientation::Flat => Err(BlockFault::Flat {
+        JacobianSign::Flat => Err(BlockFault::Flat {
             kind: kind_name,
             element,
             at: at(),
             dimension: D,
         }),
-        Orientation::Folded { negative, points } => Err(BlockFault::Folded {
+        JacobianSign::Folded { negative, points } => Err(BlockFault::Folded {
             kind: kind_name,
             element,
             at: at(),
@@ -399,7 +402,11 @@ fn check_plane(points: &[[f64; 3]], tag: &dyn Fn(usize) -> u64) -> Result<(), Bl
 }
 
 /// Tells which elements of the file do not fit together.
-fn misfit<const D: usize>(fault: FacetFault, cells: &[Cell], nodes: &[[f64; D]]) -> BlockFault {
+fn misfit<const D: usize>(
+    fault: FacetFault,
+    cells: &[SourceCell],
+    nodes: &[[f64; D]],
+) -> BlockFault {
     let tag = |index: u32| cells[index as usize].tag;
     match fault {
         FacetFault::Duplicate(a, b) => {
@@ -439,19 +446,19 @@ impl Numbering {
     }
 
     /// Numbers nodes as the cells meet them; returns the old numbers.
-    fn by_first_use(&mut self, cells: &mut [Cell]) -> Vec<u32> {
+    fn by_first_use(&mut self, cells: &mut [SourceCell]) -> Vec<u32> {
         let old = self.used(cells);
         self.renumber(cells, old)
     }
 
     /// Numbers nodes in their old order; returns the old numbers.
-    fn ascending(&mut self, cells: &mut [Cell]) -> Vec<u32> {
+    fn ascending(&mut self, cells: &mut [SourceCell]) -> Vec<u32> {
         let mut old = self.used(cells);
         old.sort_unstable();
         self.renumber(cells, old)
     }
 
-    fn used(&mut self, cells: &[Cell]) -> Vec<u32> {
+    fn used(&mut self, cells: &[SourceCell]) -> Vec<u32> {
         let mut old = Vec::new();
         for &node in cells.iter().flat_map(|cell| cell.element.nodes()) {
             if self.new[node as usize] == u32::MAX {
@@ -462,7 +469,7 @@ impl Numbering {
         old
     }
 
-    fn renumber(&mut self, cells: &mut [Cell], old: Vec<u32>) -> Vec<u32> {
+    fn renumber(&mut self, cells: &mut [SourceCell], old: Vec<u32>) -> Vec<u32> {
         (0..)
             .zip(&old)
             .for_each(|(new, &node)| self.new[node as usize] = new);

@@ -6,12 +6,12 @@ pub(super) type Box<const D: usize> = ([f64; D], [f64; D]);
 /// A balanced tree of boxes that do not move. It depends on their order and
 /// places alone, so what it finds comes in the same order every time.
 pub(super) struct BoxTree<const D: usize> {
-    nodes: Vec<Node<D>>,
+    nodes: Vec<TreeNode<D>>,
     /// Boxes and their numbers, those of a leaf in a row.
     items: Vec<(Box<D>, u32)>,
 }
 
-struct Node<const D: usize> {
+struct TreeNode<const D: usize> {
     bounds: Box<D>,
     /// The node after all that are below this one.
     next: u32,
@@ -62,7 +62,7 @@ impl<const D: usize> BoxTree<D> {
         } else {
             0..0
         };
-        self.nodes.push(Node {
+        self.nodes.push(TreeNode {
             bounds,
             next: 0,
             items: range,

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::mesh::assemble::Part;
-use crate::mesh::source::{Source, extent_name};
+use crate::mesh::assemble::BlockPart;
+use crate::mesh::source::{MeshSource, extent_name};
 use crate::mesh::{Facet, Group, Mesh};
 
 /// Members of the groups of all sources, by source and raw group.
@@ -18,8 +18,8 @@ impl Members {
     pub(super) fn add<const D: usize>(
         &mut self,
         number: usize,
-        source: &Source,
-        part: &Part<D>,
+        source: &MeshSource,
+        part: &BlockPart<D>,
         mesh: &Mesh<D>,
     ) {
         if source.raw.groups.is_empty() {
@@ -75,7 +75,7 @@ impl Members {
     }
 
     /// Adds the edges of curves in space between `points`, nodes from the `first` on.
-    fn add_curves(&mut self, number: usize, source: &Source, points: &[u32], first: u32) {
+    fn add_curves(&mut self, number: usize, source: &MeshSource, points: &[u32], first: u32) {
         if !source.has_curves() {
             return;
         }
@@ -93,7 +93,7 @@ impl Members {
 
     /// The groups, sorted by name; those of one name and dimension in one
     /// source are one.
-    pub(super) fn finish(mut self, sources: &[Source]) -> Vec<Group> {
+    pub(super) fn finish(mut self, sources: &[MeshSource]) -> Vec<Group> {
         let mut groups = Vec::new();
         for (number, source) in sources.iter().enumerate() {
             for ((name, dimension), raw) in source.group_names() {

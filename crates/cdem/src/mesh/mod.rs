@@ -56,7 +56,7 @@ pub struct Mesh<const D: usize> {
     pub notes: Vec<String>,
     /// What elements have come of, where some are refined.
     #[serde(skip)]
-    pub(crate) parts: Option<Parts>,
+    pub(crate) parts: Option<ElementOrigins>,
     /// Boundary facets, sorted, once the elements stay as they are.
     #[serde(skip)]
     pub(crate) boundary: Known<Vec<Facet>>,
@@ -76,7 +76,7 @@ impl<T> PartialEq for Known<T> {
 /// What the elements of a refined mesh have come of, and what they do not tell
 /// themselves, as some may lie in each other.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Parts {
+pub(crate) struct ElementOrigins {
     /// The element of the base mesh that each element was, or is a part of.
     pub(crate) root: Vec<u32>,
     /// Share of its volume that each element stands for.
@@ -246,7 +246,7 @@ pub struct Group {
     /// What it is, for messages: "surfaces of prisms.msh" and the like.
     pub origin: String,
     /// What else its nodes lie on.
-    pub(crate) inside: Inside,
+    pub(crate) inside: GroupInterior,
 }
 
 impl Group {
@@ -261,14 +261,14 @@ impl Group {
             nodes: on_nodes.copied().collect(),
             facets: on_elements.copied().collect(),
             origin: self.origin.clone(),
-            inside: Inside::default(),
+            inside: GroupInterior::default(),
         }
     }
 }
 
 /// What nodes of a group lie on that is no boundary facet: new nodes there belong to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Inside {
+pub(crate) struct GroupInterior {
     /// Elements, of groups of full dimension.
     pub(crate) elements: Vec<u32>,
     /// Facets within blocks.

@@ -33,7 +33,7 @@ pub fn overlap<const D: usize>(
     tolerance: f64,
     matters: &dyn Fn(usize, usize) -> bool,
 ) -> Option<Overlap<D>> {
-    let mut search = Search::new(mesh, tolerance, matters);
+    let mut search = OverlapSearch::new(mesh, tolerance, matters);
     let facets = search.facets.clone();
     for (point, blocks) in by_place(vertices(mesh, &facets)) {
         search.probe(point[0], &blocks);
@@ -124,7 +124,7 @@ fn by_place<const D: usize, const N: usize>(
     .collect()
 }
 
-struct Search<'a, const D: usize> {
+struct OverlapSearch<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     tolerance: f64,
     matters: &'a dyn Fn(usize, usize) -> bool,
@@ -141,7 +141,7 @@ struct Search<'a, const D: usize> {
 /// element's facet it lies, as a share of the element: the depth decides.
 const SIDE: f64 = 1e-9;
 
-impl<'a, const D: usize> Search<'a, D> {
+impl<'a, const D: usize> OverlapSearch<'a, D> {
     fn new(mesh: &'a Mesh<D>, tolerance: f64, matters: &'a dyn Fn(usize, usize) -> bool) -> Self {
         let block_box = |nodes: &std::ops::Range<u32>| {
             bounds(

@@ -6,7 +6,7 @@ use crate::mesh::{CORNERS, Element, ElementKind};
 
 /// How an element lies, from its Jacobian at the Gauss points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Orientation {
+pub(super) enum JacobianSign {
     /// Positive everywhere, as it should be.
     Positive,
     /// Negative everywhere: numbered the wrong way round.
@@ -27,7 +27,7 @@ const FLAT: f64 = 1e-12;
 const COLLAPSED: f64 = 1e-9;
 
 /// Orientation of an element of `kind` with nodes at `corners`.
-pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> Orientation {
+pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> JacobianSign {
     let (low, high) = bounds(corners.iter().copied());
     let size = distance(low, high);
     let zero = FLAT * size.powi(D as i32);
@@ -45,12 +45,12 @@ pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]
     };
     match (negative, positive) {
         (n, p) if n.max(p) == points && corners.iter().enumerate().any(meet) => {
-            Orientation::Collapsed
+            JacobianSign::Collapsed
         }
-        (0, p) if p == points => Orientation::Positive,
-        (n, 0) if n == points => Orientation::Reversed,
-        (0, _) | (_, 0) => Orientation::Flat,
-        _ => Orientation::Folded { negative, points },
+        (0, p) if p == points => JacobianSign::Positive,
+        (n, 0) if n == points => JacobianSign::Reversed,
+        (0, _) | (_, 0) => JacobianSign::Flat,
+        _ => JacobianSign::Folded { negative, points },
     }
 }
 
@@ -186,7 +186,7 @@ mod tests {
             let corners = unit(kind);
             // 1e-14: some tens of roundings of numbers of order one.
             assert!((volume(kind, &corners) - value).abs() < 1e-14, "{kind:?}");
-            assert_eq!(orientation(kind, &corners), Orientation::Positive);
+            assert_eq!(orientation(kind, &corners), JacobianSign::Positive);
             let numbers: Vec<u32> = (0..kind.node_count() as u32).collect();
             let turned = reversed(Element::new(kind, &numbers));
             let corners: Vec<_> = turned
@@ -195,7 +195,7 @@ mod tests {
                 .map(|&n| corners[n as usize])
                 .collect();
             assert!((volume(kind, &corners) + value).abs() < 1e-14, "{kind:?}");
-            assert_eq!(orientation(kind, &corners), Orientation::Reversed);
+            assert_eq!(orientation(kind, &corners), JacobianSign::Reversed);
         }
     }
 
@@ -205,7 +205,7 @@ mod tests {
         let folded = orientation(ElementKind::Quad4, &bow_tie);
         assert_eq!(
             folded,
-            Orientation::Folded {
+            JacobianSign::Folded {
                 negative: 2,
                 points: 4
             }
@@ -213,9 +213,9 @@ mod tests {
         let collapsed = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]];
         assert_eq!(
             orientation(ElementKind::Quad4, &collapsed),
-            Orientation::Collapsed
+            JacobianSign::Collapsed
         );
         let line = [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]];
-        assert_eq!(orientation(ElementKind::Tri3, &line), Orientation::Flat);
+        assert_eq!(orientation(ElementKind::Tri3, &line), JacobianSign::Flat);
     }
 }

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use crate::mesh::assemble::Cell;
+use crate::mesh::assemble::SourceCell;
 use crate::mesh::error::nearest;
 use crate::mesh::facet::sorted;
 use crate::mesh::{BlockFault, CellKind, Element, MeshError, RawMesh};
 
 /// A raw mesh and what lies where in it.
-pub(super) struct Source {
+pub(super) struct MeshSource {
     pub(super) raw: RawMesh,
     /// Cells of full dimension by group set, in the order of the file.
-    cells: Vec<Vec<Cell>>,
+    cells: Vec<Vec<SourceCell>>,
     /// Sorted nodes and group set of every facet that lies in a group, sorted.
     facets: Vec<([u32; 4], u32)>,
     /// Points and the groups of lower dimension than facets that they lie in, sorted.
@@ -22,7 +22,7 @@ pub(super) struct Source {
     on_facet: Vec<bool>,
 }
 
-impl Source {
+impl MeshSource {
     /// Indexes a mesh for blocks of `dimension`.
     ///
     /// # Errors
@@ -43,7 +43,7 @@ impl Source {
                 match (cells.kind, cells.kind.dimension()) {
                     (CellKind::Element(kind), d) if d == dimension => {
                         let element = Element::new(kind, nodes);
-                        source.cells[set as usize].push(Cell { element, tag, set });
+                        source.cells[set as usize].push(SourceCell { element, tag, set });
                     }
                     _ if set == 0 => {}
                     (_, d) if d + 1 == dimension => {
@@ -85,7 +85,7 @@ impl Source {
         &self,
         group: Option<&str>,
         dimension: usize,
-    ) -> Result<Vec<Cell>, BlockFault> {
+    ) -> Result<Vec<SourceCell>, BlockFault> {
         let wanted = group
             .map(|name| self.groups_named(name, dimension))
             .transpose()?;

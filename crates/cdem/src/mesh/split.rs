@@ -2,13 +2,17 @@
 
 use std::ops::Range;
 
-use crate::mesh::assemble::Cell;
+use crate::mesh::assemble::SourceCell;
 use crate::mesh::{Element, Mesh};
 use crate::scene::Split;
 
 /// Sorts `cells` by part and returns the cells of each; parts come in the
 /// order of their first cells.
-pub(super) fn parts(split: Split, cells: &mut [Cell], node_count: usize) -> Vec<Range<usize>> {
+pub(super) fn parts(
+    split: Split,
+    cells: &mut [SourceCell],
+    node_count: usize,
+) -> Vec<Range<usize>> {
     match split {
         Split::None => std::iter::once(0..cells.len()).collect(),
         Split::Cells => (0..cells.len()).map(|i| i..i + 1).collect(),
@@ -33,14 +37,14 @@ impl<const D: usize> Mesh<D> {
 }
 
 /// Parts connected through shared nodes.
-fn components(cells: &mut [Cell], node_count: usize) -> Vec<Range<usize>> {
+fn components(cells: &mut [SourceCell], node_count: usize) -> Vec<Range<usize>> {
     let mut joined = Joined::new(node_count);
     for cell in &*cells {
         joined.join_all(&cell.element, 0);
     }
     // A component's number is that of its first cell.
     let mut first = vec![u32::MAX; node_count];
-    let mut keyed: Vec<(u32, Cell)> = Vec::with_capacity(cells.len());
+    let mut keyed: Vec<(u32, SourceCell)> = Vec::with_capacity(cells.len());
     for (number, &cell) in (0..).zip(&*cells) {
         let root = joined.root(cell.element.nodes[0]) as usize;
         first[root] = first[root].min(number);

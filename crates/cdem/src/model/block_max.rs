@@ -6,13 +6,13 @@ use crate::math::parallel::NODES_AT_ONCE;
 
 /// The largest of `N` numbers of each node, none below 0, found for each block on all threads.
 #[derive(Clone, Debug)]
-pub(crate) struct Largest<const N: usize> {
+pub(crate) struct BlockMax<const N: usize> {
     /// Of nodes in a row of the same block, for some nodes after the other.
     of_nodes: Vec<Vec<(u32, [f64; N])>>,
     of_blocks: Vec<[f64; N]>,
 }
 
-impl<const N: usize> Default for Largest<N> {
+impl<const N: usize> Default for BlockMax<N> {
     fn default() -> Self {
         Self {
             of_nodes: Vec::new(),
@@ -21,7 +21,7 @@ impl<const N: usize> Default for Largest<N> {
     }
 }
 
-impl<const N: usize> Largest<N> {
+impl<const N: usize> BlockMax<N> {
     /// Finds them for so many `blocks`, of the nodes whose blocks `block_of` lists; 0 where a
     /// block has none of them.
     pub(crate) fn find(
@@ -83,7 +83,7 @@ mod tests {
         let block_of: Vec<u32> = (0..).zip(counts).flat_map(|(b, n)| vec![b; n]).collect();
         let mut random = fastrand::Rng::with_seed(11);
         let numbers: Vec<f64> = block_of.iter().map(|_| 1.0 + random.f64()).collect();
-        let mut largest = Largest::default();
+        let mut largest = BlockMax::default();
         // Less in the second round: nothing of the first may be left.
         for share in [1.0, 0.5] {
             let of = |node: u32| [share * numbers[node as usize], 2.0];
@@ -106,7 +106,7 @@ mod tests {
     fn what_is_not_a_number_is_not_lost() {
         for place in 0..3 {
             let of = |node: u32| [if node == place { f64::NAN } else { 1.0 }];
-            assert!(Largest::default().find(&[0; 3], 1, of)[0][0].is_nan());
+            assert!(BlockMax::default().find(&[0; 3], 1, of)[0][0].is_nan());
         }
     }
 }

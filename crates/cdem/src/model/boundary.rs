@@ -6,13 +6,13 @@ use crate::model::{Model, ModelError, block_names};
 use crate::scene::{Boundary, BoundaryTarget, Motion, Scene};
 
 /// A prescribed motion of some nodes.
-pub(crate) struct Prescribed {
+pub(crate) struct PrescribedMotion {
     /// The nodes, sorted.
     pub(crate) nodes: Vec<u32>,
     boundary: Boundary,
 }
 
-impl Prescribed {
+impl PrescribedMotion {
     /// `boundary` on `nodes`.
     pub(crate) fn new(boundary: &Boundary, nodes: Vec<u32>) -> Self {
         Self {
@@ -115,7 +115,10 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// When a group is unknown, a block is fixed, or two motions contradict each other.
-    pub(crate) fn prescribed_motions(&self, scene: &Scene) -> Result<Vec<Prescribed>, ModelError> {
+    pub(crate) fn prescribed_motions(
+        &self,
+        scene: &Scene,
+    ) -> Result<Vec<PrescribedMotion>, ModelError> {
         let mut motions = Vec::new();
         for (number, boundary) in scene.boundary.iter().enumerate() {
             let key = |name: &str| format!("boundary[{number}].{name}");
@@ -144,7 +147,7 @@ impl<const D: usize> Model<D> {
                     block: self.mesh.blocks[block].name.clone(),
                 });
             }
-            let motion = Prescribed::new(boundary, nodes);
+            let motion = PrescribedMotion::new(boundary, nodes);
             self.refuse_contradiction(number, &motion, &motions)?;
             motions.push(motion);
         }
@@ -154,8 +157,8 @@ impl<const D: usize> Model<D> {
     fn refuse_contradiction(
         &self,
         number: usize,
-        motion: &Prescribed,
-        earlier: &[Prescribed],
+        motion: &PrescribedMotion,
+        earlier: &[PrescribedMotion],
     ) -> Result<(), ModelError> {
         for (other_number, other) in earlier.iter().enumerate() {
             let Some(axis) = motion.contradicts::<D>(other) else {

@@ -86,7 +86,7 @@ impl<const D: usize> Dense<D> {
 
 /// The mass matrix of all nodes and its inverse.
 #[derive(Clone, Debug)]
-pub(crate) struct Inertia<const D: usize> {
+pub(crate) struct InverseMass<const D: usize> {
     /// Lumped or fitted mass of each node, kg (row sums in dense blocks).
     mass: Vec<f64>,
     /// 1/kg by component; 0 where the node is held.
@@ -105,7 +105,7 @@ const LUMPED: u32 = u32::MAX;
 /// Nodes of a dense block that are kicked side by side.
 const ABREAST: usize = 8;
 
-impl<const D: usize> Inertia<D> {
+impl<const D: usize> InverseMass<D> {
     /// `dense`: first node and n×n mass matrix of each block that has one.
     pub(crate) fn new(mass: Vec<f64>, dense: Vec<(usize, Vec<f64>)>) -> Self {
         let mut inertia = Self {
@@ -286,7 +286,7 @@ impl<const D: usize> Inertia<D> {
             }
             return;
         }
-        Arch::new().dispatch(Kick {
+        Arch::new().dispatch(ImpulseKick {
             inertia: self,
             first,
             impulse,
@@ -342,15 +342,15 @@ impl<const D: usize> Inertia<D> {
 }
 
 /// Nodes that get impulses, with whatever instructions the machine has.
-struct Kick<'a, const D: usize> {
-    inertia: &'a Inertia<D>,
+struct ImpulseKick<'a, const D: usize> {
+    inertia: &'a InverseMass<D>,
     /// Number of the first; all or none of a dense block.
     first: usize,
     impulse: &'a [[f64; D]],
     velocity: &'a mut [[f64; D]],
 }
 
-impl<const D: usize> WithSimd for Kick<'_, D> {
+impl<const D: usize> WithSimd for ImpulseKick<'_, D> {
     type Output = ();
 
     #[inline(always)]
@@ -408,8 +408,8 @@ fn kick_abreast<const D: usize, const N: usize>(
 /// What contact impulses do in a kick: M⁻¹, less what mass-proportional damping
 /// α takes from them in its middle, 1/(1 + ½αΔ).
 #[derive(Clone, Copy)]
-pub(crate) struct Mobility<'a, const D: usize> {
-    pub(crate) inertia: &'a Inertia<D>,
+pub(crate) struct KickMobility<'a, const D: usize> {
+    pub(crate) inertia: &'a InverseMass<D>,
     /// Block of each node, and α of each block, 1/s.
     pub(crate) block_of: &'a [u32],
     pub(crate) damping: &'a [f64],
@@ -417,7 +417,7 @@ pub(crate) struct Mobility<'a, const D: usize> {
     pub(crate) interval: f64,
 }
 
-impl<const D: usize> Mobility<'_, D> {
+impl<const D: usize> KickMobility<'_, D> {
     /// What damping leaves of an impulse on a node.
     pub(crate) fn share(&self, node: u32) -> f64 {
         let alpha = self.damping[self.block_of[node as usize] as usize];
@@ -457,7 +457,7 @@ mod tests {
                 (0..mass.len()).map(vector).collect()
             };
             let (impulse, start) = (vectors(), vectors());
-            let mut inertia = Inertia::<3>::new(mass.clone(), dense);
+            let mut inertia = InverseMass::<3>::new(mass.clone(), dense);
             let held: Vec<_> = (0..mass.len())
                 .map(|n| {
                     [

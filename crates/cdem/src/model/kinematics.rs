@@ -6,7 +6,7 @@ use crate::model::positions::Positions;
 pub(crate) const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 /// Displacements and velocities of all nodes: what a step changes.
-pub(crate) struct Motion<'a, const D: usize> {
+pub(crate) struct NodalMotion<'a, const D: usize> {
     /// Rest positions, m.
     pub(crate) rest: &'a [[f64; D]],
     /// Displacements, m.
@@ -20,17 +20,17 @@ pub(crate) struct Motion<'a, const D: usize> {
 /// Displacement of a node and what round-off has kept from it, m, and its velocity, m/s.
 pub(crate) type NodeState<const D: usize> = [[f64; D]; 3];
 
-/// A copy of all that [`Motion`] changes.
-pub(crate) struct Copied<const D: usize> {
+/// A copy of all that [`NodalMotion`] changes.
+pub(crate) struct MotionCopy<const D: usize> {
     displacement: Vec<[f64; D]>,
     carry: Vec<[f64; D]>,
     velocity: Vec<[f64; D]>,
 }
 
-impl<const D: usize> Copied<D> {
+impl<const D: usize> MotionCopy<D> {
     /// Nodes with these rest positions, m, with what they do here.
-    pub(crate) fn motion<'a>(&'a mut self, rest: &'a [[f64; D]]) -> Motion<'a, D> {
-        Motion {
+    pub(crate) fn motion<'a>(&'a mut self, rest: &'a [[f64; D]]) -> NodalMotion<'a, D> {
+        NodalMotion {
             rest,
             displacement: &mut self.displacement,
             carry: &mut self.carry,
@@ -39,10 +39,10 @@ impl<const D: usize> Copied<D> {
     }
 }
 
-impl<const D: usize> Motion<'_, D> {
+impl<const D: usize> NodalMotion<'_, D> {
     /// What becomes of the nodes elsewhere.
-    pub(crate) fn copied(&self) -> Copied<D> {
-        Copied {
+    pub(crate) fn copied(&self) -> MotionCopy<D> {
+        MotionCopy {
             displacement: self.displacement.to_vec(),
             carry: self.carry.to_vec(),
             velocity: self.velocity.to_vec(),

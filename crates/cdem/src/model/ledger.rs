@@ -19,7 +19,7 @@ pub(crate) struct Ledger {
 
 /// Which sum an impulse belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Account {
+pub(crate) enum ImpulseAccount {
     /// Loads and reactions of prescribed motion.
     External,
     /// Gravity.
@@ -35,17 +35,17 @@ impl Ledger {
     /// by all impulses of the substep: its work is J·(before + after)/2.
     pub(crate) fn book<const D: usize>(
         &mut self,
-        account: Account,
+        account: ImpulseAccount,
         impulse: &[f64; D],
         [before, after]: [&[f64; D]; 2],
     ) {
         let work = 0.5 * (dot(impulse, before) + dot(impulse, after));
         match account {
-            Account::External => self.external_work += work,
-            Account::Gravity => self.gravity_work += work,
-            Account::Damping | Account::Viscosity => self.damping_loss -= work,
+            ImpulseAccount::External => self.external_work += work,
+            ImpulseAccount::Gravity => self.gravity_work += work,
+            ImpulseAccount::Damping | ImpulseAccount::Viscosity => self.damping_loss -= work,
         }
-        if account != Account::Viscosity {
+        if account != ImpulseAccount::Viscosity {
             self.impulse.add_scaled(1.0, &pad(impulse));
         }
     }
@@ -63,7 +63,7 @@ impl Ledger {
 
 /// At which velocity the impulses of a kick do their work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Velocity {
+pub(crate) enum WorkVelocity {
     /// The mean of those before and after: the whole kick.
     #[default]
     Mean,

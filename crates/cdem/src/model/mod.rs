@@ -16,13 +16,13 @@ pub use crate::model::error::ModelError;
 use serde::{Deserialize, Serialize};
 
 use crate::element::mass::MassKind;
-use crate::element::{BlockProperties, ElementSet, Places};
+use crate::element::{BlockProperties, ElementNumbering, ElementSet};
 use crate::math::serde_pod;
 use crate::math::vector::add_scaled;
 use crate::mesh::Mesh;
-use crate::model::boundary::Prescribed;
-use crate::model::inverse_mass::Inertia;
-use crate::model::kinematics::Motion;
+use crate::model::boundary::PrescribedMotion;
+use crate::model::inverse_mass::InverseMass;
+use crate::model::kinematics::NodalMotion;
 use crate::model::load::SurfaceLoad;
 use crate::model::positions::Positions;
 use crate::scene::{Damping, Problem, Scene, Schedule};
@@ -34,14 +34,14 @@ pub(crate) struct Model<const D: usize> {
     /// Elements by shape and kinematics; they keep their own stress history.
     pub(crate) sets: Vec<Box<dyn ElementSet<D>>>,
     /// Set and number within it of each element of the mesh.
-    pub(crate) place: Places,
-    pub(crate) inertia: Inertia<D>,
+    pub(crate) place: ElementNumbering,
+    pub(crate) inertia: InverseMass<D>,
     pub(crate) blocks: Vec<BlockData>,
     /// Block of each node.
     pub(crate) block_of: Vec<u32>,
     pub(crate) gravity: Schedule<Vec<f64>>,
     pub(crate) loads: Vec<SurfaceLoad<D>>,
-    pub(crate) prescribed: Vec<Prescribed>,
+    pub(crate) prescribed: Vec<PrescribedMotion>,
     /// The coarsest step, s, and the number of steps of the run.
     pub(crate) step: f64,
     pub(crate) step_count: u64,
@@ -90,8 +90,8 @@ pub(crate) struct State<const D: usize> {
 
 impl<const D: usize> Model<D> {
     /// Nodes and state as one thing that moves.
-    pub(crate) fn motion<'a>(&'a self, state: &'a mut State<D>) -> Motion<'a, D> {
-        Motion {
+    pub(crate) fn motion<'a>(&'a self, state: &'a mut State<D>) -> NodalMotion<'a, D> {
+        NodalMotion {
             rest: &self.mesh.nodes,
             displacement: &mut state.displacement,
             carry: &mut state.carry,

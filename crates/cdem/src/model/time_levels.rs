@@ -21,11 +21,11 @@ pub(crate) fn level_of(step: f64, limit: f64) -> Option<u8> {
 
 /// Sets of nodes that count as one.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Joined {
+pub(crate) struct DisjointSets {
     parent: Vec<u32>,
 }
 
-impl Joined {
+impl DisjointSets {
     /// `count` nodes, each alone.
     pub(crate) fn new(count: usize) -> Self {
         Self {
@@ -105,7 +105,7 @@ pub(crate) fn assign<'a>(
     base: &[u8],
     nodes_of: impl Fn(usize) -> &'a [u32],
     node_count: usize,
-    joined: &Joined,
+    joined: &DisjointSets,
 ) -> Levels {
     let root = |node: &u32| joined.root(*node) as usize;
     let finest = |element: &[u8]| {
@@ -159,7 +159,7 @@ mod tests {
         fn joined_nodes_have_the_smallest_of_them_for_root(
             joins in proptest::collection::vec((0..30_u32, 0..30_u32), 0..40),
         ) {
-            let mut joined = Joined::new(30);
+            let mut joined = DisjointSets::new(30);
             // Smallest node reached, by handing it on until nothing changes.
             let mut smallest: Vec<u32> = (0..30).collect();
             for &(a, b) in &joins {
@@ -172,7 +172,7 @@ mod tests {
                     smallest[b as usize] = least;
                 }
             }
-            let roots = |joined: &Joined| (0..30).map(|node| joined.root(node)).collect::<Vec<_>>();
+            let roots = |joined: &DisjointSets| (0..30).map(|node| joined.root(node)).collect::<Vec<_>>();
             prop_assert_eq!(roots(&joined), &*smallest);
             joined.flatten();
             prop_assert_eq!(&joined.parent, &smallest);
@@ -197,7 +197,7 @@ mod tests {
         // Two bars of three elements; the second is finer by two levels.
         let nodes: Vec<[u32; 2]> = vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7]];
         let base = [0, 0, 0, 2, 2, 2];
-        let mut joined = Joined::new(8);
+        let mut joined = DisjointSets::new(8);
         let alone = assign(&base, |e| &nodes[e], 8, &joined);
         assert_eq!(alone.element, [0, 0, 0, 2, 2, 2]);
         joined.join(3, 4);
@@ -211,7 +211,7 @@ mod tests {
         // Three bars in a row, the last finer: its level goes through the middle
         // one, of one element, and on to the nearest element of the first.
         let nodes: Vec<[u32; 2]> = vec![[0, 1], [1, 2], [3, 4], [5, 6], [6, 7]];
-        let mut joined = Joined::new(8);
+        let mut joined = DisjointSets::new(8);
         joined.join(2, 3);
         joined.join(4, 5);
         let levels = assign(&[0, 0, 0, 1, 1], |e| &nodes[e], 8, &joined);

@@ -9,7 +9,7 @@ use crate::element::mass::{MassKind, Masses};
 use crate::element::{ElementSet, stable_step};
 use crate::math::vector::pad;
 use crate::mesh::{Block, Mesh};
-use crate::model::time_levels::{self, Joined, level_of};
+use crate::model::time_levels::{self, DisjointSets, level_of};
 use crate::model::{BlockData, ModelError};
 use crate::scene::Scene;
 
@@ -26,7 +26,7 @@ pub(crate) const CAREFUL: f64 = 0.5;
 const SHARE: usize = 256;
 
 /// How fast elements may go.
-pub(crate) struct Pace {
+pub(crate) struct TimeStepChoice {
     /// Stable step of each element, s: its own, or that of its block where the
     /// mass matrix is dense; infinite in fixed blocks.
     limit: Vec<f64>,
@@ -37,7 +37,7 @@ pub(crate) struct Pace {
     dense: Vec<Range<usize>>,
 }
 
-impl Pace {
+impl TimeStepChoice {
     /// Stable steps of the elements of all blocks.
     ///
     /// # Errors
@@ -180,7 +180,7 @@ impl Pace {
             let levels = self.levels_now(mesh, step)?;
             let nodes = mesh.nodes.len();
             let own = |e: usize| mesh.elements[e].nodes();
-            let used = time_levels::assign(&levels, own, nodes, &Joined::new(nodes)).element;
+            let used = time_levels::assign(&levels, own, nodes, &DisjointSets::new(nodes)).element;
             // Finest level of the surface of each block: what a contact may
             // raise the others to.
             let finest: Vec<u8> = mesh

@@ -8,11 +8,11 @@ use crate::math::format::{quantity, short, significant};
 use crate::math::vector::norm;
 use crate::mesh::{Block, Mesh};
 use crate::model::time_levels::MAX_LEVEL;
-use crate::refinement::base_model::Foundation;
+use crate::refinement::base_model::BaseModel;
 use crate::refinement::composite_mesh::refined;
-use crate::refinement::impact_history::Impacts;
-use crate::refinement::indicator::{Depth, Encounter, Limit};
-use crate::refinement::refined_block::Cover;
+use crate::refinement::impact_history::ImpactHistory;
+use crate::refinement::indicator::{ImpactPrediction, RefinementLimit, RefinementTarget};
+use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::zone::{GENTLE, GRADING, Zone};
 use crate::scene::Zone as Extent;
 
@@ -35,8 +35,8 @@ const ON_EDGE: f64 = 0.25;
 const IN_A_ROW: [usize; 2] = [8, 1];
 
 /// All overlays, and the zones that they are made for.
-pub(crate) struct SecondScale<const D: usize> {
-    pub(crate) foundation: Foundation<D>,
+pub(crate) struct Adaptivity<const D: usize> {
+    pub(crate) foundation: BaseModel<D>,
     pub(super) energy_loss: f64,
     pub(super) max_level: u32,
     extent: Extent,
@@ -47,8 +47,8 @@ pub(crate) struct SecondScale<const D: usize> {
     pub(super) made: Vec<usize>,
     pub(super) refused: Vec<Vec<Zone<D>>>,
     /// What has kept each block from having the last of those.
-    pub(super) why_refused: Vec<Limit>,
-    pub(super) covers: Vec<Option<Cover<D>>>,
+    pub(super) why_refused: Vec<RefinementLimit>,
+    pub(super) covers: Vec<Option<RefinedBlock<D>>>,
     /// The last coarse step for which each block may have any.
     pub(super) stays: Vec<u64>,
     /// Blocks of which zones have come that their cover does not have.
@@ -58,25 +58,29 @@ pub(crate) struct SecondScale<const D: usize> {
     /// Blocks that do not move, or only as is prescribed.
     pub(super) still: Vec<bool>,
     /// Of pairs of blocks that collide.
-    pub(super) impacts: Impacts,
+    pub(super) impacts: ImpactHistory,
 }
 
 /// Another cover for a block, and the zones that it is made for.
-pub(crate) struct Change<const D: usize> {
+pub(crate) struct BlockChange<const D: usize> {
     pub(crate) block: usize,
-    pub(crate) cover: Option<Cover<D>>,
+    pub(crate) cover: Option<RefinedBlock<D>>,
     /// Displacements of its nodes then, m, where these are fewer.
     pub(crate) displacement: Option<Vec<[f64; D]>>,
     zones: Vec<Zone<D>>,
 }
 
 /// Another cover for a block in the place of an old one, if there can be one.
-type MakeCover<const D: usize> =
-    fn(&Foundation<D>, usize, &[Zone<D>], Option<&Cover<D>>) -> Result<Option<Cover<D>>, Limit>;
+type RefineBlock<const D: usize> = fn(
+    &BaseModel<D>,
+    usize,
+    &[Zone<D>],
+    Option<&RefinedBlock<D>>,
+) -> Result<Option<RefinedBlock<D>>, RefinementLimit>;
 
-impl<const D: usize> SecondScale<D> {
+impl<const D: usize> Adaptivity<D> {
     /// Of blocks that are as they were.
-    pub(crate) fn new(foundation: Foundation<D>) -> Self {
+    pub(crate) fn new(foundation: BaseModel<D>) -> Self {
         let contact = &foundation.scene.contact;
         let count = foundation.mesh.blocks.len();
         let width = |block: &Block| {
@@ -98,19 +102,19 @@ impl<const D: usize> SecondScale<D> {
             zones: vec![Vec::new(); count],
             made: vec![0; count],
             refused: vec![Vec::new(); count],
-            why_refused: vec![Limit::Masses; count],
+            why_refused: vec![RefinementLimit::Masses; count],
             covers: vec![None; count],
             stays: vec![0; count],
             waiting: Vec::new(),
             debts: vec![0.0; count],
             still: vec![false; count],
-            impacts: Impacts::default(),
+            impacts: ImpactHistory::default(),
             foundation,
         }
     }
 
     /// The cover of each block that has one.
-    pub(crate) fn covers(&self) -> &[Option<Cover<D>>] {
+    pub(crate) fn covers(&self) -> &[Option<RefinedBlock<D>>] {
         &self.covers
     }
 
@@ -203,7 +207,7 @@ impl<const D: usize> SecondScale<D> {
     /// until a step; where these are no smaller than what is there without, for nothing.
     pub(crate) fn ask(
         &mut self,
-        encounter: &Encounter<D>,
+        encounter: &ImpactPrediction<D>,
         sizes: [f64; 2],
         is_flush: bool,
         until: u64,
@@ -233,7 +237,7 @@ impl<const D: usize> SecondScale<D> {
     /// A zone on one side of an encounter.
     pub(super) fn zone(
         &self,
-        encounter: &Encounter<D>,
+        encounter: &ImpactPrediction<D>,
         side: usize,
         finest: f64,
         is_flush: bool,
@@ -289,7 +293,7 @@ impl<const D: usize> SecondScale<D> {
 
     /// Keeps how deep the impact of two blocks is to be refined, as seen at a time, s, with a
     /// speed, m/s.
-    pub(crate) fn look(&mut self, blocks: [u32; 2], depth: &Depth, seen: [f64; 2]) {
+    pub(crate) fn look(&mut self, blocks: [u32; 2], depth: &RefinementTarget, seen: [f64; 2]) {
         self.impacts.look(blocks, depth, seen);
     }
 
@@ -299,27 +303,33 @@ impl<const D: usize> SecondScale<D> {
         let name = |block: usize| &self.foundation.mesh.blocks[block].name;
         let limited = self.impacts.limited().into_iter().map(|(limit, found)| {
             let why = match limit {
-                Limit::Speed => {
+                RefinementLimit::Speed => {
                     "so fast that smaller elements would leave what is elastic".to_owned()
                 }
-                Limit::Damping => "smaller elements would need far shorter steps for their \
+                RefinementLimit::Damping => {
+                    "smaller elements would need far shorter steps for their \
                                    damping in proportion to stiffness"
-                    .to_owned(),
-                Limit::Level => format!("`max_level` is {}", self.max_level),
-                Limit::Step => format!(
+                        .to_owned()
+                }
+                RefinementLimit::Level => format!("`max_level` is {}", self.max_level),
+                RefinementLimit::Step => format!(
                     "smaller elements need finer steps than 1/{} of the coarse one: try a smaller \
                      `time.step`",
                     1 << MAX_LEVEL
                 ),
-                Limit::Crowd => "long or wide touches would take too many elements".to_owned(),
-                Limit::Masses if self.max_level < 2 => format!(
+                RefinementLimit::Crowd => {
+                    "long or wide touches would take too many elements".to_owned()
+                }
+                RefinementLimit::Masses if self.max_level < 2 => format!(
                     "with `max_level` = {} blocks have too few nodes to keep their moments of \
                      inertia: raise it to 2, mesh them, or set mass = \"lumped\"",
                     self.max_level
                 ),
-                Limit::Masses => "masses of finer elements could not keep the moments of \
+                RefinementLimit::Masses => {
+                    "masses of finer elements could not keep the moments of \
                                   inertia: mesh these blocks"
-                    .to_owned(),
+                        .to_owned()
+                }
             };
             let [a, b] = found.blocks.map(|block| name(block as usize));
             format!(
@@ -339,14 +349,14 @@ impl<const D: usize> SecondScale<D> {
     /// The covers that may change before coarse step `number`: more zones where they have
     /// been asked for; now and then, if it is the `first` look of the step, fewer where they
     /// are needed no more.
-    pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<Change<D>> {
+    pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
         self.impacts.end(number);
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_unstable();
         waiting.dedup();
         let with = |&block: &usize| (block, self.zones[block].clone());
         let more = waiting.iter().map(with).collect();
-        let (mut changes, refused) = self.covers_for(more, Cover::finer);
+        let (mut changes, refused) = self.covers_for(more, RefinedBlock::finer);
         self.impacts.refine(&waiting, &refused);
         for (&block, &limit) in &refused {
             self.why_refused[block] = limit;
@@ -359,7 +369,7 @@ impl<const D: usize> SecondScale<D> {
             }
             let mut fewer = self.left(number);
             fewer.retain(|(block, _)| waiting.binary_search(block).is_err());
-            changes.extend(self.covers_for(fewer, Cover::coarser).0);
+            changes.extend(self.covers_for(fewer, RefinedBlock::coarser).0);
         }
         let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
         for change in same {
@@ -373,11 +383,11 @@ impl<const D: usize> SecondScale<D> {
     fn covers_for(
         &self,
         zones: Vec<(usize, Vec<Zone<D>>)>,
-        make: MakeCover<D>,
-    ) -> (Vec<Change<D>>, BTreeMap<usize, Limit>) {
+        make: RefineBlock<D>,
+    ) -> (Vec<BlockChange<D>>, BTreeMap<usize, RefinementLimit>) {
         let change = |(block, zones): (usize, Vec<Zone<D>>)| {
             let cover = make(&self.foundation, block, &zones, self.covers[block].as_ref());
-            let change = cover.map(|cover| Change {
+            let change = cover.map(|cover| BlockChange {
                 block,
                 cover,
                 displacement: None,
@@ -385,7 +395,7 @@ impl<const D: usize> SecondScale<D> {
             });
             change.map_err(|limit| (block, limit))
         };
-        let made: Vec<Result<Change<D>, (usize, Limit)>> = zones
+        let made: Vec<Result<BlockChange<D>, (usize, RefinementLimit)>> = zones
             .into_par_iter()
             .with_min_len(IN_A_ROW[D - 2])
             .map(change)
@@ -412,7 +422,7 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// Whether a change is one.
-    fn differs(&self, change: &Change<D>) -> bool {
+    fn differs(&self, change: &BlockChange<D>) -> bool {
         let old = self.covers[change.block].as_ref();
         let [old, new] =
             [old, change.cover.as_ref()].map(|cover| cover.map(|c| &c.overlay.elements));
@@ -427,7 +437,7 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// Gives a block another cover; returns the old one.
-    pub(crate) fn exchange(&mut self, change: Change<D>) -> Option<Cover<D>> {
+    pub(crate) fn exchange(&mut self, change: BlockChange<D>) -> Option<RefinedBlock<D>> {
         self.take_zones(change.block, change.zones);
         std::mem::replace(&mut self.covers[change.block], change.cover)
     }

@@ -1,17 +1,17 @@
 //! The mesh before refinement.
 
-use crate::math::adjacency::Around;
+use crate::math::adjacency::Adjacency;
 use crate::mesh::{Element, Mesh};
 
 /// A mesh, with the elements around its nodes.
 #[derive(Clone, Copy)]
-pub(crate) struct Base<'a, const D: usize> {
+pub(crate) struct BaseMesh<'a, const D: usize> {
     mesh: &'a Mesh<D>,
-    around: &'a Around,
+    around: &'a Adjacency,
 }
 
-impl<'a, const D: usize> Base<'a, D> {
-    pub(crate) fn new(mesh: &'a Mesh<D>, around: &'a Around) -> Self {
+impl<'a, const D: usize> BaseMesh<'a, D> {
+    pub(crate) fn new(mesh: &'a Mesh<D>, around: &'a Adjacency) -> Self {
         Self { mesh, around }
     }
 

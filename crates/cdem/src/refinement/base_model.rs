@@ -4,7 +4,7 @@ use crate::contact::surface::Surface;
 use crate::element::mass::Masses;
 use crate::element::material::Elastic;
 use crate::element::{self, BlockProperties, ElementSet, stable_step};
-use crate::math::adjacency::Around;
+use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, scale, sub};
 use crate::mesh::{Element, ElementKind, Mesh, volume};
 use crate::model::load::thickness;
@@ -12,30 +12,30 @@ use crate::model::properties;
 use crate::model::time_levels::level_of;
 use crate::model::time_step::CAREFUL;
 use crate::refinement::dimension::Space;
-use crate::refinement::overlay::{Overlay, Wanted};
+use crate::refinement::overlay::{Overlay, RefinementRequest};
 use crate::refinement::prolongation::rotation;
-use crate::refinement::refined_block::Cover;
+use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::zone::size;
-use crate::refinement::{Base, composite_mesh};
+use crate::refinement::{BaseMesh, composite_mesh};
 use crate::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
 /// The blocks as they were before refinement.
-pub(crate) struct Foundation<const D: usize> {
+pub(crate) struct BaseModel<const D: usize> {
     pub(crate) scene: Scene,
     pub(crate) mesh: Mesh<D>,
     pub(crate) masses: Masses,
     /// Level of each element by its own stable step.
     pub(crate) level: Vec<u8>,
     pub(crate) space: Space<D>,
-    around: Around,
+    around: Adjacency,
     materials: Vec<Elastic>,
     properties: Vec<BlockProperties>,
     /// Coarse step, s, over the share of their stable step that new elements use.
     step: f64,
 }
 
-impl<const D: usize> Foundation<D> {
+impl<const D: usize> BaseModel<D> {
     /// `level` is that of each element, of coarse steps of `step` seconds.
     pub(crate) fn new(
         scene: &Scene,
@@ -47,7 +47,7 @@ impl<const D: usize> Foundation<D> {
         let elements = mesh.elements.iter().map(Element::nodes);
         let sources = mesh.blocks.iter().map(|block| block.source);
         Self {
-            around: Around::new(elements, mesh.nodes.len()),
+            around: Adjacency::new(elements, mesh.nodes.len()),
             properties: sources.map(|source| properties(scene, source)).collect(),
             materials: scene.material.iter().map(Elastic::new).collect(),
             step: step / scene.time.safety.min(CAREFUL),
@@ -69,8 +69,8 @@ impl<const D: usize> Foundation<D> {
     }
 
     /// A block with an overlay where anything is `wanted` smaller.
-    pub(super) fn overlay(&self, block: usize, wanted: Wanted<D>) -> Option<Overlay<D>> {
-        let base = Base::new(&self.mesh, &self.around);
+    pub(super) fn overlay(&self, block: usize, wanted: RefinementRequest<D>) -> Option<Overlay<D>> {
+        let base = BaseMesh::new(&self.mesh, &self.around);
         (self.space.overlay)(base, &self.mesh, block, wanted)
     }
 
@@ -78,7 +78,7 @@ impl<const D: usize> Foundation<D> {
     pub(crate) fn nodal_masses<'a>(
         &'a self,
         block: usize,
-        cover: Option<&'a Cover<D>>,
+        cover: Option<&'a RefinedBlock<D>>,
     ) -> &'a [f64] {
         let nodes = &self.mesh.blocks[block].nodes;
         match cover {
@@ -158,7 +158,7 @@ impl<const D: usize> Foundation<D> {
     pub(crate) fn strain_energy(
         &self,
         block: usize,
-        cover: Option<&Cover<D>>,
+        cover: Option<&RefinedBlock<D>>,
         displacement: &[[f64; D]],
     ) -> f64 {
         let overlay = cover.map(|cover| &cover.overlay);

@@ -7,7 +7,7 @@ pub(crate) type EdgeLength = (i64, [u32; 2]);
 /// A simplex with the edge that it is bisected at, and what its halves inherit.
 ///
 /// The trees of neighbours fit: what is chosen for a face depends on that face alone.
-pub(crate) trait Cell: Copy {
+pub(crate) trait BisectedSimplex: Copy {
     /// A simplex of the base mesh, marked at its longest edges.
     fn new(nodes: &[u32], length: impl Fn([u32; 2]) -> EdgeLength) -> Self;
 
@@ -32,13 +32,13 @@ pub(crate) trait Cell: Copy {
 /// A triangle, bisected by newest-vertex bisection (Mitchell 1991, ACM Transactions
 /// on Mathematical Software 17): its descendants have at most four shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Triangle {
+pub(crate) struct BisectedTriangle {
     nodes: [u32; 3],
     /// The corner opposite to the refinement edge.
     newest: u8,
 }
 
-impl Cell for Triangle {
+impl BisectedSimplex for BisectedTriangle {
     fn new(nodes: &[u32], length: impl Fn([u32; 2]) -> EdgeLength) -> Self {
         let nodes = [nodes[0], nodes[1], nodes[2]];
         let newest = opposite_to_longest(&nodes, [0, 1, 2], &length);
@@ -73,7 +73,7 @@ impl Cell for Triangle {
 /// refinement edge. The base mesh may be any; the descendants of a tetrahedron have
 /// finitely many shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Tetrahedron {
+pub(crate) struct BisectedTetrahedron {
     nodes: [u32; 4],
     /// Corners of the refinement edge.
     edge: [u8; 2],
@@ -84,7 +84,7 @@ pub(crate) struct Tetrahedron {
     planar_parent: bool,
 }
 
-impl Cell for Tetrahedron {
+impl BisectedSimplex for BisectedTetrahedron {
     fn new(nodes: &[u32], length: impl Fn([u32; 2]) -> EdgeLength) -> Self {
         let nodes = [nodes[0], nodes[1], nodes[2], nodes[3]];
         let pairs = (0..4_u8).flat_map(|j| (0..j).map(move |i| [i, j]));
@@ -119,7 +119,7 @@ impl Cell for Tetrahedron {
     }
 }
 
-impl Tetrahedron {
+impl BisectedTetrahedron {
     /// The half that keeps one end of the refinement edge.
     fn half(&self, end: usize, middle: u32) -> Self {
         let (kept, replaced) = (self.edge[end], self.edge[1 - end]);

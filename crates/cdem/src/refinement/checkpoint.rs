@@ -6,33 +6,34 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::math::restore::{ResumeError, require};
-use crate::refinement::adaptivity::SecondScale;
-use crate::refinement::impact_history::Impacts;
-use crate::refinement::indicator::Limit;
-use crate::refinement::refined_block::{Cover, MOST_THROUGHOUT};
+use crate::refinement::adaptivity::Adaptivity;
+use crate::refinement::impact_history::ImpactHistory;
+use crate::refinement::indicator::RefinementLimit;
+use crate::refinement::refined_block::{MOST_THROUGHOUT, RefinedBlock};
 use crate::refinement::zone::Zone;
 
-/// What the second scale keeps from step to step: the fields of [`SecondScale`]. A cover is
+/// What the second scale keeps from step to step: the fields of [`Adaptivity`]. A cover is
 /// made anew of the zones that it has.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedScale<'a, const D: usize> {
     zones: Cow<'a, [Vec<Zone<D>>]>,
     made: Cow<'a, [usize]>,
     refused: Cow<'a, [Vec<Zone<D>>]>,
-    why_refused: Cow<'a, [Limit]>,
+    why_refused: Cow<'a, [RefinementLimit]>,
     /// How often all elements of each block that has a cover are halved.
     throughout: Vec<Option<i32>>,
     stays: Cow<'a, [u64]>,
     waiting: Cow<'a, [usize]>,
     debts: Cow<'a, [f64]>,
     still: Cow<'a, [bool]>,
-    impacts: Cow<'a, Impacts>,
+    impacts: Cow<'a, ImpactHistory>,
 }
 
-impl<const D: usize> SecondScale<D> {
+impl<const D: usize> Adaptivity<D> {
     /// What a checkpoint holds of it.
     pub(crate) fn saved(&self) -> SavedScale<'_, D> {
-        let throughout = |cover: &Option<Cover<D>>| cover.as_ref().map(Cover::throughout);
+        let throughout =
+            |cover: &Option<RefinedBlock<D>>| cover.as_ref().map(RefinedBlock::throughout);
         SavedScale {
             zones: Cow::Borrowed(&self.zones),
             made: Cow::Borrowed(&self.made),
@@ -56,7 +57,8 @@ impl<const D: usize> SecondScale<D> {
         let blocks = saved.throughout.par_iter().enumerate();
         let covers = blocks.map(|(block, throughout)| {
             let zones = &saved.zones[block][..saved.made[block]];
-            let cover = throughout.map(|times| Cover::new(&self.foundation, block, zones, times));
+            let cover =
+                throughout.map(|times| RefinedBlock::new(&self.foundation, block, zones, times));
             match cover {
                 None => Ok(None),
                 Some(Ok(Some(cover))) => Ok(Some(cover)),

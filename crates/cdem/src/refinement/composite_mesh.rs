@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
-use crate::mesh::{Block, Element, Facet, Group, Inside, Known, Mesh, Parts};
+use crate::mesh::{Block, Element, ElementOrigins, Facet, Group, GroupInterior, Known, Mesh};
 use crate::refinement::overlay::Overlay;
 
 /// Where the facets of the base mesh have gone.
@@ -19,19 +19,19 @@ struct Facets<'a, const D: usize> {
 /// of a block that the base mesh has come first and in the same order, then the new
 /// ones; so its elements.
 pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overlay<D>>]) -> Mesh<D> {
-    let mut making = Making {
+    let mut making = CompositeMesh {
         mesh: Mesh {
             notes: base.notes.clone(),
             ..Mesh::default()
         },
-        parts: Parts::default(),
+        parts: ElementOrigins::default(),
         of: vec![0..0; base.elements.len()],
         first: 0,
     };
     for (block, overlay) in base.blocks.iter().zip(overlays) {
         making.add_block(base, block, *overlay);
     }
-    let Making {
+    let CompositeMesh {
         mut mesh,
         parts,
         of,
@@ -62,9 +62,9 @@ pub(super) fn of_block<const D: usize>(
     block: usize,
     overlay: Option<&Overlay<D>>,
 ) -> Mesh<D> {
-    let mut making = Making {
+    let mut making = CompositeMesh {
         mesh: Mesh::default(),
-        parts: Parts::default(),
+        parts: ElementOrigins::default(),
         of: vec![0..0; base.blocks[block].elements.len()],
         first: base.blocks[block].elements.start,
     };
@@ -76,15 +76,15 @@ pub(super) fn of_block<const D: usize>(
 }
 
 /// A mesh in the making.
-struct Making<const D: usize> {
+struct CompositeMesh<const D: usize> {
     mesh: Mesh<D>,
-    parts: Parts,
+    parts: ElementOrigins,
     /// Elements in the place of each of the base mesh, from the `first` on.
     of: Vec<Range<u32>>,
     first: u32,
 }
 
-impl<const D: usize> Making<D> {
+impl<const D: usize> CompositeMesh<D> {
     fn add_block(&mut self, base: &Mesh<D>, block: &Block, overlay: Option<&Overlay<D>>) {
         let (mesh, parts, of) = (&mut self.mesh, &mut self.parts, &mut self.of);
         let first = [mesh.nodes.len() as u32, mesh.elements.len() as u32];
@@ -163,7 +163,7 @@ impl<const D: usize> Facets<'_, D> {
             origin: group.origin.clone(),
             nodes,
             facets,
-            inside: Inside::default(),
+            inside: GroupInterior::default(),
         }
     }
 

@@ -2,18 +2,18 @@
 
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mesh::Element;
-use crate::model::time_levels::{self, Joined};
-use crate::refinement::adaptivity::SecondScale;
+use crate::model::time_levels::{self, DisjointSets};
+use crate::refinement::adaptivity::Adaptivity;
 use crate::refinement::composite_mesh;
-use crate::refinement::indicator::Encounter;
-use crate::refinement::refined_block::Cover;
+use crate::refinement::indicator::ImpactPrediction;
+use crate::refinement::refined_block::RefinedBlock;
 
 /// Speed of the collision that is foreseen, m/s.
 pub(crate) const FORESEEN_SPEED: f64 = 1.0;
 
 /// A block in a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Foreseen {
+pub(crate) struct CostEstimate {
     pub(crate) block: usize,
     /// Its elements then; `None` where it cannot be refined.
     pub(crate) elements: Option<usize>,
@@ -21,10 +21,10 @@ pub(crate) struct Foreseen {
     pub(crate) updates: [u64; 2],
 }
 
-impl<const D: usize> SecondScale<D> {
+impl<const D: usize> Adaptivity<D> {
     /// What becomes of the heaviest block that moves where its corner hits its like, head on
     /// and at [`FORESEEN_SPEED`].
-    pub(crate) fn foresee(&self) -> Option<Foreseen> {
+    pub(crate) fn foresee(&self) -> Option<CostEstimate> {
         let foundation = &self.foundation;
         let mass = |block: usize| -> f64 {
             let nodes = &foundation.mesh.blocks[block].nodes;
@@ -40,7 +40,7 @@ impl<const D: usize> SecondScale<D> {
         let sizes = self.depth(std::slice::from_ref(&encounter), energy).sizes;
         let zone = self.zone(&encounter, 0, sizes[0][0], false, 0);
         let cover = if zone.finest < encounter.sizes[0] {
-            Cover::finer(foundation, block, &[zone], None)
+            RefinedBlock::finer(foundation, block, &[zone], None)
         } else {
             Ok(None)
         };
@@ -48,7 +48,7 @@ impl<const D: usize> SecondScale<D> {
         let [updates, elements] = cover
             .as_ref()
             .map_or([before, 0], |cover| self.updates(block, cover.as_ref()));
-        Some(Foreseen {
+        Some(CostEstimate {
             block,
             elements: cover.ok().map(|_| elements as usize),
             updates: [updates, before],
@@ -57,7 +57,7 @@ impl<const D: usize> SecondScale<D> {
 
     /// Updates of the elements of a block in a coarse step, with a cover or without one, and
     /// how many these are.
-    fn updates(&self, block: usize, cover: Option<&Cover<D>>) -> [u64; 2] {
+    fn updates(&self, block: usize, cover: Option<&RefinedBlock<D>>) -> [u64; 2] {
         let foundation = &self.foundation;
         let overlay = cover.map(|cover| &cover.overlay);
         let mesh = composite_mesh::of_block(&foundation.mesh, block, overlay);
@@ -72,7 +72,7 @@ impl<const D: usize> SecondScale<D> {
         let levels: Vec<u8> = levels
             .map(|(own, before)| own.or(before).unwrap_or_default())
             .collect();
-        let joined = Joined::new(mesh.nodes.len());
+        let joined = DisjointSets::new(mesh.nodes.len());
         let nodes_of = |element: usize| mesh.elements[element].nodes();
         let levels = time_levels::assign(&levels, nodes_of, mesh.nodes.len(), &joined);
         let updates = levels.element.iter().map(|&level| 1_u64 << level).sum();
@@ -80,7 +80,7 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// A block that is about to touch its like with its node that is farthest from its middle.
-    fn corner_hit(&self, block: usize) -> Encounter<D> {
+    fn corner_hit(&self, block: usize) -> ImpactPrediction<D> {
         let foundation = &self.foundation;
         let nodes = foundation.mesh.blocks[block].nodes.clone();
         let at = |node: u32| foundation.mesh.nodes[node as usize];
@@ -101,7 +101,7 @@ impl<const D: usize> SecondScale<D> {
                 .clone()
                 .filter(is_there)
         };
-        Encounter {
+        ImpactPrediction {
             blocks: [block; 2],
             is_first_of_node: true,
             places: [at(corner); 2],

@@ -4,8 +4,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::math::vector::{add, norm, sub};
 use crate::mesh::Element;
-use crate::refinement::base_mesh::Base;
-use crate::refinement::bisection::{Cell, EdgeLength};
+use crate::refinement::base_mesh::BaseMesh;
+use crate::refinement::bisection::{BisectedSimplex, EdgeLength};
 use crate::refinement::simplex_split;
 
 /// Nodes of the base mesh or new ones, in the middle of which a new node lies at rest:
@@ -112,7 +112,7 @@ struct Tree<C> {
     cell: C,
     /// The element that it has grown from.
     root: u32,
-    origin: Origin,
+    origin: TreeOrigin,
     lineage: Lineage,
     /// The first of its halves, if it is bisected; 0: it is not.
     halves: u32,
@@ -120,7 +120,7 @@ struct Tree<C> {
 
 /// What a tree has grown from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Origin {
+enum TreeOrigin {
     /// An element as it was.
     Element,
     /// A piece of an element.
@@ -129,12 +129,12 @@ enum Origin {
     Half { before: u32 },
 }
 
-impl<const D: usize, C: Cell> Forest<D, C> {
+impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
     /// The coarsest mesh of halves that conforms and in which no simplex is `wanted`
     /// smaller, asked with its corners and the element that it has come of; `seeds` are the
     /// elements of the base mesh to ask about.
     pub(crate) fn new(
-        base: Base<D>,
+        base: BaseMesh<D>,
         seeds: &[u32],
         wanted: impl Fn(&[[f64; D]], u32) -> bool,
     ) -> Self {
@@ -178,15 +178,15 @@ impl<const D: usize, C: Cell> Forest<D, C> {
             cell: &tree.cell,
             root: tree.root,
             weight: match tree.origin {
-                Origin::Element | Origin::Piece => 1.0,
-                Origin::Half { .. } => 0.5,
+                TreeOrigin::Element | TreeOrigin::Piece => 1.0,
+                TreeOrigin::Half { .. } => 0.5,
             },
             lineage: tree.lineage,
         })
     }
 
     /// Rest position of a node, m.
-    pub(crate) fn point(&self, base: Base<D>, node: u32) -> [f64; D] {
+    pub(crate) fn point(&self, base: BaseMesh<D>, node: u32) -> [f64; D] {
         match node.checked_sub(self.node_count) {
             None => base.point(node),
             Some(new) => self.points[new as usize],
@@ -197,13 +197,13 @@ impl<const D: usize, C: Cell> Forest<D, C> {
 impl<C> Tree<C> {
     /// Whether it is an element as it was.
     fn is_untouched(&self) -> bool {
-        self.halves == 0 && self.lineage.generation == 0 && self.origin == Origin::Element
+        self.halves == 0 && self.lineage.generation == 0 && self.origin == TreeOrigin::Element
     }
 }
 
 /// A forest in the making.
 struct Growth<'a, const D: usize, W, C> {
-    base: Base<'a, D>,
+    base: BaseMesh<'a, D>,
     wanted: &'a W,
     forest: Forest<D, C>,
     /// New nodes by what they lie between.
@@ -217,8 +217,8 @@ struct Growth<'a, const D: usize, W, C> {
     leaves: Vec<u32>,
 }
 
-impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D, W, C> {
-    fn new(base: Base<'a, D>, wanted: &'a W, planted: BTreeSet<u32>) -> Self {
+impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Growth<'a, D, W, C> {
+    fn new(base: BaseMesh<'a, D>, wanted: &'a W, planted: BTreeSet<u32>) -> Self {
         let mut growth = Self {
             base,
             wanted,
@@ -270,7 +270,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
         let first = self.forest.trees.len() as u32;
         self.forest.roots.push((element, first));
         if simplex_split::is_simplex(kind) {
-            self.plant_tree(element, nodes, Origin::Element, 0);
+            self.plant_tree(element, nodes, TreeOrigin::Element, 0);
             return;
         }
         let centre = self.middle(Parents::new(nodes));
@@ -281,7 +281,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
             match across.filter(|beside| !self.planted.contains(beside)) {
                 Some(before) if facet.len() == 4 => {
                     for (k, piece) in (first..).zip(simplex_split::halves_over(&facet, centre)) {
-                        self.plant_tree(element, &piece, Origin::Half { before }, HALVES + k);
+                        self.plant_tree(element, &piece, TreeOrigin::Half { before }, HALVES + k);
                     }
                 }
                 _ => {
@@ -289,14 +289,14 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
                     for (k, piece) in
                         (first..).zip(simplex_split::pieces_over(&facet, centre, middle))
                     {
-                        self.plant_tree(element, &piece, Origin::Piece, k);
+                        self.plant_tree(element, &piece, TreeOrigin::Piece, k);
                     }
                 }
             }
         }
     }
 
-    fn plant_tree(&mut self, root: u32, nodes: &[u32], origin: Origin, piece: u16) {
+    fn plant_tree(&mut self, root: u32, nodes: &[u32], origin: TreeOrigin, piece: u16) {
         let length = |edge: [u32; 2]| -> EdgeLength {
             let [a, b] = edge.map(|node| self.forest.point(self.base, node));
             // Lengths that differ by round-off count as equal.
@@ -327,7 +327,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: Cell> Growth<'a, D,
 
     fn bisect(&mut self, tree: u32) {
         let parent = self.forest.trees[tree as usize];
-        if let Origin::Half { before } = parent.origin {
+        if let TreeOrigin::Half { before } = parent.origin {
             self.asked.insert(before);
             return;
         }

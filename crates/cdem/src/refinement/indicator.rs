@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::vector::{dot, norm, scale, sub};
-use crate::refinement::adaptivity::SecondScale;
+use crate::refinement::adaptivity::Adaptivity;
 
 /// Halvings of the coarser side after which both are as fine as they may be, however they
 /// differ: there are no more time levels.
@@ -36,7 +36,7 @@ const FLUSH: f64 = 0.25;
 
 /// A touch that is about to be, of two blocks.
 #[derive(Clone, Debug)]
-pub(crate) struct Encounter<const D: usize> {
+pub(crate) struct ImpactPrediction<const D: usize> {
     pub(crate) blocks: [usize; 2],
     /// Whether no encounter before it is of the same node of the first block.
     pub(crate) is_first_of_node: bool,
@@ -58,19 +58,19 @@ pub(crate) struct Encounter<const D: usize> {
 }
 
 /// How finely two blocks are to be refined at each of their encounters.
-pub(crate) struct Depth {
+pub(crate) struct RefinementTarget {
     /// Sizes of elements on both sides of each, m.
     pub(crate) sizes: Vec<[f64; 2]>,
     /// What the touches lose then, J.
     pub(crate) loss: f64,
     /// What keeps them from losing as little as is wanted.
-    pub(crate) limit: Option<Limit>,
+    pub(crate) limit: Option<RefinementLimit>,
 }
 
 /// What keeps elements from being as small as is wanted. Where each side of an encounter has
 /// its own reason, the first in this order is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub(crate) enum Limit {
+pub(crate) enum RefinementLimit {
     /// Finer ones would be strained beyond what is elastic: [`PRESSED`].
     Speed,
     /// Finer ones would need much shorter steps for their damping: [`DAMPED`].
@@ -85,7 +85,7 @@ pub(crate) enum Limit {
     Masses,
 }
 
-impl<const D: usize> Encounter<D> {
+impl<const D: usize> ImpactPrediction<D> {
     /// How long and, in space, how wide what touches is, m.
     fn extents(all: &[Self]) -> [f64; 2] {
         let Some(first) = all.first() else {
@@ -127,11 +127,15 @@ fn crowd<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
     }
 }
 
-impl<const D: usize> SecondScale<D> {
+impl<const D: usize> Adaptivity<D> {
     /// How finely two blocks are to be refined where they meet, so that of the energy of
     /// their impact, J, the touches lose no more than is wanted (design, section 6): both to
     /// the same transit time of compression waves.
-    pub(crate) fn depth(&self, encounters: &[Encounter<D>], energy: f64) -> Depth {
+    pub(crate) fn depth(
+        &self,
+        encounters: &[ImpactPrediction<D>],
+        energy: f64,
+    ) -> RefinementTarget {
         let points = encounters.iter().filter(|e| e.is_first_of_node).count();
         let across = (points.max(1) as f64).powf(1.0 / (D as f64 - 1.0));
         let pressed = PRESSED / across;
@@ -139,7 +143,7 @@ impl<const D: usize> SecondScale<D> {
             let sizes = |e| self.sizes(e, level, pressed);
             encounters.iter().map(sizes).collect()
         };
-        let extents = Encounter::extents(encounters);
+        let extents = ImpactPrediction::extents(encounters);
         let is_too_much = |sizes: &[[f64; 2]]| {
             let sides = encounters.iter().zip(sizes).flat_map(|(e, sizes)| {
                 let refined = |side: usize| sizes[side] < e.sizes[side];
@@ -163,19 +167,19 @@ impl<const D: usize> SecondScale<D> {
             }
             let finer = sizes_at(level);
             if is_too_much(&finer) {
-                limit = Some(Limit::Crowd);
+                limit = Some(RefinementLimit::Crowd);
                 break;
             }
             sizes = finer;
             loss = self.loss(encounters, &sizes);
         }
-        Depth { sizes, loss, limit }
+        RefinementTarget { sizes, loss, limit }
     }
 
     /// Sizes of the elements on both sides whose transit times are those of the slower,
     /// halved so often, m; none more often than it may be, or than it bears.
-    fn sizes(&self, encounter: &Encounter<D>, level: u32, pressed: f64) -> [f64; 2] {
-        let Encounter { blocks, sizes, .. } = encounter;
+    fn sizes(&self, encounter: &ImpactPrediction<D>, level: u32, pressed: f64) -> [f64; 2] {
+        let ImpactPrediction { blocks, sizes, .. } = encounter;
         let speed = blocks.map(|block| self.wave_speed(block));
         let transits = [sizes[0] / speed[0], sizes[1] / speed[1]];
         let moves = (0..2).filter(|&side| !self.is_still(blocks[side]));
@@ -189,19 +193,25 @@ impl<const D: usize> SecondScale<D> {
 
     /// The least size of elements on one side of an encounter, m, and why; where they may not be
     /// halved once, their own.
-    fn least_size(&self, encounter: &Encounter<D>, side: usize, pressed: f64) -> (f64, Limit) {
+    fn least_size(
+        &self,
+        encounter: &ImpactPrediction<D>,
+        side: usize,
+        pressed: f64,
+    ) -> (f64, RefinementLimit) {
         let (block, size) = (encounter.blocks[side], encounter.sizes[side]);
         let halved = |times: u32| 0.5_f64.powi(times as i32) * size;
         let pressed = pressed * encounter.speed / self.wave_speed(block) * self.widths[block];
         let damping = self.foundation.material(block).damping.stiffness;
         let damped = DAMPED * damping * self.wave_speed(block);
         let limits = [
-            (pressed, Limit::Speed),
-            (damped.min(DAMPED_OF_SIZE * size), Limit::Damping),
-            (halved(self.max_level), Limit::Level),
-            (halved(encounter.halvings[side]), Limit::Step),
+            (pressed, RefinementLimit::Speed),
+            (damped.min(DAMPED_OF_SIZE * size), RefinementLimit::Damping),
+            (halved(self.max_level), RefinementLimit::Level),
+            (halved(encounter.halvings[side]), RefinementLimit::Step),
         ];
-        let larger = |a: (f64, Limit), b: (f64, Limit)| if b.0 > a.0 { b } else { a };
+        let larger =
+            |a: (f64, RefinementLimit), b: (f64, RefinementLimit)| if b.0 > a.0 { b } else { a };
         let [first, rest @ ..] = limits;
         let (least, limit) = rest.into_iter().fold(first, larger);
         let least = if least > halved(1) { size } else { least };
@@ -211,12 +221,12 @@ impl<const D: usize> SecondScale<D> {
     /// Why elements of the least `sizes`, m, are no smaller where they lose most.
     fn limit(
         &self,
-        encounters: &[Encounter<D>],
+        encounters: &[ImpactPrediction<D>],
         sizes: &[[f64; 2]],
         pressed: f64,
-    ) -> Option<Limit> {
+    ) -> Option<RefinementLimit> {
         let touches = encounters.iter().zip(sizes);
-        let loss = |(e, sizes): &(&Encounter<D>, &[f64; 2])| self.loss_at(e, sizes);
+        let loss = |(e, sizes): &(&ImpactPrediction<D>, &[f64; 2])| self.loss_at(e, sizes);
         let (worst, _) = touches.max_by(|a, b| loss(a).total_cmp(&loss(b)))?;
         let moves = (0..2).filter(|&side| !self.is_still(worst.blocks[side]));
         let limits = moves.map(|side| self.least_size(worst, side, pressed).1);
@@ -225,7 +235,7 @@ impl<const D: usize> SecondScale<D> {
 
     /// What the points of two blocks lose that become one, J: as seen from that of the two
     /// of which more nodes do.
-    fn loss(&self, encounters: &[Encounter<D>], sizes: &[[f64; 2]]) -> f64 {
+    fn loss(&self, encounters: &[ImpactPrediction<D>], sizes: &[[f64; 2]]) -> f64 {
         let of = |block: usize| {
             let touches = encounters.iter().zip(sizes);
             let own = touches.filter(|(e, _)| e.is_first_of_node && e.blocks[0] == block);
@@ -236,7 +246,7 @@ impl<const D: usize> SecondScale<D> {
     }
 
     /// What two points lose that become one, (5) of the paper, J.
-    fn loss_at(&self, encounter: &Encounter<D>, sizes: &[f64; 2]) -> f64 {
+    fn loss_at(&self, encounter: &ImpactPrediction<D>, sizes: &[f64; 2]) -> f64 {
         let inverse = |side: usize| {
             if self.is_still(encounter.blocks[side]) {
                 return 0.0;

@@ -7,7 +7,7 @@ use crate::math::vector::{add, add_scaled, dot, scale, sub};
 use crate::mesh::Element;
 
 /// An element that is refined, and where new nodes lie in it.
-pub(super) struct Inside<'a, const D: usize> {
+pub(super) struct ElementInterpolation<'a, const D: usize> {
     /// Its corners, by their numbers in the block.
     element: Element,
     /// Of all nodes of the block, m.
@@ -19,7 +19,7 @@ pub(super) struct Inside<'a, const D: usize> {
     places: HashMap<u32, [f64; 3]>,
 }
 
-impl<'a, const D: usize> Inside<'a, D> {
+impl<'a, const D: usize> ElementInterpolation<'a, D> {
     pub(super) fn new(
         element: Element,
         points: &'a [[f64; D]],
@@ -74,7 +74,7 @@ impl<'a, const D: usize> Inside<'a, D> {
     }
 
     /// Shape functions in the middle.
-    fn middle(&self) -> shape::Shape {
+    fn middle(&self) -> shape::ShapeFunctions {
         let kind = self.element.kind;
         let count = kind.node_count();
         let corners = (0..count).map(|a| shape::corner(kind, a));

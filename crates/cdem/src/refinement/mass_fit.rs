@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 /// velocities has the same momenta and energy with all masses that share them.
 #[derive(Clone, Debug)]
 pub(crate) struct Moments<const D: usize> {
-    frame: Frame<D>,
+    frame: PrincipalFrame<D>,
     /// Of 1, the coordinates in the frame, and their products.
     values: DVector<f64>,
 }
@@ -14,7 +14,7 @@ pub(crate) struct Moments<const D: usize> {
 /// Coordinates in which some masses have their centre at the origin and the unit tensor
 /// for second moments over mass: however flat a body is, it is as good as round in them.
 #[derive(Clone, Debug)]
-struct Frame<const D: usize> {
+struct PrincipalFrame<const D: usize> {
     centre: [f64; D],
     axes: DMatrix<f64>,
 }
@@ -25,7 +25,7 @@ const RANK: f64 = 1e-10;
 /// Share of the mass that a moment may lack and be right: round-off.
 const LACK: f64 = 1e-12;
 
-impl<const D: usize> Frame<D> {
+impl<const D: usize> PrincipalFrame<D> {
     fn new(points: &[[f64; D]], masses: &[f64]) -> Self {
         let all = || points.iter().zip(masses);
         let mass: f64 = masses.iter().sum();
@@ -61,7 +61,7 @@ impl<const D: usize> Moments<D> {
     /// None yet, to be carried by nodes at `points` of about these `masses`, kg.
     pub(crate) fn new(points: &[[f64; D]], masses: &[f64]) -> Self {
         Self {
-            frame: Frame::new(points, masses),
+            frame: PrincipalFrame::new(points, masses),
             values: DVector::zeros((D + 1) * (D + 2) / 2),
         }
     }

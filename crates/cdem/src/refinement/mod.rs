@@ -34,17 +34,17 @@ mod tests;
 pub(crate) mod transfer;
 pub(crate) mod zone;
 
-pub(crate) use crate::refinement::adaptivity::{Change, SecondScale};
-pub(crate) use crate::refinement::base_mesh::Base;
-pub(crate) use crate::refinement::base_model::Foundation;
+pub(crate) use crate::refinement::adaptivity::{Adaptivity, BlockChange};
+pub(crate) use crate::refinement::base_mesh::BaseMesh;
+pub(crate) use crate::refinement::base_model::BaseModel;
 #[cfg(test)]
-use crate::refinement::bisection::{Cell, Tetrahedron, Triangle};
+use crate::refinement::bisection::{BisectedSimplex, BisectedTetrahedron, BisectedTriangle};
 pub(crate) use crate::refinement::cost_estimate::FORESEEN_SPEED;
 #[cfg(test)]
 use crate::refinement::forest::Forest;
-pub(crate) use crate::refinement::indicator::Encounter;
+pub(crate) use crate::refinement::indicator::ImpactPrediction;
 pub(crate) use crate::refinement::overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
-pub(crate) use crate::refinement::refined_block::Cover;
-pub(crate) use crate::refinement::rigid_modes::Twists;
-pub(crate) use crate::refinement::rigid_momenta::{Body, Momenta};
-pub(crate) use crate::refinement::transfer::{Transfer, predecessors};
+pub(crate) use crate::refinement::refined_block::RefinedBlock;
+pub(crate) use crate::refinement::rigid_modes::RigidModes;
+pub(crate) use crate::refinement::rigid_momenta::{MovingBody, RigidMomenta};
+pub(crate) use crate::refinement::transfer::{MeshTransfer, predecessors};

@@ -3,10 +3,10 @@
 use crate::element::tensor;
 use crate::math::vector::{add, scale};
 use crate::mesh::{Element, ElementKind, Mesh};
-use crate::refinement::base_mesh::Base;
-use crate::refinement::bisection::{Cell, Tetrahedron, Triangle};
+use crate::refinement::base_mesh::BaseMesh;
+use crate::refinement::bisection::{BisectedSimplex, BisectedTetrahedron, BisectedTriangle};
 use crate::refinement::forest::{Forest, Lineage};
-use crate::refinement::interpolation::Inside;
+use crate::refinement::interpolation::ElementInterpolation;
 use crate::refinement::simplex_split;
 use crate::refinement::zone::size;
 
@@ -21,7 +21,7 @@ pub(crate) struct Overlay<const D: usize> {
     /// The nodes between which each new node lies, all of the same weight.
     pub(super) parents: Vec<Vec<u32>>,
     /// The element in which each new node lies, of those that are no simplices.
-    pub(super) inside: Vec<Option<Within>>,
+    pub(super) inside: Vec<Option<InteriorNode>>,
     /// The nodes before between which each new node lies, its parents being in turn.
     pub(super) hulls: Vec<Vec<u32>>,
     /// Elements of the mesh that are replaced, ascending.
@@ -32,37 +32,37 @@ pub(crate) struct Overlay<const D: usize> {
 
 /// Whether an element with corners there, m, is to be smaller, which has come of an element
 /// of the mesh.
-pub(crate) type Wanted<'a, const D: usize> = &'a dyn Fn(&[[f64; D]], u32) -> bool;
+pub(crate) type RefinementRequest<'a, const D: usize> = &'a dyn Fn(&[[f64; D]], u32) -> bool;
 
 /// Overlays a block of the mesh, where anything is wanted smaller.
 pub(crate) type MakeOverlay<const D: usize> =
-    fn(Base<D>, &Mesh<D>, usize, Wanted<D>) -> Option<Overlay<D>>;
+    fn(BaseMesh<D>, &Mesh<D>, usize, RefinementRequest<D>) -> Option<Overlay<D>>;
 
 /// Overlays of triangles.
 pub(crate) fn plane_overlay(
-    base: Base<2>,
+    base: BaseMesh<2>,
     mesh: &Mesh<2>,
     block: usize,
-    wanted: Wanted<2>,
+    wanted: RefinementRequest<2>,
 ) -> Option<Overlay<2>> {
-    overlay::<2, Triangle>(base, mesh, block, wanted)
+    overlay::<2, BisectedTriangle>(base, mesh, block, wanted)
 }
 
 /// Overlays of tetrahedra.
 pub(crate) fn solid_overlay(
-    base: Base<3>,
+    base: BaseMesh<3>,
     mesh: &Mesh<3>,
     block: usize,
-    wanted: Wanted<3>,
+    wanted: RefinementRequest<3>,
 ) -> Option<Overlay<3>> {
-    overlay::<3, Tetrahedron>(base, mesh, block, wanted)
+    overlay::<3, BisectedTetrahedron>(base, mesh, block, wanted)
 }
 
-fn overlay<const D: usize, C: Cell>(
-    base: Base<D>,
+fn overlay<const D: usize, C: BisectedSimplex>(
+    base: BaseMesh<D>,
     mesh: &Mesh<D>,
     block: usize,
-    wanted: Wanted<D>,
+    wanted: RefinementRequest<D>,
 ) -> Option<Overlay<D>> {
     let elements: Vec<u32> = mesh.blocks[block].elements.clone().collect();
     let forest: Forest<D, C> = Forest::new(base, &elements, wanted);
@@ -71,7 +71,7 @@ fn overlay<const D: usize, C: Cell>(
 
 /// A node in an element that is no simplex.
 #[derive(Clone, Debug)]
-pub(super) struct Within {
+pub(super) struct InteriorNode {
     pub(super) root: u32,
     /// What its corners have in the value of a field there.
     pub(super) weights: Vec<(u32, f64)>,
@@ -93,9 +93,9 @@ pub(crate) struct SubElement {
 
 impl<const D: usize> Overlay<D> {
     /// What a forest in one block has become, if that is anything.
-    pub(crate) fn new<C: Cell>(
+    pub(crate) fn new<C: BisectedSimplex>(
         mesh: &Mesh<D>,
-        base: Base<D>,
+        base: BaseMesh<D>,
         block: usize,
         forest: &Forest<D, C>,
     ) -> Option<Self> {
@@ -149,7 +149,7 @@ impl<const D: usize> Overlay<D> {
 
     /// Where new nodes lie in elements that are no simplices, of a block whose nodes in the
     /// mesh begin at `first`.
-    fn all_inside(&self, mesh: &Mesh<D>, first: u32) -> Vec<Option<Within>> {
+    fn all_inside(&self, mesh: &Mesh<D>, first: u32) -> Vec<Option<InteriorNode>> {
         let mut found = vec![None; self.parents.len()];
         for parts in self.elements.chunk_by(|one, other| one.root == other.root) {
             let root = parts[0].root;
@@ -159,10 +159,11 @@ impl<const D: usize> Overlay<D> {
             }
             let own: Vec<u32> = element.nodes().iter().map(|node| node - first).collect();
             let element = Element::new(element.kind, &own);
-            let mut inside = Inside::new(element, &self.points, self.base_count, &self.parents);
+            let mut inside =
+                ElementInterpolation::new(element, &self.points, self.base_count, &self.parents);
             for &node in parts.iter().flat_map(|part| part.element.nodes()) {
                 if let Some(new) = (node as usize).checked_sub(self.base_count) {
-                    found[new].get_or_insert_with(|| Within {
+                    found[new].get_or_insert_with(|| InteriorNode {
                         root,
                         weights: inside.weights(node),
                     });

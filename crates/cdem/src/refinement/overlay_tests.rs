@@ -2,14 +2,14 @@
 
 use crate::element::tests::kinds;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub};
-use crate::mesh::{Facet, Group, Inside, Mesh};
+use crate::mesh::{Facet, Group, GroupInterior, Mesh};
 use crate::refinement::composite_mesh::refined;
 use crate::refinement::mass_fit::Moments;
 use crate::refinement::overlay::Overlay;
-use crate::refinement::prolongation::Nesting;
-use crate::refinement::rigid_momenta::Body;
+use crate::refinement::prolongation::Prolongation;
+use crate::refinement::rigid_momenta::MovingBody;
 use crate::refinement::tests::{Ground, size, volume};
-use crate::refinement::{Cell, Forest, Tetrahedron, Triangle};
+use crate::refinement::{BisectedSimplex, BisectedTetrahedron, BisectedTriangle, Forest};
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
@@ -31,7 +31,7 @@ const LAME: [f64; 2] = [0.7, 1.0];
 
 impl<const D: usize> Case<D> {
     /// Halved twice throughout, and more about a point.
-    fn new<C: Cell>(rng: &mut Rng) -> Self {
+    fn new<C: BisectedSimplex>(rng: &mut Rng) -> Self {
         let ground = Ground::<D>::simplex(rng);
         let nodes = &ground.mesh.nodes;
         let weights = random::<D>(1, rng)[0].map(f64::abs);
@@ -119,7 +119,7 @@ fn moved<const D: usize>(points: &[[f64; D]], by: &[[f64; D]]) -> Vec<[f64; D]> 
 
 /// Refinement of a simplex keeps the momenta and the energy of any linear field; what
 /// is there after it goes back to the simplex with both momenta, and without more energy.
-fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
+fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
     for seed in 0..100 {
         let mut rng = Rng::with_seed(seed);
         let case = Case::<D>::new::<C>(&mut rng);
@@ -127,11 +127,11 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
         let nodes = &case.ground.mesh.nodes;
         let whole = case.whole();
         let refined = DMatrix::from_diagonal(&DVector::from_column_slice(&case.masses));
-        let nesting = Nesting::new(&case.overlay, None).expect("over its base");
+        let nesting = Prolongation::new(&case.overlay, None).expect("over its base");
         let displacement = random::<D>(nodes.len(), &mut rng);
         let velocity = random::<D>(nodes.len(), &mut rng);
         let at = moved(nodes, &displacement);
-        let body = Body {
+        let body = MovingBody {
             points: &at,
             momentum: momentum(&whole),
         };
@@ -140,7 +140,7 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
         let (mass, centre) = body.centre();
         let [displacement, velocity] = [displacement, velocity].map(|f| nesting.spread(&f));
         let fine_at = moved(&case.overlay.points, &displacement);
-        let fine = Body {
+        let fine = MovingBody {
             points: &fine_at,
             momentum: momentum(&refined),
         };
@@ -204,16 +204,16 @@ fn simplex_and_back<const D: usize, C: Cell>(largest: f64) {
 
 #[test]
 fn a_triangle_is_refined_and_comes_back() {
-    simplex_and_back::<2, Triangle>(1.5);
+    simplex_and_back::<2, BisectedTriangle>(1.5);
 }
 
 #[test]
 fn a_tetrahedron_is_refined_and_comes_back() {
-    simplex_and_back::<3, Tetrahedron>(4.0);
+    simplex_and_back::<3, BisectedTetrahedron>(4.0);
 }
 
 /// All of a mesh, refined here and there, has the boundary and the groups that it had.
-fn groups_stay<const D: usize, C: Cell>() {
+fn groups_stay<const D: usize, C: BisectedSimplex>() {
     for kind in kinds::<D>() {
         for seed in 0..10 {
             let mut rng = Rng::with_seed(seed);
@@ -272,17 +272,17 @@ fn area<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> [f64; 3] {
 
 #[test]
 fn groups_of_plane_meshes_stay() {
-    groups_stay::<2, Triangle>();
+    groups_stay::<2, BisectedTriangle>();
 }
 
 #[test]
 fn groups_of_solid_meshes_stay() {
-    groups_stay::<3, Tetrahedron>();
+    groups_stay::<3, BisectedTetrahedron>();
 }
 
 /// What the nodes of a coarse mesh have comes back from a finer one, and what goes each
 /// way is the transpose of the other.
-fn goes_and_comes_back<const D: usize, C: Cell>() {
+fn goes_and_comes_back<const D: usize, C: BisectedSimplex>() {
     for kind in kinds::<D>() {
         for seed in 0..10 {
             let mut rng = Rng::with_seed(seed);
@@ -298,8 +298,8 @@ fn goes_and_comes_back<const D: usize, C: Cell>() {
                 Overlay::new(&ground.mesh, ground.base(), 0, &forest).expect("refined")
             };
             let [coarse, fine] = [0.8, 0.4].map(refined);
-            assert!(Nesting::new(&coarse, Some(&fine)).is_none());
-            let nesting = Nesting::new(&fine, Some(&coarse)).expect("made of it");
+            assert!(Prolongation::new(&coarse, Some(&fine)).is_none());
+            let nesting = Prolongation::new(&fine, Some(&coarse)).expect("made of it");
             let values = random::<D>(coarse.points.len(), &mut rng);
             let spread = nesting.spread(&values);
             let back = nesting.smooth(&spread, &vec![false; values.len()], LAME);
@@ -324,17 +324,17 @@ fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
 
 #[test]
 fn what_is_refined_in_the_plane_comes_back() {
-    goes_and_comes_back::<2, Triangle>();
+    goes_and_comes_back::<2, BisectedTriangle>();
 }
 
 #[test]
 fn what_is_refined_in_space_comes_back() {
-    goes_and_comes_back::<3, Tetrahedron>();
+    goes_and_comes_back::<3, BisectedTetrahedron>();
 }
 
 /// Checks overlays of random meshes of each kind of element, refined here and there: over
 /// what ground, and the name of the case.
-fn check_overlays<const D: usize, C: Cell>(
+fn check_overlays<const D: usize, C: BisectedSimplex>(
     check: impl Fn(&Ground<D>, &Overlay<D>, &mut Rng, &str),
 ) {
     for kind in kinds::<D>() {
@@ -350,7 +350,7 @@ fn check_overlays<const D: usize, C: Cell>(
 }
 
 /// New nodes in an element, on a facet within the block, or on an edge of a group belong to it.
-fn groups_inside_stay<const D: usize, C: Cell>() {
+fn groups_inside_stay<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|ground, overlay, rng, case| {
         let mesh = &ground.mesh;
         let element = rng.usize(0..mesh.elements.len()) as u32;
@@ -360,17 +360,17 @@ fn groups_inside_stay<const D: usize, C: Cell>() {
         let corners: Vec<u32> = mesh.facet_nodes(facet).collect();
         let edge = [corners[0].min(corners[1]), corners[0].max(corners[1])];
         let inside = [
-            Inside {
+            GroupInterior {
                 elements: vec![element],
-                ..Inside::default()
+                ..GroupInterior::default()
             },
-            Inside {
+            GroupInterior {
                 facets: vec![facet],
-                ..Inside::default()
+                ..GroupInterior::default()
             },
-            Inside {
+            GroupInterior {
                 edges: vec![edge],
-                ..Inside::default()
+                ..GroupInterior::default()
             },
         ];
         let cells = [shape.nodes().to_vec(), corners, edge.to_vec()];
@@ -397,20 +397,20 @@ fn groups_inside_stay<const D: usize, C: Cell>() {
 
 #[test]
 fn groups_inside_plane_meshes_stay() {
-    groups_inside_stay::<2, Triangle>();
+    groups_inside_stay::<2, BisectedTriangle>();
 }
 
 #[test]
 fn groups_inside_solid_meshes_stay() {
-    groups_inside_stay::<3, Tetrahedron>();
+    groups_inside_stay::<3, BisectedTetrahedron>();
 }
 
 /// What varies linearly in space does so after refinement, in distorted elements too.
-fn linear_fields_stay<const D: usize, C: Cell>() {
+fn linear_fields_stay<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|ground, overlay, rng, case| {
         let gradient = random::<D>(D, rng);
         let field = |point: &[f64; D]| std::array::from_fn(|c| 0.3 + dot(&gradient[c], point));
-        let nesting = Nesting::new(overlay, None).expect("over its base");
+        let nesting = Prolongation::new(overlay, None).expect("over its base");
         let before: Vec<[f64; D]> = ground.mesh.nodes.iter().map(field).collect();
         for (after, point) in nesting.grow(&before).iter().zip(&overlay.points) {
             assert!(norm(&sub(after, &field(point))) < 1e-13, "{case}");
@@ -420,17 +420,17 @@ fn linear_fields_stay<const D: usize, C: Cell>() {
 
 #[test]
 fn linear_fields_of_plane_meshes_stay() {
-    linear_fields_stay::<2, Triangle>();
+    linear_fields_stay::<2, BisectedTriangle>();
 }
 
 #[test]
 fn linear_fields_of_solid_meshes_stay() {
-    linear_fields_stay::<3, Tetrahedron>();
+    linear_fields_stay::<3, BisectedTetrahedron>();
 }
 
 /// Without its deformation an overlay that is turned and bent is only turned; a node that
 /// is kept stays.
-fn slack_is_rigid<const D: usize, C: Cell>() {
+fn slack_is_rigid<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|_, overlay, rng, case| {
         let bent = random::<D>(overlay.points.len(), rng);
         let field = |(point, bent): (&[f64; D], &[f64; D])| {
@@ -458,10 +458,10 @@ fn slack_is_rigid<const D: usize, C: Cell>() {
 
 #[test]
 fn slack_of_plane_overlays_is_rigid() {
-    slack_is_rigid::<2, Triangle>();
+    slack_is_rigid::<2, BisectedTriangle>();
 }
 
 #[test]
 fn slack_of_solid_overlays_is_rigid() {
-    slack_is_rigid::<3, Tetrahedron>();
+    slack_is_rigid::<3, BisectedTetrahedron>();
 }

@@ -9,7 +9,7 @@ use crate::refinement::overlay::Overlay;
 
 /// A fine mesh of a block and a coarse one of which it is a refinement: the nodes of the
 /// coarse one are among those of the fine one.
-pub(crate) struct Nesting<'a, const D: usize> {
+pub(crate) struct Prolongation<'a, const D: usize> {
     fine: &'a Overlay<D>,
     /// Fine number of each coarse node, and coarse number of each fine one that is both.
     fine_of: Vec<u32>,
@@ -18,7 +18,7 @@ pub(crate) struct Nesting<'a, const D: usize> {
     in_whole: Vec<bool>,
 }
 
-impl<'a, const D: usize> Nesting<'a, D> {
+impl<'a, const D: usize> Prolongation<'a, D> {
     /// `None` for `coarse` is the base mesh. `None` if a coarse node is no fine one.
     pub(crate) fn new(fine: &'a Overlay<D>, coarse: Option<&Overlay<D>>) -> Option<Self> {
         // The same parents have given the same node the same bits; on the two faces of a

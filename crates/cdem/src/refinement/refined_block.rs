@@ -5,9 +5,9 @@ use std::ops::RangeInclusive;
 use crate::element::ElementSet;
 use crate::element::mass::MassKind;
 use crate::mesh::{Block, Element, Mesh};
-use crate::refinement::base_model::Foundation;
+use crate::refinement::base_model::BaseModel;
 use crate::refinement::composite_mesh;
-use crate::refinement::indicator::Limit;
+use crate::refinement::indicator::RefinementLimit;
 use crate::refinement::mass_fit::Moments;
 use crate::refinement::overlay::Overlay;
 use crate::refinement::zone::{Zone, size};
@@ -25,7 +25,7 @@ const ROUND_OFF: f64 = 1e-9;
 
 /// A block with an overlay.
 #[derive(Clone, Debug)]
-pub(crate) struct Cover<const D: usize> {
+pub(crate) struct RefinedBlock<const D: usize> {
     pub(crate) overlay: Overlay<D>,
     /// Mass of its nodes, kg.
     pub(crate) mass: Vec<f64>,
@@ -36,18 +36,18 @@ pub(crate) struct Cover<const D: usize> {
     throughout: i32,
 }
 
-impl<const D: usize> Cover<D> {
+impl<const D: usize> RefinedBlock<D> {
     /// A block with an overlay, or without, refined to more zones than before: never coarser
     /// anywhere, so that nothing is lost. Without a cover where it is fine enough.
     ///
     /// # Errors
     /// What keeps it from being refined so.
     pub(super) fn finer(
-        foundation: &Foundation<D>,
+        foundation: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         old: Option<&Self>,
-    ) -> Result<Option<Self>, Limit> {
+    ) -> Result<Option<Self>, RefinementLimit> {
         let least = old.map_or(0, |old| old.throughout);
         let most = MOST_THROUGHOUT.min(foundation.scene.contact.max_level as i32);
         Self::first(foundation, block, zones, least..=most)
@@ -59,37 +59,37 @@ impl<const D: usize> Cover<D> {
     /// # Errors
     /// What keeps it from being so.
     pub(super) fn coarser(
-        foundation: &Foundation<D>,
+        foundation: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         old: Option<&Self>,
-    ) -> Result<Option<Self>, Limit> {
+    ) -> Result<Option<Self>, RefinementLimit> {
         let most = old.map_or(0, |old| old.throughout);
         Self::first(foundation, block, zones, 0..=most)
     }
 
     /// The first whose masses can be fitted, its elements halved ever more often throughout.
     fn first(
-        foundation: &Foundation<D>,
+        foundation: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         mut times: RangeInclusive<i32>,
-    ) -> Result<Option<Self>, Limit> {
+    ) -> Result<Option<Self>, RefinementLimit> {
         let found = times.find_map(|times| {
             let cover = Self::new(foundation, block, zones, times);
             // No mesh that is finer yet has longer steps.
-            (!matches!(cover, Err(Limit::Masses))).then_some(cover)
+            (!matches!(cover, Err(RefinementLimit::Masses))).then_some(cover)
         });
-        found.unwrap_or(Err(Limit::Masses))
+        found.unwrap_or(Err(RefinementLimit::Masses))
     }
 
     /// A block refined to its zones, and all its elements halved so often.
     pub(super) fn new(
-        foundation: &Foundation<D>,
+        foundation: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         throughout: i32,
-    ) -> Result<Option<Self>, Limit> {
+    ) -> Result<Option<Self>, RefinementLimit> {
         let most = match throughout {
             0 => f64::INFINITY,
             _ => foundation.largest_size(block) * 0.5_f64.powi(throughout),
@@ -118,22 +118,22 @@ impl<const D: usize> Cover<D> {
     /// The same with an overlay, if its masses can be fitted, and there are levels for its
     /// elements.
     fn with_masses(
-        foundation: &Foundation<D>,
+        foundation: &BaseModel<D>,
         block: usize,
         overlay: Overlay<D>,
         throughout: i32,
-    ) -> Result<Self, Limit> {
+    ) -> Result<Self, RefinementLimit> {
         let mesh = composite_mesh::of_block(&foundation.mesh, block, Some(&overlay));
         let sets = foundation.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
         let lumped = lumped(&mesh, &sets, kept);
-        let fit = Fit {
+        let fit = RefinedMassFit {
             foundation,
             block,
             overlay: &overlay,
             points: &mesh.nodes,
         };
-        let factors = fit.factors(&lumped).ok_or(Limit::Masses)?;
+        let factors = fit.factors(&lumped).ok_or(RefinementLimit::Masses)?;
         let mass = |node: usize| {
             (0..2)
                 .map(|part| factors.of[part][node] * lumped[part][node])
@@ -145,7 +145,9 @@ impl<const D: usize> Cover<D> {
                 let is_new = element as usize >= kept;
                 if is_new || factors.are_others {
                     let omega = set.frequency(i, &factors.of[usize::from(is_new)]);
-                    let own = foundation.level(block, omega).ok_or(Limit::Step)?;
+                    let own = foundation
+                        .level(block, omega)
+                        .ok_or(RefinementLimit::Step)?;
                     level[element as usize] = Some(own);
                 }
             }
@@ -160,8 +162,8 @@ impl<const D: usize> Cover<D> {
 }
 
 /// Masses of a block whose mesh has changed.
-struct Fit<'a, const D: usize> {
-    foundation: &'a Foundation<D>,
+struct RefinedMassFit<'a, const D: usize> {
+    foundation: &'a BaseModel<D>,
     block: usize,
     overlay: &'a Overlay<D>,
     /// All nodes, m.
@@ -169,23 +171,23 @@ struct Fit<'a, const D: usize> {
 }
 
 /// Factors on the lumped masses of nodes.
-pub(crate) struct Factors {
+pub(crate) struct MassFactors {
     /// On those of the elements that are kept, and of the new ones.
     of: [Vec<f64>; 2],
     /// Whether the first are others than before.
     are_others: bool,
 }
 
-impl<const D: usize> Fit<'_, D> {
+impl<const D: usize> RefinedMassFit<'_, D> {
     /// Factors that give the block the mass, the centre and the second moments that it
     /// had: if possible by those on the new elements alone.
-    fn factors(&self, [of_kept, of_new]: &[Vec<f64>; 2]) -> Option<Factors> {
+    fn factors(&self, [of_kept, of_new]: &[Vec<f64>; 2]) -> Option<MassFactors> {
         let kind = self.foundation.masses.kind[self.block];
         let before = self.factors_before();
         if kind != MassKind::Consistent
             && let Some(of_new) = self.fit(of_new, &self.replaced())
         {
-            return Some(Factors {
+            return Some(MassFactors {
                 of: [before, of_new],
                 are_others: false,
             });
@@ -196,14 +198,14 @@ impl<const D: usize> Fit<'_, D> {
             .collect();
         if let Some(fitted) = self.fit(&all, &self.whole()) {
             let of_kept = before.iter().zip(&fitted).map(|(one, other)| one * other);
-            return Some(Factors {
+            return Some(MassFactors {
                 of: [of_kept.collect(), fitted],
                 are_others: true,
             });
         }
         // Too few nodes for what lumped masses are wrong by: that changes with the mesh.
         let ones = vec![1.0; before.len()];
-        (kind == MassKind::Lumped).then_some(Factors {
+        (kind == MassKind::Lumped).then_some(MassFactors {
             of: [before, ones],
             are_others: false,
         })

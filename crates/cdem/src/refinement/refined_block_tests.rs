@@ -10,10 +10,10 @@ use crate::math::vector::sub;
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::refinement::dimension::{PLANE, SOLID, Space};
-use crate::refinement::refined_block::Cover;
+use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::tests::volume;
 use crate::refinement::zone::{GENTLE, GRADING, Zone};
-use crate::refinement::{SecondScale, Transfer};
+use crate::refinement::{Adaptivity, MeshTransfer};
 use crate::scene::{ContactModel, Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
 
 /// Two boxes of some elements, of which the first is refined; its masses are as they come.
@@ -22,7 +22,7 @@ fn boxes<const D: usize>(
     rng: &mut Rng,
     space: Space<D>,
     kinematics: Kinematics,
-) -> SecondScale<D> {
+) -> Adaptivity<D> {
     let block = |name: &str, from: f64, divisions: Vec<usize>| {
         let mut min = vec![0.0; D];
         min[0] = from;
@@ -68,7 +68,7 @@ fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
 }
 
 /// Mass and centre are those of the block; so is the volume, to round-off of a sum.
-fn check<const D: usize>(second: &SecondScale<D>, cover: &Cover<D>, case: &str) {
+fn check<const D: usize>(second: &Adaptivity<D>, cover: &RefinedBlock<D>, case: &str) {
     let overlay = &cover.overlay;
     let mass: f64 = cover.mass.iter().sum();
     let nodes = &second.foundation.mesh.blocks[0].nodes;
@@ -106,16 +106,17 @@ fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
         while changes < count {
             let second = boxes(kind, &mut rng, space, Kinematics::Total);
             let foundation = &second.foundation;
-            let (mut zones, mut cover): (Vec<Zone<D>>, Option<Cover<D>>) = (Vec::new(), None);
+            let (mut zones, mut cover): (Vec<Zone<D>>, Option<RefinedBlock<D>>) =
+                (Vec::new(), None);
             for _ in 0..20 {
                 let is_more = zones.len() < 2 || (zones.len() < 5 && rng.bool());
                 let mut next = zones.clone();
                 let wanted = if is_more {
                     next.push(zone(&mut rng));
-                    Cover::finer(foundation, 0, &next, cover.as_ref())
+                    RefinedBlock::finer(foundation, 0, &next, cover.as_ref())
                 } else {
                     next.swap_remove(rng.usize(..next.len()));
-                    Cover::coarser(foundation, 0, &next, cover.as_ref())
+                    RefinedBlock::coarser(foundation, 0, &next, cover.as_ref())
                 };
                 let Ok(other) = wanted else {
                     refused += 1;
@@ -124,7 +125,7 @@ fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
                 let case = format!("{kind:?} {changes}");
                 if cover.is_some() || other.is_some() {
                     let lame = foundation.lame(0);
-                    let transfer = Transfer::between(cover.as_ref(), other.as_ref(), lame);
+                    let transfer = MeshTransfer::between(cover.as_ref(), other.as_ref(), lame);
                     assert!(transfer.is_some(), "{case}: one refines the other");
                 }
                 if let Some(other) = &other {
@@ -133,7 +134,7 @@ fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
                 (zones, cover) = (next, other);
                 changes += 1;
             }
-            let gone = Cover::coarser(foundation, 0, &[], cover.as_ref());
+            let gone = RefinedBlock::coarser(foundation, 0, &[], cover.as_ref());
             assert!(gone.is_ok_and(|cover| cover.is_none()));
             assert_eq!(second.mesh(), foundation.mesh);
         }
@@ -189,7 +190,7 @@ fn there_are_levels<const D: usize>(space: Space<D>) {
             grading: GRADING,
             until: 0,
         };
-        let cover = Cover::finer(&second.foundation, 0, &[deep], None);
+        let cover = RefinedBlock::finer(&second.foundation, 0, &[deep], None);
         assert!(matches!(cover, Ok(Some(_))), "{kind:?}");
     }
 }

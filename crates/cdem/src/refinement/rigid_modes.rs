@@ -3,16 +3,16 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub, truncate};
-use crate::refinement::rigid_momenta::{Body, Momenta};
+use crate::refinement::rigid_momenta::{MovingBody, RigidMomenta};
 
 /// Share of the most that a motion moves what is held, below which that is round-off.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Motions of a body as if it were rigid that move nothing of it that is held.
-pub(crate) struct Twists<'a, const D: usize, M> {
-    body: &'a Body<'a, D, M>,
+pub(crate) struct RigidModes<'a, const D: usize, M> {
+    body: &'a MovingBody<'a, D, M>,
     centre: [f64; D],
-    all: Vec<Twist>,
+    all: Vec<RigidMotion>,
     /// Velocities of the nodes in each.
     fields: Vec<Vec<[f64; D]>>,
     /// Momentum in each along each.
@@ -21,19 +21,19 @@ pub(crate) struct Twists<'a, const D: usize, M> {
 
 /// Velocity of a point of a body, and rate at which it turns about that.
 #[derive(Clone, Copy, Debug, Default)]
-struct Twist {
+struct RigidMotion {
     linear: [f64; 3],
     angular: [f64; 3],
 }
 
-impl Twist {
+impl RigidMotion {
     /// Velocity at the end of an arm from the point.
     fn at<const D: usize>(&self, arm: &[f64; D]) -> [f64; D] {
         truncate(&add(&self.linear, &cross(&self.angular, &pad(arm))))
     }
 
     /// What momenta have along it.
-    fn along(&self, momenta: &Momenta) -> f64 {
+    fn along(&self, momenta: &RigidMomenta) -> f64 {
         dot(&self.linear, &momenta.linear) + dot(&self.angular, &momenta.angular)
     }
 
@@ -56,13 +56,17 @@ impl Twist {
     }
 }
 
-impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M> {
+impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D, M> {
     /// Motions about `centre` of a body of which these components of nodes are `held`.
-    pub(crate) fn new(body: &'a Body<'a, D, M>, centre: [f64; D], held: &[[bool; D]]) -> Self {
+    pub(crate) fn new(
+        body: &'a MovingBody<'a, D, M>,
+        centre: [f64; D],
+        held: &[[bool; D]],
+    ) -> Self {
         let arms: Vec<[f64; D]> = body.points.iter().map(|x| sub(x, &centre)).collect();
         let radius = arms.iter().map(norm).fold(0.0, f64::max);
-        let all = free(&Twist::units::<D>(radius), &arms, held);
-        let field = |twist: &Twist| {
+        let all = free(&RigidMotion::units::<D>(radius), &arms, held);
+        let field = |twist: &RigidMotion| {
             let nodes = arms.iter().zip(held);
             let velocity = nodes.map(|(arm, held)| {
                 let velocity = twist.at(arm);
@@ -71,7 +75,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M>
             velocity.collect::<Vec<[f64; D]>>()
         };
         let fields: Vec<Vec<[f64; D]>> = all.iter().map(field).collect();
-        let momenta: Vec<Momenta> = fields.iter().map(|f| body.momenta(f, &centre)).collect();
+        let momenta: Vec<RigidMomenta> = fields.iter().map(|f| body.momenta(f, &centre)).collect();
         let inertia = DMatrix::from_fn(all.len(), all.len(), |k, l| all[k].along(&momenta[l]));
         Self {
             body,
@@ -84,11 +88,11 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M>
 
     /// Adds the motion to `velocities` that gives the body the momenta `wanted` about the
     /// centre, as far as it is free.
-    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &Momenta) {
+    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
         // A second time for the round-off of the first.
         for _ in 0..2 {
             let now = self.body.momenta(velocities, &self.centre);
-            let lack = Momenta {
+            let lack = RigidMomenta {
                 linear: sub(&wanted.linear, &now.linear),
                 angular: sub(&wanted.angular, &now.angular),
             };
@@ -102,7 +106,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M>
 
     /// Inverse mass that an impulse along a unit `normal` finds at a point, 1/kg.
     pub(crate) fn mobility(&self, point: &[f64; D], normal: &[f64; D]) -> f64 {
-        let impulse = Momenta {
+        let impulse = RigidMomenta {
             linear: pad(normal),
             angular: cross(&pad(&sub(point, &self.centre)), &pad(normal)),
         };
@@ -114,7 +118,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M>
     }
 
     /// How fast each motion goes with these momenta.
-    fn rates(&self, momenta: &Momenta) -> Vec<f64> {
+    fn rates(&self, momenta: &RigidMomenta) -> Vec<f64> {
         if self.all.is_empty() {
             return Vec::new();
         }
@@ -126,7 +130,11 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Twists<'a, D, M>
 }
 
 /// The sums of some motions that do not move what is held at the end of these arms.
-fn free<const D: usize>(units: &[Twist], arms: &[[f64; D]], held: &[[bool; D]]) -> Vec<Twist> {
+fn free<const D: usize>(
+    units: &[RigidMotion],
+    arms: &[[f64; D]],
+    held: &[[bool; D]],
+) -> Vec<RigidMotion> {
     let mut moved = DMatrix::zeros(units.len(), units.len());
     for (arm, held) in arms.iter().zip(held) {
         for c in (0..D).filter(|&c| held[c]) {
@@ -139,7 +147,7 @@ fn free<const D: usize>(units: &[Twist], arms: &[[f64; D]], held: &[[bool; D]]) 
     let most = parts.eigenvalues.max();
     let is_free = |k: &usize| parts.eigenvalues[*k] <= ROUND_OFF * most;
     let all = (0..units.len()).filter(is_free).map(|k| {
-        let mut sum = Twist::default();
+        let mut sum = RigidMotion::default();
         for (unit, &part) in units.iter().zip(&parts.eigenvectors.column(k)) {
             add_scaled(&mut sum.linear, part, &unit.linear);
             add_scaled(&mut sum.angular, part, &unit.angular);
@@ -156,8 +164,8 @@ mod tests {
     /// Corners of a box of 1 kg each.
     const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [0.0, 4.0]];
 
-    fn body(points: &[[f64; 2]]) -> Body<'_, 2, impl Fn(usize, &[[f64; 2]]) -> [f64; 2]> {
-        Body {
+    fn body(points: &[[f64; 2]]) -> MovingBody<'_, 2, impl Fn(usize, &[[f64; 2]]) -> [f64; 2]> {
+        MovingBody {
             points,
             momentum: |node: usize, velocities: &[[f64; 2]]| velocities[node],
         }
@@ -166,7 +174,7 @@ mod tests {
     #[test]
     fn what_is_free_moves_as_a_rigid_body() {
         let body = body(&CORNERS);
-        let twists = Twists::new(&body, [1.5, 2.0], &[[false; 2]; 4]);
+        let twists = RigidModes::new(&body, [1.5, 2.0], &[[false; 2]; 4]);
         let mobility = twists.mobility(&[3.0, 1.0], &[-1.0, 0.0]);
         assert!(
             (mobility - (1.0 / 4.0 + 1.0 / 25.0)).abs() < 1e-15,
@@ -179,7 +187,7 @@ mod tests {
         let body = body(&CORNERS);
         let mut held = [[false; 2]; 4];
         held[0] = [true; 2];
-        let twists = Twists::new(&body, [1.5, 2.0], &held);
+        let twists = RigidModes::new(&body, [1.5, 2.0], &held);
         // 9 + 25 + 16 kg m² about the pin, 4 m beside it.
         let mobility = twists.mobility(&[3.0, 4.0], &[-1.0, 0.0]);
         assert!((mobility - 16.0 / 50.0).abs() < 1e-14, "{mobility}");
@@ -198,14 +206,14 @@ mod tests {
         let mut held = [[false; 2]; 4];
         held[0] = [true; 2];
         held[1] = [false, true];
-        let twists = Twists::new(&body, [1.5, 2.0], &held);
+        let twists = RigidModes::new(&body, [1.5, 2.0], &held);
         assert_eq!(twists.mobility(&[3.0, 4.0], &[0.0, 1.0]), 0.0);
     }
 
     #[test]
     fn what_is_guided_slides() {
         let body = body(&CORNERS);
-        let twists = Twists::new(&body, [1.5, 2.0], &[[false, true]; 4]);
+        let twists = RigidModes::new(&body, [1.5, 2.0], &[[false, true]; 4]);
         assert!(twists.mobility(&[3.0, 4.0], &[0.0, 1.0]).abs() < 1e-15);
         assert!((twists.mobility(&[3.0, 4.0], &[1.0, 0.0]) - 0.25).abs() < 1e-15);
     }

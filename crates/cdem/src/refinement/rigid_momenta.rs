@@ -6,22 +6,22 @@ use crate::math::vector::{add, add_scaled, cross, pad, scale, sub, truncate};
 
 /// Positions of a body's nodes, m, and what the momentum of each is, N·s, of the
 /// velocities of all, m/s.
-pub(crate) struct Body<'a, const D: usize, M> {
+pub(crate) struct MovingBody<'a, const D: usize, M> {
     pub(crate) points: &'a [[f64; D]],
     pub(crate) momentum: M,
 }
 
 /// Linear momentum, N·s, and angular momentum about some point, N·m·s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Momenta {
+pub(crate) struct RigidMomenta {
     pub(crate) linear: [f64; 3],
     pub(crate) angular: [f64; 3],
 }
 
-impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Body<'_, D, M> {
+impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> MovingBody<'_, D, M> {
     /// Its momenta about `centre`.
-    pub(crate) fn momenta(&self, velocities: &[[f64; D]], centre: &[f64; D]) -> Momenta {
-        let mut momenta = Momenta {
+    pub(crate) fn momenta(&self, velocities: &[[f64; D]], centre: &[f64; D]) -> RigidMomenta {
+        let mut momenta = RigidMomenta {
             linear: [0.0; 3],
             angular: [0.0; 3],
         };
@@ -71,7 +71,7 @@ impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> Body<'_, D, M> {
 
     /// Adds the rigid motion to `velocities` that gives it the momenta `wanted` about
     /// its centre.
-    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &Momenta) {
+    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
         let (mass, centre) = self.centre();
         let arm = |node: usize| pad(&sub(&self.points[node], &centre));
         // A second time for the round-off of the first.

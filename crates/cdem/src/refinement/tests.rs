@@ -3,24 +3,24 @@
 use std::collections::BTreeSet;
 
 use crate::element::tests::{distorted, kinds};
-use crate::math::adjacency::Around;
+use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add_scaled, cross, dot, norm, pad, sub};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 use crate::refinement::forest::Leaf;
 use crate::refinement::overlay::halvings;
-use crate::refinement::{Base, Cell, Forest, Tetrahedron, Triangle};
+use crate::refinement::{BaseMesh, BisectedSimplex, BisectedTetrahedron, BisectedTriangle, Forest};
 use fastrand::Rng;
 
 /// A mesh with what a forest asks of it.
 pub(super) struct Ground<const D: usize> {
     pub(super) mesh: Mesh<D>,
-    around: Around,
+    around: Adjacency,
 }
 
 impl<const D: usize> Ground<D> {
     fn new(mesh: Mesh<D>) -> Self {
         let elements = mesh.elements.iter().map(Element::nodes);
-        let around = Around::new(elements, mesh.nodes.len());
+        let around = Adjacency::new(elements, mesh.nodes.len());
         Self { mesh, around }
     }
 
@@ -68,8 +68,8 @@ impl<const D: usize> Ground<D> {
         }
     }
 
-    pub(super) fn base(&self) -> Base<'_, D> {
-        Base::new(&self.mesh, &self.around)
+    pub(super) fn base(&self) -> BaseMesh<'_, D> {
+        BaseMesh::new(&self.mesh, &self.around)
     }
 
     pub(super) fn all(&self) -> Vec<u32> {
@@ -77,7 +77,7 @@ impl<const D: usize> Ground<D> {
     }
 
     /// Refined to some points at random, to sizes in proportion to the distance.
-    pub(super) fn refined<C: Cell>(&self, rng: &mut Rng) -> Forest<D, C> {
+    pub(super) fn refined<C: BisectedSimplex>(&self, rng: &mut Rng) -> Forest<D, C> {
         let count = rng.usize(1..=3);
         let point = |_| {
             let near = self.mesh.nodes[rng.usize(..self.mesh.nodes.len())];
@@ -97,7 +97,7 @@ impl<const D: usize> Ground<D> {
     }
 
     /// All elements, refined or not, with the shares of their volume.
-    fn elements<C: Cell>(&self, forest: &Forest<D, C>) -> Vec<(Element, f64)> {
+    fn elements<C: BisectedSimplex>(&self, forest: &Forest<D, C>) -> Vec<(Element, f64)> {
         let replaced: BTreeSet<u32> = forest.roots().collect();
         let kept = self.all().into_iter().filter(|e| !replaced.contains(e));
         let kept = kept.map(|e| (self.mesh.elements[e as usize], 1.0));
@@ -110,7 +110,7 @@ impl<const D: usize> Ground<D> {
     /// The boundary facets that each node lies on, those of the forest too.
     fn facets_at<C>(&self, forest: &Forest<D, C>) -> Vec<BTreeSet<usize>>
     where
-        C: Cell,
+        C: BisectedSimplex,
     {
         let mut at = vec![BTreeSet::new(); self.mesh.nodes.len()];
         for (number, &facet) in self.mesh.boundary_facets().iter().enumerate() {
@@ -195,7 +195,7 @@ fn shape<const D: usize>(corners: &[[f64; D]]) -> f64 {
     (volume(corners) / regular).max(0.0).powf(2.0 / D as f64) / mean
 }
 
-fn corners_of<const D: usize, C: Cell>(
+fn corners_of<const D: usize, C: BisectedSimplex>(
     ground: &Ground<D>,
     forest: &Forest<D, C>,
     cell: &C,
@@ -206,7 +206,7 @@ fn corners_of<const D: usize, C: Cell>(
 
 /// Refined meshes fill what they filled, with elements that fit: constant stress puts
 /// no force on a node inside.
-fn conforms<const D: usize, C: Cell>(seed: u64, count: usize) {
+fn conforms<const D: usize, C: BisectedSimplex>(seed: u64, count: usize) {
     for kind in kinds::<D>() {
         let mut halves = 0;
         for case in 0..count {
@@ -262,18 +262,18 @@ fn conforms<const D: usize, C: Cell>(seed: u64, count: usize) {
 
 #[test]
 fn refined_plane_meshes_conform() {
-    conforms::<2, Triangle>(1, 60);
+    conforms::<2, BisectedTriangle>(1, 60);
 }
 
 #[test]
 fn refined_solid_meshes_conform() {
-    conforms::<3, Tetrahedron>(2, 20);
+    conforms::<3, BisectedTetrahedron>(2, 20);
 }
 
 /// Elements that are wanted no smaller than a half, a quarter or an eighth of what they have
 /// come of are halved no more often, wherever they must conform; but seldom, and once, where
 /// a smaller element has to fit beside a larger one.
-fn halved_no_deeper<const D: usize, C: Cell>(count: usize) {
+fn halved_no_deeper<const D: usize, C: BisectedSimplex>(count: usize) {
     for kind in kinds::<D>() {
         let mut deeper = 0;
         for case in 0..count {
@@ -301,17 +301,17 @@ fn halved_no_deeper<const D: usize, C: Cell>(count: usize) {
 
 #[test]
 fn to_conform_no_triangle_is_halved_more_often() {
-    halved_no_deeper::<2, Triangle>(100);
+    halved_no_deeper::<2, BisectedTriangle>(100);
 }
 
 #[test]
 fn to_conform_no_tetrahedron_is_halved_more_often() {
-    halved_no_deeper::<3, Tetrahedron>(30);
+    halved_no_deeper::<3, BisectedTetrahedron>(30);
 }
 
 /// Shapes of the descendants of a simplex after so many bisections: edges over the
 /// size, to six digits, with the worst.
-fn shapes<const D: usize, C: Cell>(
+fn shapes<const D: usize, C: BisectedSimplex>(
     ground: &Ground<D>,
     generation: i32,
 ) -> (BTreeSet<Vec<i64>>, f64) {
@@ -337,7 +337,12 @@ fn shapes<const D: usize, C: Cell>(
 /// However often a simplex is bisected, its descendants have no more than `most` shapes;
 /// none is worse than those of the first `cycle` generations, which are no worse than
 /// its own by more than a factor of `bound`.
-fn shapes_stay<const D: usize, C: Cell>(count: usize, cycle: i32, most: usize, bound: f64) {
+fn shapes_stay<const D: usize, C: BisectedSimplex>(
+    count: usize,
+    cycle: i32,
+    most: usize,
+    bound: f64,
+) {
     let mut rng = Rng::with_seed(5);
     for case in 0..count {
         let ground = Ground::<D>::simplex(&mut rng);
@@ -367,20 +372,20 @@ fn shapes_stay<const D: usize, C: Cell>(count: usize, cycle: i32, most: usize, b
 #[test]
 fn triangles_keep_to_four_shapes() {
     // Four (Mitchell 1991). The worst of 20 000 triangles came to 0.603 of its own.
-    shapes_stay::<2, Triangle>(300, 3, 4, 0.6);
+    shapes_stay::<2, BisectedTriangle>(300, 3, 4, 0.6);
 }
 
 #[test]
 fn tetrahedra_keep_to_a_finite_number_of_shapes() {
     // 72 (Arnold, Mukherjee and Pouly 2000). The worst of 1500 came to 0.301.
-    shapes_stay::<3, Tetrahedron>(40, 8, 72, 0.3);
+    shapes_stay::<3, BisectedTetrahedron>(40, 8, 72, 0.3);
 }
 
 #[test]
 fn nothing_is_refined_that_is_not_wanted_to() {
     for kind in kinds::<3>() {
         let ground = Ground::<3>::random(kind, &mut Rng::with_seed(3));
-        let forest: Forest<3, Tetrahedron> =
+        let forest: Forest<3, BisectedTetrahedron> =
             Forest::new(ground.base(), &ground.all(), |_, _| false);
         assert_eq!(forest.roots().count(), 0);
         assert_eq!(forest.leaves().count(), 0);

@@ -4,29 +4,29 @@ use std::ops::Range;
 
 use crate::math::vector::{add_scaled, scale, sub};
 use crate::refinement::forest::Lineage;
-use crate::refinement::prolongation::Nesting;
-use crate::refinement::refined_block::Cover;
+use crate::refinement::prolongation::Prolongation;
+use crate::refinement::refined_block::RefinedBlock;
 
 /// From one mesh of a block to a finer or a coarser one.
-pub(crate) struct Transfer<'a, const D: usize> {
-    nesting: Nesting<'a, D>,
+pub(crate) struct MeshTransfer<'a, const D: usize> {
+    nesting: Prolongation<'a, D>,
     is_finer: bool,
     /// λ and μ of the block, Pa.
     lame: [f64; 2],
 }
 
-impl<'a, const D: usize> Transfer<'a, D> {
+impl<'a, const D: usize> MeshTransfer<'a, D> {
     /// `None` is the base mesh; `None` comes out where neither mesh is a refinement of the
     /// other.
     pub(crate) fn between(
-        old: Option<&'a Cover<D>>,
-        new: Option<&'a Cover<D>>,
+        old: Option<&'a RefinedBlock<D>>,
+        new: Option<&'a RefinedBlock<D>>,
         lame: [f64; 2],
     ) -> Option<Self> {
-        let overlay = |cover: Option<&'a Cover<D>>| cover.map(|cover| &cover.overlay);
+        let overlay = |cover: Option<&'a RefinedBlock<D>>| cover.map(|cover| &cover.overlay);
         let [old, new] = [old, new].map(overlay);
         let to = |fine: Option<&'a _>, coarse, is_finer| {
-            let nesting = Nesting::new(fine?, coarse)?;
+            let nesting = Prolongation::new(fine?, coarse)?;
             Some(Self {
                 nesting,
                 is_finer,
@@ -127,21 +127,21 @@ fn mean<const D: usize>(of: &[[f64; D]], masses: &[f64]) -> [f64; D] {
 }
 
 /// An element of a block: the one that it is or has come of, and which part of that.
-struct Line {
+struct ElementLineage {
     root: u32,
     lineage: Option<Lineage>,
 }
 
 /// The elements of a block whose own are these, in order.
-fn lines<const D: usize>(own: Range<u32>, cover: Option<&Cover<D>>) -> Vec<Line> {
+fn lines<const D: usize>(own: Range<u32>, cover: Option<&RefinedBlock<D>>) -> Vec<ElementLineage> {
     let overlay = cover.map(|cover| &cover.overlay);
     let is_kept = |root: &u32| overlay.is_none_or(|overlay| !overlay.replaces(*root));
-    let kept = own.filter(is_kept).map(|root| Line {
+    let kept = own.filter(is_kept).map(|root| ElementLineage {
         root,
         lineage: None,
     });
     let new = overlay.iter().flat_map(|overlay| &overlay.elements);
-    let new = new.map(|sub| Line {
+    let new = new.map(|sub| ElementLineage {
         root: sub.root,
         lineage: Some(sub.lineage),
     });
@@ -153,8 +153,8 @@ fn lines<const D: usize>(own: Range<u32>, cover: Option<&Cover<D>>) -> Vec<Line>
 /// it was before refinement.
 pub(crate) fn predecessors<const D: usize>(
     own: Range<u32>,
-    old: Option<&Cover<D>>,
-    new: Option<&Cover<D>>,
+    old: Option<&RefinedBlock<D>>,
+    new: Option<&RefinedBlock<D>>,
 ) -> Vec<Vec<u32>> {
     let (old, new) = (lines(own.clone(), old), lines(own, new));
     let mut sorted: Vec<u32> = (0..old.len() as u32).collect();

@@ -17,9 +17,9 @@ pub fn as_input(scene: &Scene) -> impl Serialize + use<> {
     scene_input(scene)
 }
 
-pub(super) fn scene_input(scene: &Scene) -> input::Scene {
+pub(super) fn scene_input(scene: &Scene) -> input::SceneInput {
     let plane = scene.dimension == 2;
-    input::Scene {
+    input::SceneInput {
         version: Some(scene.version),
         title: scene.title.clone(),
         dimension: u32::try_from(scene.dimension).ok(),
@@ -69,26 +69,26 @@ fn varying_vector<M: Dimension>(schedule: &Schedule<Vec<f64>>) -> VaryingVector<
     }
 }
 
-fn time(time: &Time) -> input::Time {
-    input::Time {
+fn time(time: &Time) -> input::TimeInput {
+    input::TimeInput {
         end: Some(Quantity::new(time.end)),
         step: time.step.map(Quantity::new),
         safety: Quantity::new(time.safety),
-        stop_when: time.stop_when.as_ref().map(|stop| input::StopWhen {
+        stop_when: time.stop_when.as_ref().map(|stop| input::StopWhenInput {
             kinetic_energy_below: Some(Quantity::new(stop.kinetic_energy_below)),
             during: Some(Quantity::new(stop.during)),
         }),
     }
 }
 
-fn material(material: &Material) -> input::Material {
-    input::Material {
+fn material(material: &Material) -> input::MaterialInput {
+    input::MaterialInput {
         name: Some(material.name.clone()),
         model: material.model,
         young_modulus: Some(Quantity::new(material.young_modulus)),
         poisson_ratio: Some(Quantity::new(material.poisson_ratio)),
         density: Some(Quantity::new(material.density)),
-        damping: input::Damping {
+        damping: input::DampingInput {
             mass: Quantity::new(material.damping.mass),
             stiffness: Quantity::new(material.damping.stiffness),
             local: Quantity::new(material.damping.local),
@@ -96,8 +96,8 @@ fn material(material: &Material) -> input::Material {
     }
 }
 
-fn block(block: &Block) -> input::Block {
-    let placed = input::Block {
+fn block(block: &Block) -> input::BlockInput {
+    let placed = input::BlockInput {
         name: Some(block.name.clone()),
         split: block.split,
         material: Some(block.material.clone()),
@@ -112,10 +112,10 @@ fn block(block: &Block) -> input::Block {
         kinematics: block.kinematics,
         mass: block.mass,
         fixed: block.fixed,
-        ..input::Block::default()
+        ..input::BlockInput::default()
     };
     match &block.geometry {
-        Geometry::Mesh { path, group } => input::Block {
+        Geometry::Mesh { path, group } => input::BlockInput {
             mesh: Some(path.to_string_lossy().into_owned()),
             group: group.clone(),
             ..placed
@@ -125,14 +125,14 @@ fn block(block: &Block) -> input::Block {
             max,
             divisions,
             element,
-        } => input::Block {
-            shape: Some(input::Shape {
+        } => input::BlockInput {
+            shape: Some(input::ShapeInput {
                 cuboid: Some(input::Cuboid {
                     min: Some(vector(min)),
                     max: Some(vector(max)),
                     divisions: Some(divisions.iter().map(|n| whole(*n)).collect()),
                 }),
-                ..input::Shape::default()
+                ..input::ShapeInput::default()
             }),
             element: Some(*element),
             ..placed
@@ -141,11 +141,11 @@ fn block(block: &Block) -> input::Block {
             corners,
             size,
             element,
-        } => input::Block {
-            shape: Some(input::Shape {
+        } => input::BlockInput {
+            shape: Some(input::ShapeInput {
                 polygon: Some(corners.iter().map(|corner| vector(corner)).collect()),
                 size: Some(Quantity::new(*size)),
-                ..input::Shape::default()
+                ..input::ShapeInput::default()
             }),
             element: Some(*element),
             ..placed
@@ -169,20 +169,20 @@ fn rotate(rotation: &Rotation, dimension: usize) -> input::Rotate {
     })
 }
 
-fn boundary(boundary: &Boundary, dimension: usize) -> input::Boundary {
+fn boundary(boundary: &Boundary, dimension: usize) -> input::BoundaryInput {
     let (group, block) = match &boundary.target {
         BoundaryTarget::Group(group) => (Some(group.clone()), None),
         BoundaryTarget::Block(block) => (None, Some(block.clone())),
     };
-    let timed = input::Boundary {
+    let timed = input::BoundaryInput {
         group,
         block,
         start: Quantity::new(boundary.start),
         end: boundary.end.map(Quantity::new),
-        ..input::Boundary::default()
+        ..input::BoundaryInput::default()
     };
     match &boundary.motion {
-        Motion::Velocity([x, y, z]) => input::Boundary {
+        Motion::Velocity([x, y, z]) => input::BoundaryInput {
             velocity: Some(input::Components {
                 x: x.as_ref().map(varying),
                 y: y.as_ref().map(varying),
@@ -194,7 +194,7 @@ fn boundary(boundary: &Boundary, dimension: usize) -> input::Boundary {
             axis,
             point,
             angular_velocity,
-        } => input::Boundary {
+        } => input::BoundaryInput {
             angular_velocity: Some(varying(angular_velocity)),
             axis: (dimension == 3).then(|| vector(axis)),
             point: Some(vector(&point[..dimension])),
@@ -203,12 +203,12 @@ fn boundary(boundary: &Boundary, dimension: usize) -> input::Boundary {
     }
 }
 
-fn load(load: &Load) -> input::Load {
+fn load(load: &Load) -> input::LoadInput {
     let (pressure, traction) = match &load.kind {
         LoadKind::Pressure(pressure) => (Some(varying(pressure)), None),
         LoadKind::Traction(traction) => (None, Some(varying_vector(traction))),
     };
-    input::Load {
+    input::LoadInput {
         group: Some(load.group.clone()),
         pressure,
         traction,
@@ -217,9 +217,9 @@ fn load(load: &Load) -> input::Load {
     }
 }
 
-fn contact(contact: &Contact) -> input::Contact {
+fn contact(contact: &Contact) -> input::ContactInput {
     let two_scale = contact.model == ContactModel::TwoScale;
-    input::Contact {
+    input::ContactInput {
         model: contact.model,
         tolerance: contact.tolerance.map(Quantity::new),
         friction_angle: Quantity::new(contact.strength.friction_angle),
@@ -234,8 +234,8 @@ fn contact(contact: &Contact) -> input::Contact {
     }
 }
 
-fn pair(pair: &ContactPair) -> input::ContactPair {
-    input::ContactPair {
+fn pair(pair: &ContactPair) -> input::ContactPairInput {
+    input::ContactPairInput {
         between: Some(pair.between.to_vec()),
         friction_angle: pair.friction_angle.map(Quantity::new),
         cohesion: pair.cohesion.map(Quantity::new),
@@ -246,7 +246,7 @@ fn pair(pair: &ContactPair) -> input::ContactPair {
     }
 }
 
-fn output(output: &Output) -> input::Output {
+fn output(output: &Output) -> input::OutputInput {
     let count = |cadence| match cadence {
         Cadence::Count(count) => Some(whole(count)),
         Cadence::Interval(_) => None,
@@ -255,7 +255,7 @@ fn output(output: &Output) -> input::Output {
         Cadence::Count(_) => None,
         Cadence::Interval(interval) => Some(Quantity::new(interval)),
     };
-    input::Output {
+    input::OutputInput {
         frames: count(output.frames),
         frame_interval: interval(output.frames),
         history: count(output.history),
@@ -268,8 +268,8 @@ fn output(output: &Output) -> input::Output {
     }
 }
 
-fn probe(probe: &Probe) -> input::Probe {
-    input::Probe {
+fn probe(probe: &Probe) -> input::ProbeInput {
+    input::ProbeInput {
         name: Some(probe.name.clone()),
         block: Some(probe.block.clone()),
         point: Some(vector(&probe.point)),

@@ -11,7 +11,7 @@ use crate::scene::{Help, input};
 #[must_use]
 pub fn json_schema() -> Value {
     let generator = SchemaSettings::draft2020_12().into_generator();
-    let mut schema = generator.into_root_schema_for::<input::Scene>();
+    let mut schema = generator.into_root_schema_for::<input::SceneInput>();
     RecursiveTransform(tidy).transform(&mut schema);
     schema.to_value()
 }

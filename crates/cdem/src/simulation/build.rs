@@ -3,19 +3,19 @@
 use crate::contact::Contacts;
 use crate::element::mass::{self, Masses};
 use crate::element::material::Elastic;
-use crate::element::{self, ElementSet, Places};
+use crate::element::{self, ElementNumbering, ElementSet};
 use crate::math::vector::{add, cross, pad, sub, truncate};
 use crate::mesh::Mesh;
-use crate::model::inverse_mass::Inertia;
+use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::model::load::thickness;
-use crate::model::time_step::{CAREFUL, Pace};
+use crate::model::time_step::{CAREFUL, TimeStepChoice};
 use crate::model::{BlockData, Model, ModelError, State, block_names, block_of, properties};
 use crate::refinement::dimension::Space;
-use crate::refinement::{Foundation, SecondScale};
+use crate::refinement::{Adaptivity, BaseModel};
 use crate::scene::{ContactModel, Scene};
 use crate::simulation::warnings::cautions;
-use crate::step::Built;
+use crate::step::RunParts;
 
 impl<const D: usize> Model<D> {
     /// Builds the model and the state at t = 0; fills in what the scene left
@@ -24,14 +24,14 @@ impl<const D: usize> Model<D> {
         scene: &mut Scene,
         mut mesh: Mesh<D>,
         space: Space<D>,
-    ) -> Result<Built<D>, ModelError> {
+    ) -> Result<RunParts<D>, ModelError> {
         if let Some(fault) = mesh.fault(scene.block.len()) {
             return Err(ModelError::Unsound(fault));
         }
         mesh.keep_boundary_facets();
         block_names::refuse_unknown(scene, &mesh)?;
         let thickness = thickness::<D>(scene);
-        let Bodies {
+        let BlockSets {
             sets,
             masses,
             blocks,
@@ -42,7 +42,7 @@ impl<const D: usize> Model<D> {
         } else {
             scene.time.safety
         };
-        let pace = Pace::new(&mesh, &sets, &masses, &blocks, safety)?;
+        let pace = TimeStepChoice::new(&mesh, &sets, &masses, &blocks, safety)?;
         let (step, step_count) = pace.choose_step(scene)?;
         let limits = pace.extremes();
         let shortest = pace.shortest(&mesh);
@@ -53,8 +53,8 @@ impl<const D: usize> Model<D> {
             .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
         let second_scale = is_refined.then(|| {
             let levels = (base_level.clone(), step);
-            let foundation = Foundation::new(scene, &mesh, masses.clone(), levels, space);
-            SecondScale::new(foundation)
+            let foundation = BaseModel::new(scene, &mesh, masses.clone(), levels, space);
+            Adaptivity::new(foundation)
         });
         let mut model = Self {
             inertia: inertia_of(&masses),
@@ -63,7 +63,7 @@ impl<const D: usize> Model<D> {
             prescribed: Vec::new(),
             warnings: Vec::new(),
             limits,
-            place: Places::new(&sets, mesh.elements.len()),
+            place: ElementNumbering::new(&sets, mesh.elements.len()),
             block_of: block_of(&mesh),
             mesh,
             sets,
@@ -82,7 +82,7 @@ impl<const D: usize> Model<D> {
         if let Some(contacts) = &mut contacts {
             contacts.close_initial(model.positions(&state).into(), &model.inertia);
         }
-        Ok(Built {
+        Ok(RunParts {
             model,
             state,
             contacts,
@@ -145,7 +145,7 @@ impl<const D: usize> Model<D> {
 }
 
 /// What the blocks are made of.
-struct Bodies<const D: usize> {
+struct BlockSets<const D: usize> {
     sets: Vec<Box<dyn ElementSet<D>>>,
     masses: Masses,
     blocks: Vec<BlockData>,
@@ -156,7 +156,7 @@ fn bodies<const D: usize>(
     scene: &Scene,
     mesh: &Mesh<D>,
     thickness: f64,
-) -> Result<Bodies<D>, ModelError> {
+) -> Result<BlockSets<D>, ModelError> {
     let materials: Vec<Elastic> = scene.material.iter().map(Elastic::new).collect();
     let sources = || mesh.blocks.iter().map(|block| block.source);
     let properties: Vec<_> = sources().map(|number| properties(scene, number)).collect();
@@ -180,7 +180,7 @@ fn bodies<const D: usize>(
     if blocks.iter().all(|block| block.fixed) {
         return Err(ModelError::NothingMoves);
     }
-    Ok(Bodies {
+    Ok(BlockSets {
         sets,
         masses,
         blocks,
@@ -224,7 +224,7 @@ fn refuse_overlap<const D: usize>(
     mesh: &Mesh<D>,
     tolerance: f64,
 ) -> Result<(), ModelError> {
-    let laws = crate::contact::constraint::law::Laws::new(scene, mesh);
+    let laws = crate::contact::constraint::law::ContactLaws::new(scene, mesh);
     let see = |a: usize, b: usize| laws.between(a as u32, b as u32).enabled;
     let Some(overlap) = crate::mesh::overlap(mesh, tolerance, &see) else {
         return Ok(());
@@ -239,10 +239,10 @@ fn refuse_overlap<const D: usize>(
     })
 }
 
-fn inertia_of<const D: usize>(masses: &Masses) -> Inertia<D> {
+fn inertia_of<const D: usize>(masses: &Masses) -> InverseMass<D> {
     let dense = masses.consistent.iter();
     let dense = dense
         .map(|block| (block.first_node as usize, block.matrix.clone()))
         .collect();
-    Inertia::new(masses.nodal.clone(), dense)
+    InverseMass::new(masses.nodal.clone(), dense)
 }

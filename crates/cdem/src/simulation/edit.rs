@@ -6,7 +6,7 @@ use crate::math::vector::{pad, scale, truncate};
 use crate::mesh::ElementKind;
 use crate::scene::{Field, LoadKind, Scene};
 use crate::simulation::output::{BlockRow, FrameField};
-use crate::simulation::{Driven, Simulation, each};
+use crate::simulation::{Simulation, TypedSimulation, each};
 
 /// Where a block lies in the arrays of points and cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,7 +106,7 @@ impl Simulation {
     }
 }
 
-impl<const D: usize> Driven<D> {
+impl<const D: usize> TypedSimulation<D> {
     fn field(&mut self, field: Field) -> FrameField {
         let instant = self.instant();
         if let Some(vectors) = self.run.point_field(&instant, field) {

@@ -24,14 +24,14 @@ use crate::mesh::Mesh;
 use crate::model::block_names::parts;
 use crate::model::{Model, ModelError};
 use crate::refinement::dimension::{PLANE, SOLID};
-use crate::refinement::{FORESEEN_SPEED, SecondScale};
+use crate::refinement::{Adaptivity, FORESEEN_SPEED};
 use crate::scene::{self, ContactModel, Problem, Scene};
-use crate::simulation::checkpoint::SavedDriven;
-use crate::simulation::observe::{Instant, Probe};
+use crate::simulation::checkpoint::SavedSimulation;
+use crate::simulation::observe::{FollowedNode, SynchronisedInstant};
 use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
 use crate::simulation::rest::Rest;
-use crate::simulation::snapshot::Capture;
-use crate::simulation::validity::{Exchange, Health, StepError};
+use crate::simulation::snapshot::Snapshot;
+use crate::simulation::validity::{ExchangedEnergy, StepError, ValidityGuard};
 use crate::step::{Corrections, Run};
 
 /// A mesh of either dimension.
@@ -116,20 +116,20 @@ pub struct Simulation {
 }
 
 pub(crate) enum AnyRun {
-    Plane(Box<Driven<2>>),
-    Solid(Box<Driven<3>>),
+    Plane(Box<TypedSimulation<2>>),
+    Solid(Box<TypedSimulation<3>>),
 }
 
 /// A run and what only its reports need.
-pub(crate) struct Driven<const D: usize> {
+pub(crate) struct TypedSimulation<const D: usize> {
     pub(crate) run: Run<D>,
     /// Kinetic plus strain energy at t = 0, J.
     start_energy: f64,
-    exchange: Exchange,
+    exchange: ExchangedEnergy,
     pub(crate) last_block_rows: f64,
-    probes: Vec<Probe>,
-    pub(crate) instant: Option<Arc<Instant<D>>>,
-    health: Health,
+    probes: Vec<FollowedNode>,
+    pub(crate) instant: Option<Arc<SynchronisedInstant<D>>>,
+    health: ValidityGuard,
     /// Where the scene says when to stop.
     rest: Option<Rest>,
     /// Blocks that rows are wanted of.
@@ -164,11 +164,11 @@ impl Simulation {
         let run = match mesh {
             AnyMesh::Plane(mesh) => {
                 let built = Model::build(&mut scene, mesh, PLANE)?;
-                AnyRun::Plane(Box::new(Driven::new(Run::new(built), &scene)))
+                AnyRun::Plane(Box::new(TypedSimulation::new(Run::new(built), &scene)))
             }
             AnyMesh::Solid(mesh) => {
                 let built = Model::build(&mut scene, mesh, SOLID)?;
-                AnyRun::Solid(Box::new(Driven::new(Run::new(built), &scene)))
+                AnyRun::Solid(Box::new(TypedSimulation::new(Run::new(built), &scene)))
             }
         };
         Ok(Self { scene, run })
@@ -339,7 +339,7 @@ impl Simulation {
     }
 
     /// What [`Self::frame`] is made of, for another thread to make it.
-    pub fn capture(&mut self) -> Capture {
+    pub fn capture(&mut self) -> Snapshot {
         let fields = self.scene.output.fields.clone();
         each!(mut self, driven => {
             let instant = driven.instant();
@@ -403,13 +403,13 @@ impl Simulation {
     }
 }
 
-impl<const D: usize> Driven<D> {
+impl<const D: usize> TypedSimulation<D> {
     fn new(mut run: Run<D>, scene: &Scene) -> Self {
         let mesh = run.base_mesh();
         let probe = |probe: &scene::Probe| {
             let point: [f64; D] = std::array::from_fn(|c| probe.point[c]);
             let blocks = parts(scene, mesh, &probe.block);
-            Probe::new(&probe.name, mesh, blocks, &point)
+            FollowedNode::new(&probe.name, mesh, blocks, &point)
         };
         let probes = scene.probe.iter().filter_map(probe).collect();
         let mut listed = vec![scene.output.block_list.is_none(); mesh.blocks.len()];
@@ -419,8 +419,8 @@ impl<const D: usize> Driven<D> {
         let instant = run.instant();
         let start_energy = run.energy(&instant);
         Self {
-            health: Health::new(&run, scene),
-            exchange: Exchange::new(&run, scene, start_energy),
+            health: ValidityGuard::new(&run, scene),
+            exchange: ExchangedEnergy::new(&run, scene, start_energy),
             rest: rest_of(&run, scene),
             run,
             start_energy,
@@ -433,16 +433,16 @@ impl<const D: usize> Driven<D> {
 
     fn set_initial_velocities(&mut self, scene: &Scene, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         self.run.set_velocities(field);
-        self.health = Health::new(&self.run, scene);
+        self.health = ValidityGuard::new(&self.run, scene);
         self.rest = rest_of(&self.run, scene);
         self.instant = None;
         let instant = self.instant();
         self.start_energy = self.run.energy(&instant);
-        self.exchange = Exchange::new(&self.run, scene, self.start_energy);
+        self.exchange = ExchangedEnergy::new(&self.run, scene, self.start_energy);
     }
 
-    fn saved(&self) -> SavedDriven<'_, D> {
-        SavedDriven {
+    fn saved(&self) -> SavedSimulation<'_, D> {
+        SavedSimulation {
             run: self.run.saved(),
             start_energy: self.start_energy,
             exchange: self.exchange,
@@ -452,7 +452,7 @@ impl<const D: usize> Driven<D> {
         }
     }
 
-    fn restore(&mut self, saved: SavedDriven<D>) -> Result<(), ResumeError> {
+    fn restore(&mut self, saved: SavedSimulation<D>) -> Result<(), ResumeError> {
         self.run.restore(saved.run)?;
         self.start_energy = saved.start_energy;
         self.exchange = saved.exchange;
@@ -466,7 +466,7 @@ impl<const D: usize> Driven<D> {
     }
 
     /// The synchronised state now, made once a step.
-    pub(crate) fn instant(&mut self) -> Arc<Instant<D>> {
+    pub(crate) fn instant(&mut self) -> Arc<SynchronisedInstant<D>> {
         let number = self.run.state.number;
         match &self.instant {
             Some(instant) if instant.number == number => Arc::clone(instant),
@@ -517,7 +517,7 @@ impl<const D: usize> Driven<D> {
         self.health.check_elements(&self.run)?;
         let row = self.history();
         self.exchange.count(row.external_work, row.gravity_work);
-        Health::check_energy(&row, &self.exchange, watch_energy)
+        ValidityGuard::check_energy(&row, &self.exchange, watch_energy)
     }
 
     fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
@@ -530,9 +530,13 @@ impl<const D: usize> Driven<D> {
         );
         warnings.extend(self.run.corrections.warning());
         let second = self.run.second_scale.as_ref();
-        warnings.extend(second.map(SecondScale::warnings).unwrap_or_default());
+        warnings.extend(second.map(Adaptivity::warnings).unwrap_or_default());
         let row = self.history();
-        warnings.extend(Health::ledger_warning(&row, &self.exchange, watch_energy));
+        warnings.extend(ValidityGuard::ledger_warning(
+            &row,
+            &self.exchange,
+            watch_energy,
+        ));
         warnings
     }
 

@@ -2,22 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::contact::constraint::contact_point::Record;
+use crate::contact::constraint::contact_point::ContactHistory;
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Mesh;
 use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};
 use crate::step::{Run, Synchronised};
 
 /// A synchronised instant, and the number of its step.
-pub(crate) struct Instant<const D: usize> {
+pub(crate) struct SynchronisedInstant<const D: usize> {
     pub(crate) number: u64,
     pub(crate) state: Synchronised<D>,
 }
 
 impl<const D: usize> Run<D> {
     /// The synchronised state now.
-    pub(crate) fn instant(&mut self) -> Arc<Instant<D>> {
-        Arc::new(Instant {
+    pub(crate) fn instant(&mut self) -> Arc<SynchronisedInstant<D>> {
+        Arc::new(SynchronisedInstant {
             number: self.state.number,
             state: self.synchronise(),
         })
@@ -42,7 +42,11 @@ impl<const D: usize> Run<D> {
 
     /// Energies and momenta, `start_energy` being kinetic plus strain energy
     /// at t = 0, J.
-    pub(crate) fn history(&self, instant: &Instant<D>, start_energy: f64) -> HistoryRow {
+    pub(crate) fn history(
+        &self,
+        instant: &SynchronisedInstant<D>,
+        start_energy: f64,
+    ) -> HistoryRow {
         let at = self.model.positions(&self.state);
         let mut row = HistoryRow {
             step: self.state.number,
@@ -92,7 +96,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Kinetic plus strain energy, J.
-    pub(crate) fn energy(&self, instant: &Instant<D>) -> f64 {
+    pub(crate) fn energy(&self, instant: &SynchronisedInstant<D>) -> f64 {
         instant.state.kinetic_energy + self.model.strain_energy(&self.state.displacement)
     }
 
@@ -100,7 +104,7 @@ impl<const D: usize> Run<D> {
     /// since the last call, `since` seconds ago.
     pub(crate) fn block_rows(
         &mut self,
-        instant: &Instant<D>,
+        instant: &SynchronisedInstant<D>,
         since: f64,
         wanted: impl Fn(usize) -> bool,
     ) -> Vec<BlockRow> {
@@ -121,7 +125,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// The row of a block, without its contact force.
-    pub(crate) fn block_row(&self, instant: &Instant<D>, block: usize) -> BlockRow {
+    pub(crate) fn block_row(&self, instant: &SynchronisedInstant<D>, block: usize) -> BlockRow {
         let at = self.model.positions(&self.state);
         let centre = self.model.centre(block, |node| at.at(node as u32));
         let mut mass = 0.0;
@@ -162,9 +166,13 @@ impl<const D: usize> Run<D> {
     }
 
     /// Rows of probes.
-    pub(crate) fn probe_rows(&self, instant: &Instant<D>, probes: &[Probe]) -> Vec<ProbeRow> {
+    pub(crate) fn probe_rows(
+        &self,
+        instant: &SynchronisedInstant<D>,
+        probes: &[FollowedNode],
+    ) -> Vec<ProbeRow> {
         let at = self.model.positions(&self.state);
-        let row = |probe: &Probe| {
+        let row = |probe: &FollowedNode| {
             let node = self.model.nodes(probe.block).start + probe.node;
             ProbeRow {
                 time: self.told_time(),
@@ -210,7 +218,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// A record as a row of `contacts.csv`.
-    pub(crate) fn contact_row(&self, record: &Record) -> ContactRow {
+    pub(crate) fn contact_row(&self, record: &ContactHistory) -> ContactRow {
         let name = |block: u32| self.model.mesh.blocks[block as usize].name.clone();
         ContactRow {
             main: name(record.blocks[0]),
@@ -246,14 +254,14 @@ fn spin<const D: usize>(second: &[[f64; 3]; 3], turning: &[f64; 3]) -> [f64; 3] 
 
 /// A node that is watched.
 #[derive(Clone, Debug)]
-pub(crate) struct Probe {
+pub(crate) struct FollowedNode {
     name: String,
     block: usize,
     /// Within its block, where those that refinement adds come last.
     node: usize,
 }
 
-impl Probe {
+impl FollowedNode {
     /// At the node of some blocks that is nearest to a point at rest, if there is any.
     pub(crate) fn new<const D: usize>(
         name: &str,

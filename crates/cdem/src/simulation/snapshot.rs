@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::math::vector::{dot, pad, scale};
 use crate::mesh::ElementKind;
 use crate::scene::Field;
-use crate::simulation::observe::Instant;
+use crate::simulation::observe::SynchronisedInstant;
 use crate::simulation::output::{FieldValues, Frame, FrameField};
 use crate::step::Run;
 
@@ -18,7 +18,7 @@ const SHARE: usize = 4096;
 /// What a frame is made of: a copy of an instant, of which [`Self::into_frame`] works out the rest
 /// on whatever thread, while the run goes on.
 #[derive(Clone, Debug)]
-pub struct Capture {
+pub struct Snapshot {
     time: f64,
     points: Vec<[f64; 3]>,
     kinds: Vec<ElementKind>,
@@ -27,7 +27,7 @@ pub struct Capture {
     cells: Cells,
 }
 
-impl Capture {
+impl Snapshot {
     /// Time of the instant, s.
     #[must_use]
     pub fn time(&self) -> f64 {
@@ -63,7 +63,7 @@ pub(crate) struct Cells {
 impl<const D: usize> Run<D> {
     /// The whole model with the fields asked for. A node that has gone to no place stands where
     /// it stood at first: no viewer can draw it elsewhere.
-    pub(crate) fn capture(&self, instant: &Instant<D>, fields: &[Field]) -> Capture {
+    pub(crate) fn capture(&self, instant: &SynchronisedInstant<D>, fields: &[Field]) -> Snapshot {
         let at = self.model.positions(&self.state);
         let mesh = &self.model.mesh;
         let place = |node: u32| {
@@ -85,7 +85,7 @@ impl<const D: usize> Run<D> {
             connectivity
         };
         let (connectivity, cells) = rayon::join(connectivity, || self.cells(fields));
-        Capture {
+        Snapshot {
             time: self.told_time(),
             points: (0..mesh.nodes.len() as u32).map(place).collect(),
             kinds: mesh.elements.iter().map(|element| element.kind).collect(),
@@ -98,7 +98,11 @@ impl<const D: usize> Run<D> {
     }
 
     /// A field of vectors on the points; `None` of one that is none.
-    pub(crate) fn point_field(&self, instant: &Instant<D>, field: Field) -> Option<FrameField> {
+    pub(crate) fn point_field(
+        &self,
+        instant: &SynchronisedInstant<D>,
+        field: Field,
+    ) -> Option<FrameField> {
         let vector = |name, values: &[[f64; D]]| FrameField {
             name,
             components: &["x", "y", "z"],

@@ -129,7 +129,7 @@ const ROUND_OFF: f64 = 1e-12;
 /// been in the blocks or has gone through gravity, loads and boundary
 /// conditions so far. What is there now may be nothing, at the end of a cycle.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct Exchange {
+pub(crate) struct ExchangedEnergy {
     /// Kinetic plus strain energy at t = 0, J.
     start: f64,
     /// Most so far, J.
@@ -138,7 +138,7 @@ pub(crate) struct Exchange {
     round_off: f64,
 }
 
-impl Exchange {
+impl ExchangedEnergy {
     /// Of a run that starts with the kinetic plus strain energy `start`, J.
     pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene, start: f64) -> Self {
         let blocks = run.model.blocks.iter().enumerate();
@@ -183,7 +183,7 @@ impl Exchange {
 
 /// What the looks at a run have found, and need.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Health {
+pub(crate) struct ValidityGuard {
     /// Speed of a node relative to its block that nothing stable reaches, m/s.
     limit: f64,
     /// Step of the last look at the elements.
@@ -222,7 +222,7 @@ fn are_moderate(velocity: &[f64], displacement: &[f64], most: f64) -> bool {
     sum.iter().sum::<f64>().is_finite() && fastest.iter().all(|&square| square <= most)
 }
 
-impl Health {
+impl ValidityGuard {
     /// Of a run at its start.
     pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene) -> Self {
         let waves = scene
@@ -354,7 +354,7 @@ impl Health {
     /// hold numbers anywhere.
     pub(crate) fn check_energy(
         row: &HistoryRow,
-        exchange: &Exchange,
+        exchange: &ExchangedEnergy,
         enforced: bool,
     ) -> Result<(), StepError> {
         let (time, residual, scale) = (row.time, row.energy_residual, exchange.scale());
@@ -373,7 +373,7 @@ impl Health {
     /// `enforced`, that springs are to blame.
     pub(crate) fn ledger_warning(
         row: &HistoryRow,
-        exchange: &Exchange,
+        exchange: &ExchangedEnergy,
         enforced: bool,
     ) -> Option<String> {
         let (residual, scale) = (row.energy_residual, exchange.scale());
@@ -484,7 +484,7 @@ mod tests {
 
     #[test]
     fn a_ledger_is_told_of_where_more_than_2_per_cent_are_missing() {
-        let exchange = Exchange {
+        let exchange = ExchangedEnergy {
             start: 100.0,
             most: 100.0,
             round_off: 0.0,
@@ -494,7 +494,7 @@ mod tests {
                 energy_residual,
                 ..HistoryRow::default()
             };
-            Health::ledger_warning(&row, &exchange, enforced).unwrap_or_default()
+            ValidityGuard::ledger_warning(&row, &exchange, enforced).unwrap_or_default()
         };
         assert_eq!(told(1.9, true), "");
         assert_eq!(told(-1.9, false), "");

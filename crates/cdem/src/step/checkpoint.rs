@@ -5,15 +5,15 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::checkpoint::SavedContacts;
-use crate::math::adjacency::Around;
+use crate::math::adjacency::Adjacency;
 use crate::math::restore::{ResumeError, require};
 use crate::math::serde_pod;
 use crate::mesh::Element;
 use crate::model::ledger::Ledger;
 use crate::model::{Model, State};
 use crate::refinement::checkpoint::SavedScale;
-use crate::step::kick::Impulses;
-use crate::step::schedule::Plan;
+use crate::step::kick::KickImpulses;
+use crate::step::schedule::KickSchedule;
 use crate::step::{Corrections, Run};
 
 /// What a run keeps from step to step: the fields of [`Run`], and what elements keep.
@@ -83,7 +83,7 @@ impl<const D: usize> Run<D> {
                     contacts.exchange_surface(mesh, surface);
                 }
                 let elements = mesh.elements.iter().map(Element::nodes);
-                self.around = Around::new(elements, mesh.nodes.len());
+                self.around = Adjacency::new(elements, mesh.nodes.len());
             }
         }
         self.model.hold(time);
@@ -103,14 +103,14 @@ impl<const D: usize> Run<D> {
             contacts.restore(saved)?;
         }
         let levels = self.levels();
-        self.plan = Plan::new(&mut self.model, &self.state, levels);
+        self.plan = KickSchedule::new(&mut self.model, &self.state, levels);
         self.ledger = saved.ledger;
         self.block_impulse = saved.block_impulse.into_owned();
         self.node_impulse = saved.node_impulse;
         self.touched = saved.touched.into_owned();
         self.element_updates = saved.element_updates;
         self.corrections = saved.corrections;
-        self.impulses = Impulses::new(nodes);
+        self.impulses = KickImpulses::new(nodes);
         self.impulses.before = saved.before;
         self.impulses.interval = saved.interval;
         self.acting = saved.acting.into_owned();

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use crate::element::MAX_NODES;
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::vector::{add_scaled, dot, scale, sub};
-use crate::model::boundary::Prescribed;
-use crate::model::ledger::{Account, Ledger, Velocity};
+use crate::model::boundary::PrescribedMotion;
+use crate::model::ledger::{ImpulseAccount, Ledger, WorkVelocity};
 use crate::model::{Model, State};
 use crate::scene::Damping;
 use crate::step::assembly::Assembly;
@@ -17,7 +17,7 @@ use crate::step::schedule::Substep;
 /// Nodal impulses of a kick, N·s, and velocities before it, m/s: of the last kick of each node, but
 /// for loads and contact, which are zero between kicks.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Impulses<const D: usize> {
+pub(crate) struct KickImpulses<const D: usize> {
     /// All but contact: internal, viscous, loads, gravity, damping.
     pub(crate) total: Vec<[f64; D]>,
     pub(crate) viscous: Vec<[f64; D]>,
@@ -39,7 +39,7 @@ pub(crate) struct Impulses<const D: usize> {
     books: Vec<Ledger>,
 }
 
-impl<const D: usize> Impulses<D> {
+impl<const D: usize> KickImpulses<D> {
     pub(crate) fn new(nodes: usize) -> Self {
         // Zeros that come from the system take no memory until something acts; copies do.
         let zero = || vec![[0.0; D]; nodes];
@@ -70,22 +70,22 @@ impl<const D: usize> Impulses<D> {
     }
 
     /// Notes the kick interval of each node that is due.
-    fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep, purpose: Purpose) {
+    fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep, purpose: KickPurpose) {
         let intervals = [&mut *self.interval, &mut state.node_interval];
         substep.each_node(intervals, &|n, [interval, last]| {
             let next = substep.duration(n as u32);
             *interval = match purpose {
-                Purpose::Advance => 0.5 * (*last + next),
-                Purpose::Report => *last,
+                KickPurpose::Advance => 0.5 * (*last + next),
+                KickPurpose::Report => *last,
             };
-            if purpose == Purpose::Advance {
+            if purpose == KickPurpose::Advance {
                 *last = next;
             }
         });
     }
 
     /// Makes room for the shares of elements, for viscous ones where these act.
-    fn size_shares(&mut self, assembly: &Assembly, acting: Acting) {
+    fn size_shares(&mut self, assembly: &Assembly, acting: ActiveLoads) {
         let count = assembly.len();
         let counts = [count, if acting.stiffness_damping { count } else { 0 }];
         for (shares, count) in self.shares.iter_mut().zip(counts) {
@@ -105,7 +105,7 @@ impl<const D: usize> Impulses<D> {
 
 /// What there is beside elements and contact: the rest costs nothing.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Acting {
+pub(crate) struct ActiveLoads {
     pub(super) gravity: bool,
     pub(super) loads: bool,
     pub(super) mass_damping: bool,
@@ -113,7 +113,7 @@ pub(crate) struct Acting {
     pub(super) local_damping: bool,
 }
 
-impl Acting {
+impl ActiveLoads {
     pub(super) fn anything(self) -> bool {
         self.gravity
             || self.loads
@@ -125,7 +125,7 @@ impl Acting {
 
 /// Whether a kick moves the run on, or only looks.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Purpose {
+pub(crate) enum KickPurpose {
     /// Kick from the middle of the last interval to the middle of the next.
     Advance,
     /// Kick over the last interval only; half of it is the state at its end.
@@ -139,9 +139,9 @@ impl<const D: usize> Model<D> {
         &mut self,
         state: &mut State<D>,
         velocity: &mut [[f64; D]],
-        impulses: &mut Impulses<D>,
+        impulses: &mut KickImpulses<D>,
         substep: &Substep,
-        purpose: Purpose,
+        purpose: KickPurpose,
     ) {
         if !substep.plan.is_steady {
             impulses.take_intervals(state, substep, purpose);
@@ -159,13 +159,13 @@ impl<const D: usize> Model<D> {
         &mut self,
         state: &mut State<D>,
         velocity: &[[f64; D]],
-        impulses: &mut Impulses<D>,
+        impulses: &mut KickImpulses<D>,
         substep: &Substep,
-        purpose: Purpose,
+        purpose: KickPurpose,
     ) {
         let intervals = (!substep.plan.is_settled)
             .then(|| self.element_intervals(state, impulses, substep, purpose));
-        let due = substep.due(intervals.as_deref(), purpose == Purpose::Advance);
+        let due = substep.due(intervals.as_deref(), purpose == KickPurpose::Advance);
         let assembly = &substep.plan.assembly;
         for (number, set) in self.sets.iter_mut().enumerate() {
             let own = assembly.of_set(number);
@@ -181,12 +181,12 @@ impl<const D: usize> Model<D> {
     fn element_intervals(
         &self,
         state: &mut State<D>,
-        impulses: &mut Impulses<D>,
+        impulses: &mut KickImpulses<D>,
         substep: &Substep,
-        purpose: Purpose,
+        purpose: KickPurpose,
     ) -> Vec<f64> {
         let mut intervals = state.element_interval.clone();
-        if purpose == Purpose::Report {
+        if purpose == KickPurpose::Report {
             return intervals;
         }
         for (element, interval) in intervals.iter_mut().enumerate() {
@@ -214,7 +214,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Impulses of loads.
-    fn push(&self, state: &State<D>, impulses: &mut Impulses<D>, substep: &Substep) {
+    fn push(&self, state: &State<D>, impulses: &mut KickImpulses<D>, substep: &Substep) {
         let at = self.positions(state);
         for load in &self.loads {
             load.forces(
@@ -238,15 +238,15 @@ impl<const D: usize> Model<D> {
         state: &State<D>,
         velocity: &mut [[f64; D]],
         substep: &Substep,
-        purpose: Purpose,
+        purpose: KickPurpose,
     ) {
         let at = self.positions(state);
-        let acting = |motion: &&Prescribed| motion.acts(substep.step_start);
+        let acting = |motion: &&PrescribedMotion| motion.acts(substep.step_start);
         for motion in self.prescribed.iter().filter(acting) {
             for &node in motion.nodes.iter().filter(|&&node| substep.is_due(node)) {
                 let n = node as usize;
                 let mut wanted = velocity[n];
-                if purpose == Purpose::Advance {
+                if purpose == KickPurpose::Advance {
                     let drift = (substep.time, substep.duration(node));
                     motion.set(drift, &at.at(node), &mut wanted);
                 } else {
@@ -263,8 +263,8 @@ impl<const D: usize> Model<D> {
     }
 
     /// What acts at a time.
-    pub(crate) fn acting(&self, time: f64) -> Acting {
-        let mut acting = Acting {
+    pub(crate) fn acting(&self, time: f64) -> ActiveLoads {
+        let mut acting = ActiveLoads {
             gravity: self.gravity_at(time).iter().any(|&g| g != 0.0),
             loads: !self.loads.is_empty(),
             mass_damping: false,
@@ -293,16 +293,16 @@ impl<const D: usize> Model<D> {
     /// velocities after all impulses.
     pub(crate) fn book_kick(
         &self,
-        (after, at): (&[[f64; D]], Velocity),
-        impulses: &mut Impulses<D>,
+        (after, at): (&[[f64; D]], WorkVelocity),
+        impulses: &mut KickImpulses<D>,
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
         let mut books = std::mem::take(&mut impulses.books);
         let kick = &*impulses;
         let end = match at {
-            Velocity::Mean => after,
-            Velocity::Before => &kick.before,
+            WorkVelocity::Mean => after,
+            WorkVelocity::Before => &kick.before,
         };
         let acting = self.acting(substep.time);
         if acting.anything() {
@@ -339,7 +339,11 @@ impl<const D: usize> Model<D> {
                     0.0
                 }
             });
-            ledger.book(Account::External, &reaction, [&kick.before[n], &end[n]]);
+            ledger.book(
+                ImpulseAccount::External,
+                &reaction,
+                [&kick.before[n], &end[n]],
+            );
         }
         impulses.books = books;
     }
@@ -349,23 +353,23 @@ impl<const D: usize> Model<D> {
     fn book_node(
         &self,
         (n, velocities): (usize, [&[f64; D]; 2]),
-        impulses: &Impulses<D>,
-        (acting, gravity): (Acting, &[f64; D]),
+        impulses: &KickImpulses<D>,
+        (acting, gravity): (ActiveLoads, &[f64; D]),
         ledger: &mut Ledger,
     ) {
         if acting.gravity {
             let weight = self.inertia.mass()[n] * impulses.interval[n];
-            ledger.book(Account::Gravity, &scale(weight, gravity), velocities);
+            ledger.book(ImpulseAccount::Gravity, &scale(weight, gravity), velocities);
         }
         if acting.loads {
-            ledger.book(Account::External, &impulses.load[n], velocities);
+            ledger.book(ImpulseAccount::External, &impulses.load[n], velocities);
         }
         let damping = self.damping_of(n);
         if damping.mass > 0.0 || damping.local > 0.0 {
-            ledger.book(Account::Damping, &impulses.damping[n], velocities);
+            ledger.book(ImpulseAccount::Damping, &impulses.damping[n], velocities);
         }
         if damping.stiffness > 0.0 {
-            ledger.book(Account::Viscosity, &impulses.viscous[n], velocities);
+            ledger.book(ImpulseAccount::Viscosity, &impulses.viscous[n], velocities);
         }
     }
 }

@@ -18,15 +18,15 @@
 
 use rayon::prelude::*;
 
-use crate::contact::energy::Receive;
-use crate::contact::interior::{Interior, Jump};
-use crate::contact::rollback::Trail;
-use crate::element::{ElementSet, MAX_NODES, Places};
-use crate::math::adjacency::Around;
+use crate::contact::energy::ImpulseReceiver;
+use crate::contact::interior::{BodyCoupling, VelocityJump};
+use crate::contact::rollback::Rollback;
+use crate::element::{ElementNumbering, ElementSet, MAX_NODES};
+use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, dot, scale, sub};
 use crate::mesh::Element;
-use crate::model::inverse_mass::Inertia;
-use crate::model::kinematics::Motion;
+use crate::model::inverse_mass::InverseMass;
+use crate::model::kinematics::NodalMotion;
 use crate::model::time_levels::Levels;
 
 /// Elements that a thread takes in a row: some tens of microseconds of work, as long as a thread
@@ -34,12 +34,12 @@ use crate::model::time_levels::Levels;
 const SHARE: usize = 128;
 
 /// What a touch needs of the bodies.
-pub(crate) struct Split<'a, const D: usize> {
+pub(crate) struct MidStepImpact<'a, const D: usize> {
     pub(crate) sets: &'a [Box<dyn ElementSet<D>>],
-    pub(crate) place: &'a Places,
+    pub(crate) place: &'a ElementNumbering,
     pub(crate) elements: &'a [Element],
-    pub(crate) around: &'a Around,
-    pub(crate) inertia: &'a Inertia<D>,
+    pub(crate) around: &'a Adjacency,
+    pub(crate) inertia: &'a InverseMass<D>,
     pub(crate) levels: &'a Levels,
     /// Interval before the next kick of each element, s.
     pub(crate) interval: &'a [f64],
@@ -47,10 +47,10 @@ pub(crate) struct Split<'a, const D: usize> {
 
 /// A touch in hand.
 #[derive(Default)]
-pub(crate) struct Touch<const D: usize> {
+pub(crate) struct TouchedElements<const D: usize> {
     /// Elements behind it, and what is known of each.
     due: Vec<u32>,
-    parts: Vec<Part<D>>,
+    parts: Vec<ElementPart<D>>,
     /// Their nodes beyond the island.
     ring: Vec<u32>,
     /// Their impulses on their nodes, N·s.
@@ -60,33 +60,33 @@ pub(crate) struct Touch<const D: usize> {
 }
 
 /// A value for each node of an element, and zeros.
-type Nodal<const D: usize> = [[f64; D]; MAX_NODES];
+type PaddedNodal<const D: usize> = [[f64; D]; MAX_NODES];
 
 /// An element in a touch.
-struct Part<const D: usize> {
+struct ElementPart<const D: usize> {
     element: u32,
     /// c, s².
     share: f64,
     /// f, N, and p, N·s.
-    force: Nodal<D>,
-    impulse: Nodal<D>,
+    force: PaddedNodal<D>,
+    impulse: PaddedNodal<D>,
     /// w₀ and w₁, m/s.
-    velocity: [Nodal<D>; 2],
+    velocity: [PaddedNodal<D>; 2],
     /// −K·w₀ and −K·w₁, N/s.
-    rate: [Nodal<D>; 2],
+    rate: [PaddedNodal<D>; 2],
 }
 
-impl<const D: usize> Interior<D> for Split<'_, D> {
-    type Touch = Touch<D>;
+impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
+    type Touch = TouchedElements<D>;
 
     fn split(
         &self,
-        motion: &mut Motion<D>,
-        jump: &Jump<D>,
-        trail: &mut Trail<D>,
-        touch: &mut Touch<D>,
+        motion: &mut NodalMotion<D>,
+        jump: &VelocityJump<D>,
+        trail: &mut Rollback<D>,
+        touch: &mut TouchedElements<D>,
     ) {
-        let Touch {
+        let TouchedElements {
             due,
             parts,
             ring,
@@ -113,12 +113,12 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
         }
     }
 
-    fn impulses(touch: &Touch<D>) -> &[(u32, [f64; D])] {
+    fn impulses(touch: &TouchedElements<D>) -> &[(u32, [f64; D])] {
         &touch.impulses
     }
 
-    fn balance(&self, touch: &Touch<D>, motion: &Motion<D>) -> f64 {
-        let terms = |part: &Part<D>| {
+    fn balance(&self, touch: &TouchedElements<D>, motion: &NodalMotion<D>) -> f64 {
+        let terms = |part: &ElementPart<D>| {
             let now = self.velocities(part.element, motion);
             let change = std::array::from_fn(|k| sub(&now[k], &part.velocity[1][k]));
             let rate = self.force_rate(part.element, &change, motion);
@@ -137,13 +137,13 @@ impl<const D: usize> Interior<D> for Split<'_, D> {
 
     fn settle(
         &self,
-        touch: &Touch<D>,
-        motion: &mut Motion<D>,
+        touch: &TouchedElements<D>,
+        motion: &mut NodalMotion<D>,
         (remaining, times): (f64, f64),
-        on_held: Receive<D>,
+        on_held: ImpulseReceiver<D>,
     ) -> f64 {
         let now = &*motion;
-        let recovered = |part: &Part<D>| {
+        let recovered = |part: &ElementPart<D>| {
             let timing = 0.5 * self.interval[part.element as usize] - remaining;
             let before = &part.velocity[0];
             let after = self.velocities(part.element, now);
@@ -184,22 +184,22 @@ fn root(a: f64, b: f64, c: f64) -> f64 {
 
 /// What each part has, worked out on however many threads.
 fn each<const D: usize, const N: usize>(
-    parts: &[Part<D>],
-    terms: impl Fn(&Part<D>) -> [f64; N] + Sync + Send,
+    parts: &[ElementPart<D>],
+    terms: impl Fn(&ElementPart<D>) -> [f64; N] + Sync + Send,
 ) -> Vec<[f64; N]> {
     let parts = parts.par_iter().with_min_len(SHARE);
     parts.map(terms).collect()
 }
 
 /// Sum of the scalar products of two fields of an element.
-fn product<const D: usize>(a: &Nodal<D>, b: &Nodal<D>) -> f64 {
+fn product<const D: usize>(a: &PaddedNodal<D>, b: &PaddedNodal<D>) -> f64 {
     a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
 }
 
-impl<const D: usize> Split<'_, D> {
+impl<const D: usize> MidStepImpact<'_, D> {
     /// Elements with a node that jumps, all of whose nodes are where the jump
     /// is in time: of the same level, and in no other island.
-    fn list_behind(&self, motion: &Motion<D>, jump: &Jump<D>, due: &mut Vec<u32>) {
+    fn list_behind(&self, motion: &NodalMotion<D>, jump: &VelocityJump<D>, due: &mut Vec<u32>) {
         let nodes = jump.nodes.iter().zip(jump.before);
         let jumps = nodes.filter(|(node, before)| motion.velocity[**node as usize] != **before);
         due.clear();
@@ -221,7 +221,7 @@ impl<const D: usize> Split<'_, D> {
     }
 
     /// Nodes of elements that have drifted on without the island.
-    fn list_ring(&self, due: &[u32], jump: &Jump<D>, ring: &mut Vec<u32>) {
+    fn list_ring(&self, due: &[u32], jump: &VelocityJump<D>, ring: &mut Vec<u32>) {
         let nodes = due.iter().flat_map(|&e| self.elements[e as usize].nodes());
         ring.clear();
         ring.extend(nodes);
@@ -232,13 +232,13 @@ impl<const D: usize> Split<'_, D> {
 
     /// An element at the touch, `remaining` seconds before the end of the drift,
     /// with the velocities after it.
-    fn part(&self, element: u32, motion: &Motion<D>, remaining: f64) -> Part<D> {
+    fn part(&self, element: u32, motion: &NodalMotion<D>, remaining: f64) -> ElementPart<D> {
         let zero = [[0.0; D]; MAX_NODES];
         let mut force = zero;
         let (set, i) = self.place.of(element as usize);
         self.sets[set].force(i, motion.displacement, &mut force);
         let after = self.velocities(element, motion);
-        Part {
+        ElementPart {
             element,
             share: 0.5 * remaining * (self.interval[element as usize] - remaining),
             force,
@@ -249,7 +249,7 @@ impl<const D: usize> Split<'_, D> {
     }
 
     /// The same element with the velocities before the touch, and what it then owes its nodes.
-    fn compare(&self, part: &mut Part<D>, motion: &Motion<D>) {
+    fn compare(&self, part: &mut ElementPart<D>, motion: &NodalMotion<D>) {
         part.velocity[0] = self.velocities(part.element, motion);
         part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
         for k in 0..MAX_NODES {
@@ -258,7 +258,7 @@ impl<const D: usize> Split<'_, D> {
     }
 
     /// Velocities of the nodes of an element, m/s.
-    fn velocities(&self, element: u32, motion: &Motion<D>) -> Nodal<D> {
+    fn velocities(&self, element: u32, motion: &NodalMotion<D>) -> PaddedNodal<D> {
         let mut velocities = [[0.0; D]; MAX_NODES];
         let nodes = self.elements[element as usize].nodes();
         for (velocity, &node) in velocities.iter_mut().zip(nodes) {
@@ -268,7 +268,12 @@ impl<const D: usize> Split<'_, D> {
     }
 
     /// −K·w of an element for velocities w of its nodes, N/s.
-    fn force_rate(&self, element: u32, velocity: &Nodal<D>, motion: &Motion<D>) -> Nodal<D> {
+    fn force_rate(
+        &self,
+        element: u32,
+        velocity: &PaddedNodal<D>,
+        motion: &NodalMotion<D>,
+    ) -> PaddedNodal<D> {
         let mut rate = [[0.0; D]; MAX_NODES];
         let (set, i) = self.place.of(element as usize);
         self.sets[set].force_rate(i, motion.displacement, velocity, &mut rate);
@@ -276,7 +281,7 @@ impl<const D: usize> Split<'_, D> {
     }
 }
 
-impl<const D: usize> Jump<'_, D> {
+impl<const D: usize> VelocityJump<'_, D> {
     /// Puts the velocities before the touch back; lists those `after` it.
     fn swap(&self, velocity: &mut [[f64; D]], after: &mut Vec<[f64; D]>) {
         let nodes = self.nodes.iter().zip(self.before);

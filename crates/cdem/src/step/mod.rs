@@ -23,31 +23,31 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Contacts;
-use crate::contact::energy::Receivers;
-use crate::contact::remap::Foreseen;
-use crate::math::adjacency::Around;
+use crate::contact::energy::ImpulseReceivers;
+use crate::contact::remap::PredictedImpacts;
+use crate::math::adjacency::Adjacency;
 use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Element;
-use crate::model::kinematics::{Motion, drift_node};
-use crate::model::ledger::{Account, Ledger, Velocity};
+use crate::model::kinematics::{NodalMotion, drift_node};
+use crate::model::ledger::{ImpulseAccount, Ledger, WorkVelocity};
 use crate::model::time_levels::{self, Levels};
 use crate::model::{Model, State};
-use crate::refinement::SecondScale;
-use crate::step::kick::{Impulses, Purpose};
-use crate::step::mid_step_impact::Split;
-use crate::step::schedule::{Plan, Substep};
-use crate::step::speed_bounds::Outlook;
+use crate::refinement::Adaptivity;
+use crate::step::kick::{KickImpulses, KickPurpose};
+use crate::step::mid_step_impact::MidStepImpact;
+use crate::step::schedule::{KickSchedule, Substep};
+use crate::step::speed_bounds::SpeedBounds;
 pub(crate) use crate::step::synchronise::Synchronised;
 
 /// A run at its start.
-pub(crate) struct Built<const D: usize> {
+pub(crate) struct RunParts<const D: usize> {
     pub(crate) model: Model<D>,
     pub(crate) state: State<D>,
     /// Where blocks may touch.
     pub(crate) contacts: Option<Contacts<D>>,
     /// Where they are refined then.
-    pub(crate) second_scale: Option<SecondScale<D>>,
+    pub(crate) second_scale: Option<Adaptivity<D>>,
 }
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
@@ -55,7 +55,7 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) model: Model<D>,
     pub(crate) state: State<D>,
     pub(crate) contacts: Option<Contacts<D>>,
-    pub(crate) second_scale: Option<SecondScale<D>>,
+    pub(crate) second_scale: Option<Adaptivity<D>>,
     pub(crate) ledger: Ledger,
     /// Contact impulse of each block since it was last asked for, N·s.
     pub(crate) block_impulse: Vec<[f64; 3]>,
@@ -65,18 +65,18 @@ pub(crate) struct Run<const D: usize> {
     touched: Vec<u32>,
     pub(crate) element_updates: u64,
     pub(crate) corrections: Corrections,
-    pub(crate) plan: Plan,
-    impulses: Impulses<D>,
+    pub(crate) plan: KickSchedule,
+    impulses: KickImpulses<D>,
     /// Impulses of contacts in a kick on their nodes, N·s.
     received: Vec<(u32, [f64; D])>,
     /// Momenta of held nodes before the drift in hand, N·s.
     held_momenta: Vec<[f64; D]>,
     /// What to reckon with in the step to come, for its storage.
-    pub(crate) outlook: Outlook,
+    pub(crate) outlook: SpeedBounds,
     /// Where blocks will touch, for its storage.
-    foreseen: Foreseen<D>,
+    foreseen: PredictedImpacts<D>,
     /// Where blocks may touch: elements around nodes.
-    around: Around,
+    around: Adjacency,
     /// Which boundary conditions act.
     acting: Vec<bool>,
     /// Time of all but what contact counts itself.
@@ -109,8 +109,8 @@ impl Corrections {
 
 impl<const D: usize> Run<D> {
     /// A run at t = 0.
-    pub(crate) fn new(built: Built<D>) -> Self {
-        let Built {
+    pub(crate) fn new(built: RunParts<D>) -> Self {
+        let RunParts {
             model,
             state,
             contacts,
@@ -118,22 +118,22 @@ impl<const D: usize> Run<D> {
         } = built;
         let nodes = model.mesh.nodes.len();
         let around = match &contacts {
-            Some(_) => Around::new(model.mesh.elements.iter().map(Element::nodes), nodes),
-            None => Around::default(),
+            Some(_) => Adjacency::new(model.mesh.elements.iter().map(Element::nodes), nodes),
+            None => Adjacency::default(),
         };
         let mut run = Self {
             around,
-            impulses: Impulses::new(nodes),
+            impulses: KickImpulses::new(nodes),
             received: Vec::new(),
             held_momenta: Vec::new(),
-            outlook: Outlook::default(),
-            foreseen: Foreseen::default(),
+            outlook: SpeedBounds::default(),
+            foreseen: PredictedImpacts::default(),
             block_impulse: vec![[0.0; 3]; model.blocks.len()],
             node_impulse: vec![[0.0; D]; nodes],
             touched: Vec::new(),
             element_updates: 0,
             corrections: Corrections::default(),
-            plan: Plan::default(),
+            plan: KickSchedule::default(),
             watch: Stopwatch::default(),
             acting: model
                 .prescribed
@@ -315,7 +315,7 @@ impl<const D: usize> Run<D> {
     fn assign_levels(&mut self) {
         let levels = self.levels();
         if levels != self.plan.levels || self.plan.is_empty() {
-            self.plan = Plan::new(&mut self.model, &self.state, levels);
+            self.plan = KickSchedule::new(&mut self.model, &self.state, levels);
             if let Some(contacts) = &mut self.contacts {
                 contacts.ungroup();
             }
@@ -355,7 +355,7 @@ impl<const D: usize> Run<D> {
             &mut velocity,
             &mut self.impulses,
             substep,
-            Purpose::Advance,
+            KickPurpose::Advance,
         );
         self.state.velocity = velocity;
         self.watch.lap(Stage::Forces);
@@ -364,7 +364,7 @@ impl<const D: usize> Run<D> {
         self.model
             .book_damping(velocity, &mut self.impulses, substep);
         let ledger = &mut self.ledger;
-        let after = (&*self.state.velocity, Velocity::Mean);
+        let after = (&*self.state.velocity, WorkVelocity::Mean);
         let impulses = &mut self.impulses;
         self.model.book_kick(after, impulses, substep, ledger);
         if let Some(second) = &mut self.second_scale {
@@ -451,7 +451,7 @@ impl<const D: usize> Run<D> {
             return;
         };
         self.watch.lap(Stage::Motion);
-        let split = Split {
+        let split = MidStepImpact {
             sets: &model.sets,
             place: &model.place,
             elements: &model.mesh.elements,
@@ -460,7 +460,7 @@ impl<const D: usize> Run<D> {
             levels: &substep.plan.levels,
             interval: &state.element_interval,
         };
-        let mut motion = Motion {
+        let mut motion = NodalMotion {
             rest: &model.mesh.nodes,
             displacement: &mut state.displacement,
             carry: &mut state.carry,
@@ -473,7 +473,7 @@ impl<const D: usize> Run<D> {
             &model.inertia,
             (substep.time, &duration),
             &split,
-            &mut Receivers {
+            &mut ImpulseReceivers {
                 of_contacts: &mut |node, impulse| received.push((node, *impulse)),
                 on_held: &mut |node, impulse| given.push((node, *impulse)),
             },
@@ -513,7 +513,7 @@ impl<const D: usize> Run<D> {
                 std::array::from_fn(|c| if held[c] { change[c] - known[c] } else { 0.0 });
             let velocity = &self.state.velocity[node as usize];
             self.ledger
-                .book(Account::External, &reaction, [velocity; 2]);
+                .book(ImpulseAccount::External, &reaction, [velocity; 2]);
         }
         for (node, _) in given {
             self.impulses.contact[*node as usize] = [0.0; D];

@@ -3,13 +3,13 @@
 use crate::math::vector::{add, add_scaled};
 use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
-use crate::step::kick::{Acting, Impulses};
+use crate::step::kick::{ActiveLoads, KickImpulses};
 use crate::step::schedule::Substep;
 
 /// What a kick does to nodes, beside contact.
-struct Nodal<'a, const D: usize> {
+struct NodalForces<'a, const D: usize> {
     model: &'a Model<D>,
-    acting: Acting,
+    acting: ActiveLoads,
     gravity: [f64; D],
     assembly: &'a Assembly,
     /// The coarsest level that is due, and shares of elements, elastic and viscous.
@@ -24,7 +24,7 @@ struct Nodal<'a, const D: usize> {
 }
 
 /// What a kick writes of nodes in a row, from a first one on.
-struct Row<'a, const D: usize> {
+struct NodeRow<'a, const D: usize> {
     first: usize,
     /// All their impulses but contact, viscous ones, and those of damping, N·s.
     total: &'a mut [[f64; D]],
@@ -35,9 +35,9 @@ struct Row<'a, const D: usize> {
     velocity: &'a mut [[f64; D]],
 }
 
-impl<const D: usize> Nodal<'_, D> {
+impl<const D: usize> NodalForces<'_, D> {
     /// Sums what acts, and notes the velocities before it.
-    fn act(&self, row: &mut Row<D>) {
+    fn act(&self, row: &mut NodeRow<D>) {
         let [elastic, viscous] = self.shares;
         row.before.copy_from_slice(row.velocity);
         self.assembly
@@ -71,7 +71,7 @@ impl<const D: usize> Nodal<'_, D> {
 
     /// Local damping after Cundall: it opposes the velocity with a share of the unbalanced
     /// force, contact as it was in the last kick.
-    fn oppose(&self, row: &mut Row<D>) {
+    fn oppose(&self, row: &mut NodeRow<D>) {
         for (k, total) in row.total.iter_mut().enumerate() {
             let n = row.first + k;
             let local = self.model.damping_of(n).local;
@@ -89,8 +89,8 @@ impl<const D: usize> Nodal<'_, D> {
     /// Mass-proportional damping, centred in time: stable at any step. Contact
     /// impulses, which come later, see it in their [`Mobility`].
     ///
-    /// [`Mobility`]: crate::model::inverse_mass::Mobility
-    fn damp(&self, row: &mut Row<D>) {
+    /// [`Mobility`]: crate::model::inverse_mass::KickMobility
+    fn damp(&self, row: &mut NodeRow<D>) {
         let velocities = row.velocity.iter_mut().zip(&*row.before);
         for (n, (velocity, before)) in (row.first..).zip(velocities) {
             let alpha = self.model.damping_of(n).mass;
@@ -111,10 +111,10 @@ impl<const D: usize> Model<D> {
         &self,
         state: &State<D>,
         velocity: &mut [[f64; D]],
-        impulses: &mut Impulses<D>,
-        (substep, acting): (&Substep, Acting),
+        impulses: &mut KickImpulses<D>,
+        (substep, acting): (&Substep, ActiveLoads),
     ) {
-        let nodal = Nodal {
+        let nodal = NodalForces {
             model: self,
             acting,
             gravity: self.gravity_at(substep.time),
@@ -135,7 +135,7 @@ impl<const D: usize> Model<D> {
         substep.each_row(
             arrays,
             &|first, [total, viscous, damping, before, velocity]| {
-                let mut row = Row {
+                let mut row = NodeRow {
                     first,
                     total,
                     viscous,
@@ -157,7 +157,7 @@ impl<const D: usize> Model<D> {
     pub(super) fn book_damping(
         &self,
         after: &[[f64; D]],
-        impulses: &mut Impulses<D>,
+        impulses: &mut KickImpulses<D>,
         substep: &Substep,
     ) {
         if !self.acting(substep.time).mass_damping {

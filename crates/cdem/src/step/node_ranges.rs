@@ -11,11 +11,11 @@ pub(super) const ROW: usize = NODES_AT_ONCE / 16;
 
 /// For each level, the nodes of that or a finer one: rows of nodes that follow each other.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rows {
+pub(super) struct NodeRanges {
     of_level: Vec<Vec<Range<u32>>>,
 }
 
-impl Rows {
+impl NodeRanges {
     /// Of the nodes `0..levels.len()` for which `is_active` holds; a row may begin where
     /// `may_begin` says so, or where the node before is not in it.
     pub(super) fn new(
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn due_nodes_are_those_of_the_level_or_finer() {
-        let all = Rows::new(&[0, 2, 1, 2, 0], |node| node != 4, |_| true);
+        let all = NodeRanges::new(&[0, 2, 1, 2, 0], |node| node != 4, |_| true);
         assert_eq!(all.finest(), 2);
         let nodes = |coarsest| all.due(coarsest).iter().cloned().flatten();
         let due = [0, 1, 2, 3].map(|coarsest| nodes(coarsest).collect::<Vec<_>>());
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn rows_are_short_but_for_what_stays_together() {
         let levels = vec![0; 3 * ROW];
-        let all = Rows::new(&levels, |_| true, |node| node % (ROW + 1) == 0);
+        let all = NodeRanges::new(&levels, |_| true, |node| node % (ROW + 1) == 0);
         let (one, other) = (ROW as u32 + 1, 2 * (ROW as u32 + 1));
         assert_eq!(all.due(0), [0..one, one..other, other..3 * ROW as u32]);
     }
@@ -109,7 +109,7 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(5);
         let levels: Vec<u8> = (0..5 * NODES_AT_ONCE).map(|_| random.u8(0..4)).collect();
         let is_active = |node: usize| !(NODES_AT_ONCE..NODES_AT_ONCE + 100).contains(&node);
-        let all = Rows::new(&levels, is_active, |_| true);
+        let all = NodeRanges::new(&levels, is_active, |_| true);
         for coarsest in [0, 1, 3, 4] {
             let mut numbers: Vec<usize> = (0..levels.len()).collect();
             let mut counts = vec![0; levels.len()];

@@ -4,18 +4,18 @@ use std::ops::Range;
 
 use crate::contact::Contacts;
 use crate::element::{Due, Interval};
-use crate::model::time_levels::{Joined, Levels, MAX_LEVEL};
+use crate::model::time_levels::{DisjointSets, Levels, MAX_LEVEL};
 use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
-use crate::step::node_ranges::{Rows, each_row};
+use crate::step::node_ranges::{NodeRanges, each_row};
 
 /// Who is due when, until the levels change.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Plan {
+pub(crate) struct KickSchedule {
     pub(crate) levels: Levels,
     /// Number of elements of each level; like the nodes, without those of fixed blocks.
     elements: Vec<u64>,
-    nodes: Rows,
+    nodes: NodeRanges,
     pub(super) assembly: Assembly,
     /// Whether the interval before the last kick of each element and node is that of its
     /// level.
@@ -30,7 +30,7 @@ pub(crate) struct Plan {
 
 /// One substep of the plan.
 pub(crate) struct Substep<'a> {
-    pub(super) plan: &'a Plan,
+    pub(super) plan: &'a KickSchedule,
     /// The coarsest level that is due.
     pub(super) coarsest: u8,
     /// Interval of each level, s.
@@ -104,7 +104,7 @@ impl Substep<'_> {
     }
 }
 
-impl Plan {
+impl KickSchedule {
     /// Sorts the elements of the model by their levels.
     pub(super) fn new<const D: usize>(
         model: &mut Model<D>,
@@ -127,7 +127,7 @@ impl Plan {
         }
         let is_active = |node: usize| !fixed(node as u32);
         let begins = |node: usize| model.inertia.coupled(node).start == node;
-        let nodes = Rows::new(&levels.node, is_active, begins);
+        let nodes = NodeRanges::new(&levels.node, is_active, begins);
         is_settled &= nodes.due(0).iter().cloned().flatten().all(|node| {
             let level = levels.node[node as usize];
             state.node_interval[node as usize] == duration(model.step, level)
@@ -184,8 +184,8 @@ fn duration(step: f64, level: u8) -> f64 {
 impl<const D: usize> Model<D> {
     /// Nodes that count as one in the levels: those of contacts, and those of
     /// blocks with a dense mass matrix.
-    pub(super) fn joined_nodes(&self, contacts: Option<&Contacts<D>>) -> Joined {
-        let mut joined = Joined::new(self.mesh.nodes.len());
+    pub(super) fn joined_nodes(&self, contacts: Option<&Contacts<D>>) -> DisjointSets {
+        let mut joined = DisjointSets::new(self.mesh.nodes.len());
         for block in 0..self.blocks.len() {
             let nodes = self.nodes(block);
             if self.inertia.is_dense(nodes.start) {

@@ -2,25 +2,25 @@
 //! contacts must reach.
 
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
-use crate::model::block_max::Largest;
-use crate::model::boundary::Prescribed;
+use crate::model::block_max::BlockMax;
+use crate::model::boundary::PrescribedMotion;
 use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::step::Run;
 
 /// What to reckon with in the step to come.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Outlook {
+pub(crate) struct SpeedBounds {
     /// Speeds to which nodes of each block may come, m/s.
     ahead: Vec<f64>,
     /// Squares of the largest speed of a node of each block, m²/s², and acceleration in its last
     /// kick, m²/s⁴.
-    squares: Largest<2>,
+    squares: BlockMax<2>,
     /// What changes of loads add to accelerations, m/s²; and nodes with these.
     pushed: Vec<f64>,
     loaded: Vec<usize>,
 }
 
-impl Outlook {
+impl SpeedBounds {
     /// Speeds to which nodes of each block may come, m/s.
     pub(crate) fn speeds(&self) -> &[f64] {
         &self.ahead
@@ -70,7 +70,7 @@ impl<const D: usize> Run<D> {
     fn raise_to_prescribed(&self, speeds: &mut [f64]) {
         let (time, step) = (self.time(), self.model.step);
         let at = self.model.positions(&self.state);
-        let acting = |motion: &&Prescribed| motion.acts(time);
+        let acting = |motion: &&PrescribedMotion| motion.acts(time);
         for motion in self.model.prescribed.iter().filter(acting) {
             for &node in &motion.nodes {
                 let mut wanted = [0.0; D];

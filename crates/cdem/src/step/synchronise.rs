@@ -1,11 +1,11 @@
 //! The state at an instant: in the middle of the kick that is due then.
 
-use crate::contact::energy::Books;
+use crate::contact::energy::ContactEnergies;
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
-use crate::model::kinematics::Motion;
-use crate::model::ledger::{Ledger, Velocity};
+use crate::model::kinematics::NodalMotion;
+use crate::model::ledger::{Ledger, WorkVelocity};
 use crate::step::Run;
-use crate::step::kick::Purpose;
+use crate::step::kick::KickPurpose;
 
 /// The state at an instant, in the middle of the kick that is due then.
 pub(crate) struct Synchronised<const D: usize> {
@@ -35,7 +35,7 @@ impl<const D: usize> Run<D> {
             &mut velocity,
             &mut self.impulses,
             &substep,
-            Purpose::Report,
+            KickPurpose::Report,
         );
         let mut half = Ledger::default();
         let (books, received) = self.peek_contacts(&mut velocity);
@@ -47,7 +47,7 @@ impl<const D: usize> Run<D> {
         }
         self.model
             .book_damping(&velocity, &mut self.impulses, &substep);
-        let after = (&*velocity, Velocity::Before);
+        let after = (&*velocity, WorkVelocity::Before);
         self.model
             .book_kick(after, &mut self.impulses, &substep, &mut half);
         let kinetic_energy = self.kinetic_energy(&velocity);
@@ -72,13 +72,16 @@ impl<const D: usize> Run<D> {
 
     /// Contact in a kick that only looks: changes `velocity`; returns what it
     /// would cost, and its impulses on nodes, N·s.
-    fn peek_contacts(&mut self, velocity: &mut [[f64; D]]) -> (Books, Vec<(u32, [f64; D])>) {
+    fn peek_contacts(
+        &mut self,
+        velocity: &mut [[f64; D]],
+    ) -> (ContactEnergies, Vec<(u32, [f64; D])>) {
         let mut received = Vec::new();
         let Some(contacts) = self.contacts.as_ref().filter(|_| self.state.number > 0) else {
-            return (Books::default(), received);
+            return (ContactEnergies::default(), received);
         };
         let interval = &self.impulses.interval;
-        let mut motion = Motion {
+        let mut motion = NodalMotion {
             rest: &self.model.mesh.nodes,
             displacement: &mut self.state.displacement,
             carry: &mut self.state.carry,

@@ -1,27 +1,28 @@
 //! Times of impact in the plane: a vertex and an edge.
 
-use crate::contact::ccd::signed_volume::{Orientation, moved};
-use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::ccd::signed_volume::{SignedVolume, moved};
+use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{
-    Configuration, Distance, FLUSH, FOOT_ROUND_OFF, Pair, Slack, TimeOfImpact, beyond_reentrant,
+    Configuration, Distance, FLUSH, FOOT_ROUND_OFF, GapAllowance, Pair, TimeOfImpact,
+    beyond_reentrant,
 };
 use crate::math::vector::{cross2, dot, norm, sub};
 
-impl Outline {
+impl Boundary2d {
     /// The target edge of a pair with its rate, and its length times the gap.
     fn area_before(
         &self,
         pair: Pair,
         at: Configuration<2>,
         velocity: &[[f64; 2]],
-    ) -> (Orientation, [[f64; 2]; 2]) {
+    ) -> (SignedVolume, [[f64; 2]; 2]) {
         let [a, b] = self.edges[pair.target as usize];
         let between = |from: u32, to: u32| {
             let rate = sub(&velocity[to as usize], &velocity[from as usize]);
             [sub(&at.at(to), &at.at(from)), rate]
         };
         let edge = between(a, b);
-        let area = Orientation::of_area([between(a, self.main_node(pair)), edge]);
+        let area = SignedVolume::of_area([between(a, self.main_node(pair)), edge]);
         (area, edge)
     }
 
@@ -80,14 +81,14 @@ impl Outline {
     }
 }
 
-impl TimeOfImpact<2> for Outline {
+impl TimeOfImpact<2> for Boundary2d {
     fn rests(
         &self,
         pair: Pair,
         at: Configuration<2>,
         velocity: &[[f64; 2]],
         duration: f64,
-        slack: Slack,
+        slack: GapAllowance,
     ) -> bool {
         if slack.clear.is_finite() && self.project(pair, at).gap > slack.clear {
             return true;

@@ -1,11 +1,11 @@
 //! When a pair touches, at constant velocities: the first time at which its features
 //! lie in one plane, and in each other.
 
-use crate::contact::ccd::signed_volume::{Orientation, last, moved};
-use crate::contact::narrow_phase::edge_edge::Lines;
+use crate::contact::ccd::signed_volume::{SignedVolume, last, moved};
+use crate::contact::narrow_phase::edge_edge::LinePair;
 use crate::contact::narrow_phase::point_triangle;
-use crate::contact::surface::boundary_3d::{Meeting, Shell};
-use crate::contact::surface::{Configuration, Pair, Slack, TimeOfImpact};
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
+use crate::contact::surface::{Configuration, GapAllowance, Pair, TimeOfImpact};
 use crate::math::vector::{cross, dot, norm, sub};
 
 /// Edges that turn less in a drift than by the angle of this cosine do not become parallel
@@ -13,11 +13,13 @@ use crate::math::vector::{cross, dot, norm, sub};
 const STEADY: f64 = 0.5;
 const OUTWARD: f64 = 0.1;
 
-impl TimeOfImpact<3> for Shell {
+impl TimeOfImpact<3> for Boundary3d {
     fn may_touch(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
         match self.meeting(pair) {
-            Meeting::Facing { .. } => true,
-            Meeting::Crossing { main, target } => self.may_be_sharp_within([main, target], at, end),
+            FeaturePair::Facing { .. } => true,
+            FeaturePair::Crossing { main, target } => {
+                self.may_be_sharp_within([main, target], at, end)
+            }
         }
     }
 
@@ -27,17 +29,17 @@ impl TimeOfImpact<3> for Shell {
         at: Configuration<3>,
         velocity: &[[f64; 3]],
         duration: f64,
-        slack: Slack,
+        slack: GapAllowance,
     ) -> bool {
         let within = (duration, slack);
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 let p = self.skin.point(vertex, at);
                 let gap = || point_triangle::gap(&p, &self.skin.triangle(triangle, at));
                 slack.clear.is_finite() && gap() > slack.clear
                     || self.rests_facing((vertex, triangle), at, velocity, within)
             }
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 self.rests_crossing([main, target], at, velocity, within)
             }
         }
@@ -52,17 +54,17 @@ impl TimeOfImpact<3> for Shell {
         depth: f64,
     ) -> Option<f64> {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 self.time_of_facing((vertex, triangle), at, velocity, (duration, depth))
             }
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 self.time_of_crossing([main, target], at, velocity, (duration, depth))
             }
         }
     }
 }
 
-impl Shell {
+impl Boundary3d {
     /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
     /// `depth` then.
     pub(crate) fn time_of_facing(
@@ -105,7 +107,7 @@ impl Shell {
             move |time: f64| {
                 let then = at.after(velocity, time);
                 let lines = self.lines(main, target, then);
-                let on = |lines: &Lines| self.cross_on([main, target], &lines.foot, then, depth);
+                let on = |lines: &LinePair| self.cross_on([main, target], &lines.foot, then, depth);
                 lines.filter(on).is_some_and(|lines| {
                     let crossing = lines.between(&self.outward(main, target, then));
                     crossing.forward == forward
@@ -113,11 +115,11 @@ impl Shell {
                 })
             }
         };
-        let within = |duration: f64, volume: Orientation, forward| {
+        let within = |duration: f64, volume: SignedVolume, forward| {
             let deep = depth * f64::max(area(0.0), area(duration));
             volume.first_fall(duration, deep, touches(forward))
         };
-        let first = |volume: Orientation, forward| {
+        let first = |volume: SignedVolume, forward| {
             let whole = within(duration, volume, forward);
             // The area grows while they sink in: a look at the time until they are deep.
             let shallow = |t: f64| volume.at(t) >= -margin - depth * area(t);
@@ -140,7 +142,7 @@ impl Shell {
         pair: (u32, u32),
         at: Configuration<3>,
         velocity: &[[f64; 3]],
-        (duration, slack): (f64, Slack),
+        (duration, slack): (f64, GapAllowance),
     ) -> bool {
         let (volume, sides) = self.volume_before(pair, at, velocity);
         let areas = [0.0, duration].map(|time| area(&sides, time));
@@ -153,7 +155,7 @@ impl Shell {
         [main, target]: [u32; 2],
         at: Configuration<3>,
         velocity: &[[f64; 3]],
-        (duration, slack): (f64, Slack),
+        (duration, slack): (f64, GapAllowance),
     ) -> bool {
         let Some(crossing) = self.crossing(main, target, at) else {
             return slack.clear.is_finite();
@@ -182,10 +184,10 @@ impl Shell {
         (vertex, triangle): (u32, u32),
         at: Configuration<3>,
         velocity: &[[f64; 3]],
-    ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
+    ) -> (SignedVolume, [[[f64; 3]; 2]; 2]) {
         let [a, b, c] = self.skin.triangles[triangle as usize].corners;
         let [vertex, b, c] = [vertex, b, c].map(|corner| self.between(a, corner, at, velocity));
-        (Orientation::of_volume([vertex, b, c]), [b, c])
+        (SignedVolume::of_volume([vertex, b, c]), [b, c])
     }
 
     /// Volume of the ends of two edges, and these with their rates.
@@ -194,11 +196,11 @@ impl Shell {
         edges: [u32; 2],
         at: Configuration<3>,
         velocity: &[[f64; 3]],
-    ) -> (Orientation, [[[f64; 3]; 2]; 2]) {
+    ) -> (SignedVolume, [[[f64; 3]; 2]; 2]) {
         let between = |[from, to]: [u32; 2]| self.between(from, to, at, velocity);
         let [one, other] = edges.map(|edge| self.skin.edges[edge as usize].ends);
         let edges = [one, other].map(between);
-        let volume = Orientation::of_volume([between([other[0], one[0]]), edges[0], edges[1]]);
+        let volume = SignedVolume::of_volume([between([other[0], one[0]]), edges[0], edges[1]]);
         (volume, edges)
     }
 

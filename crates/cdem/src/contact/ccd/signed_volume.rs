@@ -1,7 +1,7 @@
 //! On which side of a line or a plane a point is that moves at a constant velocity,
 //! as do the points that the line or plane goes through.
 
-use crate::contact::surface::Slack;
+use crate::contact::surface::GapAllowance;
 use crate::math::quadratic::roots;
 use crate::math::vector::{add, add_scaled, cross, cross2, dot, norm};
 
@@ -30,7 +30,7 @@ const KEPT: f64 = 0.5;
 /// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in
 /// time: a cubic.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Orientation {
+pub(crate) struct SignedVolume {
     /// Of 1, t, t² and t³.
     coefficients: [f64; 4],
     /// Bound of the terms' sum at t = 0, and what is added a second.
@@ -39,12 +39,12 @@ pub(crate) struct Orientation {
 
 /// A time in which it is no longer above round-off, until the end of its fall.
 #[derive(Clone, Copy, Debug)]
-struct Fall {
+struct DescentInterval {
     start: f64,
     end: f64,
 }
 
-impl Orientation {
+impl SignedVolume {
     /// The volume of the edges, m, with their rates, m/s.
     pub(super) fn of_volume([a, b, c]: [[[f64; 3]; 2]; 3]) -> Self {
         let face = cross(&b[0], &c[0]);
@@ -82,8 +82,8 @@ impl Orientation {
     }
 
     /// Whether a gap, which times some size of the target is this, is within some
-    /// [`Slack`] and stays so for `duration`, given the `sizes` at its start and end.
-    pub(crate) fn rests(&self, sizes: [f64; 2], duration: f64, slack: Slack) -> bool {
+    /// [`GapAllowance`] and stays so for `duration`, given the `sizes` at its start and end.
+    pub(crate) fn rests(&self, sizes: [f64; 2], duration: f64, slack: GapAllowance) -> bool {
         let [now, then] = [0.0, duration].map(|time| self.at(time));
         let (gap, next) = (now / sizes[0], then / sizes[1]);
         let lowest = KEPT * slack.within * sizes[0].min(sizes[1]);
@@ -144,7 +144,7 @@ impl Orientation {
             return Some(0.0);
         }
         let falls = self.falls(duration, [margin, deep]).into_iter().flatten();
-        let mut times = falls.filter_map(|Fall { start, end }| {
+        let mut times = falls.filter_map(|DescentInterval { start, end }| {
             let shallow = self.last_above(-deep, start, end);
             first(start, shallow, &touches)
         });
@@ -154,7 +154,7 @@ impl Orientation {
     /// The stretches of time within `duration` in which it falls to `margin` or, by more
     /// than that, from below it, but not from below -`deep`; at most three. What stays
     /// within the margins rests.
-    fn falls(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<Fall>; 3] {
+    fn falls(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<DescentInterval>; 3] {
         let [_, c1, c2, c3] = self.coefficients;
         let mut ends = [0.0, duration, duration, duration];
         let mut count = 1;
@@ -169,7 +169,7 @@ impl Orientation {
             let [high, low] = [start, end].map(|time| self.at(time));
             let from_above = high > margin && low <= margin;
             let from_behind = high <= margin && high >= -deep && low < high.min(0.0) - margin;
-            (k < count && (from_above || from_behind)).then(|| Fall {
+            (k < count && (from_above || from_behind)).then(|| DescentInterval {
                 start: self.last_above(margin, start, end),
                 end,
             })
@@ -229,8 +229,8 @@ mod tests {
     use super::*;
 
     /// Area of a vertex from the start of an edge, and of the edge that is 1 m upright.
-    fn area(from: [f64; 2], rate: [f64; 2], stretch: [f64; 2]) -> Orientation {
-        Orientation::of_area([[from, rate], [[0.0, 1.0], stretch]])
+    fn area(from: [f64; 2], rate: [f64; 2], stretch: [f64; 2]) -> SignedVolume {
+        SignedVolume::of_area([[from, rate], [[0.0, 1.0], stretch]])
     }
 
     #[test]
@@ -300,7 +300,7 @@ mod tests {
         // -0.1 + 0.2 t - t²
         let falls = area([-0.1, 0.0], [0.1, 0.0], [0.0, 0.0]);
         assert_eq!(falls.first_fall(1.0, 0.3, |_| true), None);
-        let turns = Orientation {
+        let turns = SignedVolume {
             coefficients: [-0.1, 0.2, -1.0, 0.0],
             ..falls
         };
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn what_touches_rests_unless_it_sinks() {
-        let slack = Slack {
+        let slack = GapAllowance {
             within: 1e-2,
             depth: 1e-6,
             clear: f64::INFINITY,
@@ -338,7 +338,7 @@ mod tests {
             assert_eq!(falls.rests([1.0; 2], 1.0, slack), rests, "{gap} {sinks}");
         }
         // -0.04 t (1 - t) of the whole: back at its end, and deep on its way.
-        let dips = Orientation {
+        let dips = SignedVolume {
             coefficients: [0.0, -0.04, 0.04, 0.0],
             ..area([0.0, 0.5], [0.0; 2], [0.0; 2])
         };

@@ -6,11 +6,11 @@
 
 use std::ops::Range;
 
-use crate::contact::constraint::contact_point::Live;
-use crate::contact::constraint::context::Setting;
+use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::surface::aabb::Aabb;
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::math::vector::norm;
 
@@ -20,18 +20,18 @@ const ASIDE: f64 = 4.0;
 
 /// The closed contacts, for a drift from some positions; its storage is kept.
 #[derive(Debug, Default)]
-pub(crate) struct Closed<const D: usize> {
+pub(crate) struct ActiveSetIndex<const D: usize> {
     /// Blocks with contacts between them, sorted.
-    between: Vec<Between>,
+    between: Vec<BlockPairRange>,
     /// Their contacts: those of two blocks together, from low to high along their axis.
-    places: Vec<Place<D>>,
+    places: Vec<IndexedContact<D>>,
     /// Largest speed of a node that one has, m/s.
     fastest: f64,
 }
 
 /// Contacts between two blocks.
 #[derive(Debug)]
-struct Between {
+struct BlockPairRange {
     blocks: [u32; 2],
     places: Range<usize>,
     /// Axis along which they lie farthest apart.
@@ -42,21 +42,21 @@ struct Between {
 
 /// A contact, by its number, and the box around the nodes of its main feature.
 #[derive(Debug)]
-struct Place<const D: usize> {
+struct IndexedContact<const D: usize> {
     blocks: [u32; 2],
     nodes: Aabb<D>,
     number: u32,
 }
 
-impl<const D: usize> Closed<D> {
+impl<const D: usize> ActiveSetIndex<D> {
     /// Takes these contacts.
     pub(crate) fn list(
         &mut self,
-        live: &[Live<D>],
+        live: &[ContactPoint<D>],
         surface: &dyn Surface<D>,
-        (motion, at): (&Kicked<D>, Configuration<D>),
+        (motion, at): (&KickedView<D>, Configuration<D>),
     ) {
-        let place = |(number, live): (u32, &Live<D>)| Place {
+        let place = |(number, live): (u32, &ContactPoint<D>)| IndexedContact {
             blocks: ordered(live.record.blocks),
             nodes: around_nodes(surface, live.pair, at, 0.0),
             number,
@@ -71,7 +71,7 @@ impl<const D: usize> Closed<D> {
             .places
             .chunk_by_mut(|one, other| one.blocks == other.blocks)
         {
-            self.between.push(Between::sort(same, first));
+            self.between.push(BlockPairRange::sort(same, first));
             first += same.len();
         }
         let nodes = live
@@ -84,11 +84,11 @@ impl<const D: usize> Closed<D> {
     /// it, within `duration` seconds, and some more.
     pub(crate) fn beside<'a>(
         &self,
-        live: &'a [Live<D>],
-        setting: &Setting<D>,
-        (motion, at): (&Kicked<D>, Configuration<D>),
+        live: &'a [ContactPoint<D>],
+        setting: &ContactContext<D>,
+        (motion, at): (&KickedView<D>, Configuration<D>),
         (pair, duration): (Pair, f64),
-    ) -> impl Iterator<Item = &'a Live<D>> + Clone {
+    ) -> impl Iterator<Item = &'a ContactPoint<D>> + Clone {
         let surface = setting.surface;
         let own = fastest(surface.main_nodes(pair.main), motion);
         let margin = ASIDE * setting.tolerance + (own + self.fastest) * duration;
@@ -109,9 +109,9 @@ impl<const D: usize> Closed<D> {
     }
 }
 
-impl Between {
+impl BlockPairRange {
     /// Sorts the contacts of two blocks, the first of which has a number.
-    fn sort<const D: usize>(places: &mut [Place<D>], first: usize) -> Self {
+    fn sort<const D: usize>(places: &mut [IndexedContact<D>], first: usize) -> Self {
         let lower = Aabb::around(places.iter().map(|place| place.nodes.min), 0.0);
         let spread = |c: &usize| lower.max[*c] - lower.min[*c];
         let farthest = (0..D).max_by(|a, b| spread(a).total_cmp(&spread(b)));
@@ -144,7 +144,7 @@ fn around_nodes<const D: usize>(
 /// The largest speed of nodes, m/s.
 fn fastest<'a, const D: usize>(
     nodes: impl IntoIterator<Item = &'a u32>,
-    motion: &Kicked<D>,
+    motion: &KickedView<D>,
 ) -> f64 {
     let speeds = nodes
         .into_iter()

@@ -1,11 +1,11 @@
 //! A contact constraint: Jacobian, target velocity and bounds of the impulse.
 
-use crate::contact::surface::Operator;
+use crate::contact::surface::ContactJacobian;
 use crate::math::vector::sub;
 
 /// Bounds of a contact's impulse.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Limit {
+pub(crate) struct FrictionBounds {
     /// Coulomb: tan φ.
     pub(crate) friction: f64,
     /// Shear impulse carried without normal impulse, c·A·δ, N·s.
@@ -14,7 +14,7 @@ pub(crate) struct Limit {
     pub(crate) tension: f64,
 }
 
-impl Limit {
+impl FrictionBounds {
     /// Whether the shear of an impulse is at its limit.
     pub(crate) fn slips<const D: usize>(&self, impulse: &[f64; D]) -> bool {
         shear_norm(impulse) >= self.shear(impulse[0]) * (1.0 - 1e-12)
@@ -50,11 +50,11 @@ fn share(bound: f64, square: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct Constraint<const D: usize> {
     /// Relative velocity as a function of nodal velocities.
-    pub(crate) operator: Operator<D>,
+    pub(crate) operator: ContactJacobian<D>,
     /// Relative velocity asked for, row by row, m/s.
     pub(crate) target: [f64; D],
     /// Bounds of the impulse.
-    pub(crate) limit: Limit,
+    pub(crate) limit: FrictionBounds,
     /// Impulse in the operator's frame, N·s: start value in, solution out.
     pub(crate) impulse: [f64; D],
     /// What of it the velocities have already: in an impact, the last kick's, so that
@@ -67,9 +67,9 @@ impl<const D: usize> Default for Constraint<D> {
     /// Of no nodes: nothing is asked of it, and it bears nothing.
     fn default() -> Self {
         Self {
-            operator: Operator::default(),
+            operator: ContactJacobian::default(),
             target: [0.0; D],
-            limit: Limit::default(),
+            limit: FrictionBounds::default(),
             impulse: [0.0; D],
             borne: [0.0; D],
         }

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::ccd::signed_volume::LOOKS;
-use crate::contact::constraint::contact_constraint::{Constraint, Limit, shear_norm};
-use crate::contact::constraint::context::Setting;
-use crate::contact::constraint::law::Law;
+use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{Configuration, FOOT_ROUND_OFF, Operator, Pair, Surface};
+use crate::contact::surface::{Configuration, ContactJacobian, FOOT_ROUND_OFF, Pair, Surface};
 use crate::contact::tolerances::MISS;
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
@@ -35,11 +35,11 @@ const TREND: f64 = 0.95;
 
 /// A closed contact: the pair is one node until a criterion parts it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Live<const D: usize> {
+pub(crate) struct ContactPoint<const D: usize> {
     /// Main and target feature.
     pub(crate) pair: Pair,
     /// Strengths of the pair of blocks.
-    pub(crate) law: Law,
+    pub(crate) law: ContactLaw,
     /// Foot on the target: while the pair sticks, the material point it is
     /// bound to; while it slides, where it was last.
     pub(crate) foot: [f64; 2],
@@ -52,7 +52,7 @@ pub(crate) struct Live<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) offset: [f64; D],
     /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
-    /// ([`Overlaps`](crate::contact::constraint::initial_overlap::Overlaps)).
+    /// ([`Overlaps`](crate::contact::constraint::initial_overlap::InitialOverlaps)).
     pub(crate) given: f64,
     /// Bound to a material point of the target.
     pub(crate) sticks: bool,
@@ -74,12 +74,12 @@ pub(crate) struct Live<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
     /// What `contacts.csv` tells of it.
-    pub(crate) record: Record,
+    pub(crate) record: ContactHistory,
 }
 
 /// The life of a contact point so far.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Record {
+pub(crate) struct ContactHistory {
     pub(crate) kind: ContactKind,
     pub(crate) time_on: f64,
     pub(crate) time_off: Option<f64>,
@@ -95,7 +95,7 @@ pub(crate) struct Record {
     pub(crate) blocks: [u32; 2],
 }
 
-impl Record {
+impl ContactHistory {
     /// What there is of it if it ends at a time, s.
     pub(crate) fn ended(&self, time: f64) -> Self {
         Self {
@@ -120,18 +120,18 @@ impl Record {
 
 /// A touch, and what is known then of the drift it is in.
 #[derive(Clone, Copy)]
-pub(crate) struct Moment<'a, const D: usize> {
+pub(crate) struct DriftInterval<'a, const D: usize> {
     /// Configuration at the touch.
     pub(crate) touch: Configuration<'a, D>,
     /// Configuration at the end of the drift, as nodes move now.
     pub(crate) end: Configuration<'a, D>,
-    /// Whether they move as closed contacts let them, but [fresh](Live::fresh) ones.
+    /// Whether they move as closed contacts let them, but [fresh](ContactPoint::fresh) ones.
     pub(crate) is_held: bool,
 }
 
 /// Where a contact's point is that has been followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Followed {
+pub(crate) enum TargetTracking {
     /// On its target feature, or a neighbour.
     There,
     /// So too, but farther from that feature than it is across: on the way it was held to
@@ -142,7 +142,7 @@ pub(crate) enum Followed {
     Beyond,
 }
 
-impl<'a, const D: usize> Moment<'a, D> {
+impl<'a, const D: usize> DriftInterval<'a, D> {
     /// One of which nothing is asked but how things are.
     pub(crate) fn still(at: Configuration<'a, D>) -> Self {
         Self {
@@ -171,10 +171,15 @@ impl<'a, const D: usize> Moment<'a, D> {
     }
 }
 
-impl<const D: usize> Live<D> {
+impl<const D: usize> ContactPoint<D> {
     /// Whether it says what `pair` of the same blocks would at the moment of its touch,
     /// and still does at the end of the drift.
-    pub(crate) fn says(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
+    pub(crate) fn says(
+        &self,
+        setting: &ContactContext<D>,
+        pair: Pair,
+        moment: DriftInterval<D>,
+    ) -> bool {
         let (surface, tolerance) = (setting.surface, setting.tolerance);
         if self.pair == pair {
             return true;
@@ -192,7 +197,12 @@ impl<const D: usize> Live<D> {
 
     /// Whether it lets a pair beside it sink in until the end of the drift, deeper than
     /// itself: as where its point goes into a dent, or an edge from one ridge on to two.
-    pub(crate) fn leaves(&self, setting: &Setting<D>, pair: Pair, moment: Moment<D>) -> bool {
+    pub(crate) fn leaves(
+        &self,
+        setting: &ContactContext<D>,
+        pair: Pair,
+        moment: DriftInterval<D>,
+    ) -> bool {
         if !moment.is_held || self.fresh {
             return false;
         }
@@ -207,7 +217,7 @@ impl<const D: usize> Live<D> {
     }
 
     /// Whether a pair beside it is deeper than itself.
-    fn is_above(&self, setting: &Setting<D>, pair: Pair, at: Configuration<D>) -> bool {
+    fn is_above(&self, setting: &ContactContext<D>, pair: Pair, at: Configuration<D>) -> bool {
         let surface = setting.surface;
         let beside = surface.project(pair, at);
         let deep = -MISS * setting.tolerance;
@@ -232,9 +242,9 @@ impl<const D: usize> Live<D> {
         at: Configuration<D>,
         tolerance: f64,
         taken: impl Fn(Pair) -> bool,
-    ) -> Followed {
+    ) -> TargetTracking {
         if self.sticks {
-            return Followed::There;
+            return TargetTracking::There;
         }
         let mut projection = surface.project(self.pair, at);
         let size = surface.target_size(self.pair.target, at);
@@ -247,7 +257,7 @@ impl<const D: usize> Live<D> {
                 if projection.outside > tolerance {
                     let next = surface.successor(self.pair, at, tolerance);
                     let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
-                        return Followed::Beyond;
+                        return TargetTracking::Beyond;
                     };
                     projection = surface.project(next, at);
                     self.turn(surface, (next, is_swapped), at);
@@ -264,9 +274,9 @@ impl<const D: usize> Live<D> {
         }
         self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
         if hurries {
-            Followed::InAHurry
+            TargetTracking::InAHurry
         } else {
-            Followed::There
+            TargetTracking::There
         }
     }
 
@@ -312,13 +322,17 @@ impl<const D: usize> Live<D> {
     }
 
     /// How deep the pair is where its operator was made, beyond what is given, m.
-    pub(crate) fn depth(&self, operator: &Operator<D>) -> f64 {
+    pub(crate) fn depth(&self, operator: &ContactJacobian<D>) -> f64 {
         self.given - operator.offset[0]
     }
 
     /// The operator at the present positions.
-    pub(crate) fn operator(&self, surface: &dyn Surface<D>, at: Configuration<D>) -> Operator<D> {
-        let mut operator = Operator::default();
+    pub(crate) fn operator(
+        &self,
+        surface: &dyn Surface<D>,
+        at: Configuration<D>,
+    ) -> ContactJacobian<D> {
+        let mut operator = ContactJacobian::default();
         self.relate(&mut operator, surface, at);
         operator
     }
@@ -326,7 +340,7 @@ impl<const D: usize> Live<D> {
     /// Makes an operator that at the present positions.
     pub(crate) fn relate(
         &self,
-        operator: &mut Operator<D>,
+        operator: &mut ContactJacobian<D>,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) {
@@ -334,13 +348,13 @@ impl<const D: usize> Live<D> {
     }
 
     /// Bounds of the impulse of `interval` seconds.
-    fn limit(&self, interval: f64) -> Limit {
+    fn limit(&self, interval: f64) -> FrictionBounds {
         let strength = if self.joint {
             self.record.area * interval
         } else {
             0.0
         };
-        Limit {
+        FrictionBounds {
             friction: self.law.friction,
             cohesion: self.law.cohesion * strength,
             tension: self.law.tensile_strength * strength,

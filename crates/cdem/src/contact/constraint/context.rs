@@ -1,29 +1,29 @@
 //! Context of contact: surfaces, laws and masses that all stages share.
 
-use crate::contact::constraint::initial_overlap::Overlaps;
-use crate::contact::constraint::law::Laws;
+use crate::contact::constraint::initial_overlap::InitialOverlaps;
+use crate::contact::constraint::law::ContactLaws;
 use crate::contact::surface::{Pair, Surface};
 use crate::contact::tolerances::LEAST_MOVE;
-use crate::model::inverse_mass::{Inertia, Mobility};
+use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// What contacts need to know of everything else.
 #[derive(Clone, Copy)]
-pub(crate) struct Setting<'a, const D: usize> {
+pub(crate) struct ContactContext<'a, const D: usize> {
     pub(crate) surface: &'a dyn Surface<D>,
-    pub(crate) laws: &'a Laws,
+    pub(crate) laws: &'a ContactLaws,
     pub(crate) block_of: &'a [u32],
-    pub(crate) inertia: &'a Inertia<D>,
+    pub(crate) inertia: &'a InverseMass<D>,
     /// Mass-proportional damping of each block, 1/s.
     pub(crate) damping: &'a [f64],
     /// d_tol, m.
     pub(crate) tolerance: f64,
     /// Of blocks at t = 0.
-    pub(crate) overlaps: &'a Overlaps,
+    pub(crate) overlaps: &'a InitialOverlaps,
     /// How often the elements at each node have been halved.
     pub(crate) halvings: &'a [u8],
 }
 
-impl<'a, const D: usize> Setting<'a, D> {
+impl<'a, const D: usize> ContactContext<'a, D> {
     /// Blocks of a pair: main and target.
     pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];
@@ -46,8 +46,8 @@ impl<'a, const D: usize> Setting<'a, D> {
     }
 
     /// What impulses do in a kick of `interval` seconds; 0: at an instant.
-    pub(crate) fn mobility(&self, interval: f64) -> Mobility<'a, D> {
-        Mobility {
+    pub(crate) fn mobility(&self, interval: f64) -> KickMobility<'a, D> {
+        KickMobility {
             inertia: self.inertia,
             block_of: self.block_of,
             damping: self.damping,

@@ -3,19 +3,19 @@
 
 use std::collections::BTreeMap;
 
-use crate::contact::constraint::context::Setting;
+use crate::contact::constraint::context::ContactContext;
 use crate::contact::surface::{Configuration, Pair};
 
 /// How deep blocks lay in each other at t = 0, m, with the smaller number first.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Overlaps {
+pub(crate) struct InitialOverlaps {
     depth: BTreeMap<[u32; 2], f64>,
 }
 
-impl Overlaps {
+impl InitialOverlaps {
     /// The deepest of some pairs that touch, by blocks.
     pub(crate) fn of<const D: usize>(
-        setting: &Setting<D>,
+        setting: &ContactContext<D>,
         pairs: &[Pair],
         at: Configuration<D>,
     ) -> Self {

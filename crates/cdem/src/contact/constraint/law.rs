@@ -8,7 +8,7 @@ use crate::scene::{ContactPair, Scene};
 
 /// What a contact between two blocks can bear.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Law {
+pub(crate) struct ContactLaw {
     /// `false`: the two ignore each other.
     pub(crate) enabled: bool,
     /// tan φ.
@@ -25,7 +25,7 @@ pub(crate) struct Law {
 
 /// What a pair of the scene says of the law: each value it gives.
 #[derive(Clone, Copy, Debug)]
-struct Override {
+struct PairOverride {
     enabled: Option<bool>,
     friction: Option<f64>,
     cohesion: Option<f64>,
@@ -34,7 +34,7 @@ struct Override {
     shear_stiffness: Option<f64>,
 }
 
-impl Override {
+impl PairOverride {
     fn new(pair: &ContactPair) -> Self {
         Self {
             enabled: pair.enabled,
@@ -46,7 +46,7 @@ impl Override {
         }
     }
 
-    fn apply(&self, law: &mut Law) {
+    fn apply(&self, law: &mut ContactLaw) {
         law.enabled = self.enabled.unwrap_or(law.enabled);
         let set = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
         set(self.friction, &mut law.friction);
@@ -59,28 +59,28 @@ impl Override {
 
 /// An override that means a block, and on which of its two sides.
 #[derive(Clone, Copy, Debug)]
-struct Meant {
+struct SideOverride {
     number: u32,
     on: [bool; 2],
 }
 
 /// The laws of all pairs of blocks.
 #[derive(Clone, Debug)]
-pub(crate) struct Laws {
-    general: Law,
+pub(crate) struct ContactLaws {
+    general: ContactLaw,
     /// In rising rank.
-    overrides: Vec<Override>,
+    overrides: Vec<PairOverride>,
     /// Those that mean each block, in rising rank: one list after the other, and
     /// where each begins.
-    meant: Vec<Meant>,
+    meant: Vec<SideOverride>,
     start: Vec<u32>,
 }
 
-impl Laws {
+impl ContactLaws {
     /// The laws of a scene's blocks; see [`ContactPair`] for the rank of pairs.
     pub(crate) fn new<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Self {
         let contact = &scene.contact;
-        let general = Law {
+        let general = ContactLaw {
             enabled: true,
             friction: contact.strength.friction_angle.tan(),
             cohesion: contact.strength.cohesion,
@@ -98,10 +98,10 @@ impl Laws {
         for pair in &contact.pair {
             let sides = pair.between.each_ref().map(of_block);
             if sides.iter().all(|side| !side.is_empty()) {
-                blocks.push((Override::new(pair), sides));
+                blocks.push((PairOverride::new(pair), sides));
             } else {
                 let sides = pair.between.each_ref().map(of_material);
-                materials.push((Override::new(pair), sides));
+                materials.push((PairOverride::new(pair), sides));
             }
         }
         materials.extend(blocks);
@@ -110,15 +110,15 @@ impl Laws {
 
     /// From overrides in rising rank, each with the blocks on its two sides, of
     /// `count` blocks.
-    fn of(general: Law, ranked: Vec<(Override, [Vec<usize>; 2])>, count: usize) -> Self {
-        let mut of_block: Vec<Vec<Meant>> = vec![Vec::new(); count];
+    fn of(general: ContactLaw, ranked: Vec<(PairOverride, [Vec<usize>; 2])>, count: usize) -> Self {
+        let mut of_block: Vec<Vec<SideOverride>> = vec![Vec::new(); count];
         for (number, (_, sides)) in (0..).zip(&ranked) {
             for (side, blocks) in sides.iter().enumerate() {
                 for &block in blocks {
                     let of_block = &mut of_block[block];
                     if of_block.last().is_none_or(|last| last.number != number) {
                         let on = [false; 2];
-                        of_block.push(Meant { number, on });
+                        of_block.push(SideOverride { number, on });
                     }
                     if let Some(last) = of_block.last_mut() {
                         last.on[side] = true;
@@ -140,7 +140,7 @@ impl Laws {
     }
 
     /// The law between two blocks.
-    pub(crate) fn between(&self, a: u32, b: u32) -> Law {
+    pub(crate) fn between(&self, a: u32, b: u32) -> ContactLaw {
         let mut law = self.general;
         let [mut one, mut other] = [a, b].map(|block| {
             let block = block as usize;
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const GENERAL: Law = Law {
+    const GENERAL: ContactLaw = ContactLaw {
         enabled: true,
         friction: 0.5,
         cohesion: 1.0,
@@ -177,7 +177,7 @@ mod tests {
         shear_stiffness: 4.0,
     };
 
-    fn overrides() -> impl Strategy<Value = Vec<(Override, [Vec<usize>; 2])>> {
+    fn overrides() -> impl Strategy<Value = Vec<(PairOverride, [Vec<usize>; 2])>> {
         let side = || proptest::collection::vec(0..6_usize, 0..4);
         let value = || proptest::option::of(0.0..9.0_f64);
         let one = (
@@ -186,7 +186,7 @@ mod tests {
             [side(), side()],
         );
         let one = one.prop_map(|(enabled, value, sides)| {
-            let pair = Override {
+            let pair = PairOverride {
                 enabled,
                 friction: value[0],
                 cohesion: value[1],
@@ -202,7 +202,7 @@ mod tests {
     proptest! {
         #[test]
         fn later_overrides_of_both_blocks_rank_above_earlier_ones(ranked in overrides()) {
-            let laws = Laws::of(GENERAL, ranked.clone(), 6);
+            let laws = ContactLaws::of(GENERAL, ranked.clone(), 6);
             for a in 0..6 {
                 for b in 0..6 {
                     let mut wanted = GENERAL;

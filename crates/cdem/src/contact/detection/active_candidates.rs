@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::contact::detection::candidates::{AT_A_GLANCE, Ahead, Candidate};
+use crate::contact::detection::candidates::{AT_A_GLANCE, BlockTravel, Candidate};
 use crate::contact::surface::STEEP;
 
 /// What blocks may have ahead more than when candidates were sorted out, over the largest of
@@ -14,17 +14,17 @@ const MARGIN: f64 = 1.25;
 
 /// The candidates, for as long as they serve.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Soon {
+pub(crate) struct ActiveCandidates {
     /// Their numbers, rising.
     pub(super) numbers: Vec<u32>,
     /// The same by runs of [`AT_A_GLANCE`] candidates, for their storage.
     parts: Vec<Vec<u32>>,
     /// What blocks had ahead then, and by how much more it may be, m; none before the first.
-    then: Vec<Ahead>,
+    then: Vec<BlockTravel>,
     serves: f64,
 }
 
-impl Soon {
+impl ActiveCandidates {
     /// There are other candidates.
     pub(super) fn forget(&mut self) {
         self.then.clear();
@@ -32,7 +32,7 @@ impl Soon {
 
     /// Sorts out those of all `candidates`, whose blocks have this `ahead`, the largest share of
     /// one being `share`, m.
-    pub(super) fn sort_out(&mut self, candidates: &[Candidate], ahead: &[Ahead], share: f64) {
+    pub(super) fn sort_out(&mut self, candidates: &[Candidate], ahead: &[BlockTravel], share: f64) {
         let serves = SERVES * share;
         let sort_out = |(part, (numbers, candidates)): (usize, (&mut Vec<u32>, &[Candidate]))| {
             let may_be = |candidate: &Candidate| {
@@ -57,8 +57,8 @@ impl Soon {
     }
 
     /// Whether all that may be near are among them, where blocks have this `ahead`.
-    pub(super) fn serves(&self, ahead: &[Ahead]) -> bool {
-        let serves = |(now, then): (&Ahead, &Ahead)| {
+    pub(super) fn serves(&self, ahead: &[BlockTravel]) -> bool {
+        let serves = |(now, then): (&BlockTravel, &BlockTravel)| {
             now.distance - then.distance <= self.serves
                 && now.turning - then.turning <= STEEP * self.serves
         };
@@ -66,7 +66,7 @@ impl Soon {
     }
 }
 
-impl Ahead {
+impl BlockTravel {
     /// The same where the block has gone on by `way`, m.
     fn further(self, way: f64) -> Self {
         Self {

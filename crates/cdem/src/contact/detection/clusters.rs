@@ -20,15 +20,15 @@ const AT_ONCE: usize = 32;
 
 /// The patches of all blocks.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Patches {
-    patches: Vec<Patch>,
+pub(crate) struct Clusters {
+    patches: Vec<Cluster>,
     /// Families of features.
     families: usize,
 }
 
 /// Main and target features of one block.
 #[derive(Clone, Debug)]
-struct Patch {
+struct Cluster {
     block: u32,
     /// Their nodes.
     nodes: Vec<u32>,
@@ -37,7 +37,7 @@ struct Patch {
 }
 
 /// A feature where patches are made.
-struct Feature<const D: usize> {
+struct ClusteredFeature<const D: usize> {
     block: u32,
     /// Mean of its nodes at rest, m.
     middle: [f64; D],
@@ -47,10 +47,10 @@ struct Feature<const D: usize> {
     number: u32,
 }
 
-/// Boxes around the features of a patch, grown; those of its [`Patch::features`].
-type Boxes<const D: usize> = Vec<[Vec<Aabb<D>>; 2]>;
+/// Boxes around the features of a patch, grown; those of its [`Cluster::features`].
+type ClusterBoxes<const D: usize> = Vec<[Vec<Aabb<D>>; 2]>;
 
-impl Patches {
+impl Clusters {
     /// The patches of a surface whose nodes belong to `block_of` and lie at `rest`,
     /// m.
     pub(crate) fn new<const D: usize>(
@@ -59,7 +59,7 @@ impl Patches {
         rest: &[[f64; D]],
     ) -> Self {
         let families = surface.families();
-        let mut features: Vec<Feature<D>> = Vec::new();
+        let mut features: Vec<ClusteredFeature<D>> = Vec::new();
         for (family, sides) in families.iter().enumerate() {
             for (side, numbers) in sides.iter().enumerate() {
                 for number in Range::clone(numbers) {
@@ -69,7 +69,7 @@ impl Patches {
                         let of_nodes = nodes.iter().map(|&node| rest[node as usize][c]);
                         share * of_nodes.sum::<f64>()
                     };
-                    features.push(Feature {
+                    features.push(ClusteredFeature {
                         block: block_of[nodes[0] as usize],
                         middle: std::array::from_fn(coordinate),
                         family,
@@ -92,7 +92,11 @@ impl Patches {
 
     /// Halves the features of a block across their longest extent, until they are
     /// few.
-    fn divide<const D: usize>(&mut self, surface: &dyn Surface<D>, features: &mut [Feature<D>]) {
+    fn divide<const D: usize>(
+        &mut self,
+        surface: &dyn Surface<D>,
+        features: &mut [ClusteredFeature<D>],
+    ) {
         if features.len() <= MOST {
             self.patches.push(self.patch(surface, features));
             return;
@@ -103,7 +107,7 @@ impl Patches {
         let c = longest.unwrap_or(0);
         let half = features.len() / 2;
         features.select_nth_unstable_by(half, |one, other| {
-            let rank = |f: &Feature<D>| (f.family, f.side, f.number);
+            let rank = |f: &ClusteredFeature<D>| (f.family, f.side, f.number);
             let by_place = one.middle[c].total_cmp(&other.middle[c]);
             by_place.then_with(|| rank(one).cmp(&rank(other)))
         });
@@ -112,8 +116,12 @@ impl Patches {
         self.divide(surface, high);
     }
 
-    fn patch<const D: usize>(&self, surface: &dyn Surface<D>, features: &[Feature<D>]) -> Patch {
-        let mut patch = Patch {
+    fn patch<const D: usize>(
+        &self,
+        surface: &dyn Surface<D>,
+        features: &[ClusteredFeature<D>],
+    ) -> Cluster {
+        let mut patch = Cluster {
             block: features[0].block,
             nodes: Vec::new(),
             features: vec![Default::default(); self.families],
@@ -146,7 +154,7 @@ impl Patches {
         margin: &(dyn Fn(u32) -> f64 + Sync),
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
-        let around = |patch: &Patch| {
+        let around = |patch: &Cluster| {
             let nodes = patch.nodes.iter().map(|&node| at.at(node));
             Aabb::around(nodes, margin(patch.block))
         };
@@ -164,7 +172,7 @@ impl Patches {
             let boxes = || patch.boxes(surface, at, margin(patch.block));
             meets.then(boxes).unwrap_or_default()
         });
-        let boxes: Vec<Boxes<D>> = boxes.collect();
+        let boxes: Vec<ClusterBoxes<D>> = boxes.collect();
         let meeting = meeting.into_par_iter().with_min_len(AT_ONCE);
         let pairs = meeting.flat_map_iter(|(one, other)| {
             let both = [one, other].map(|patch| patch as usize);
@@ -180,7 +188,7 @@ impl Patches {
     fn pairs<const D: usize>(
         &self,
         [main, target]: [usize; 2],
-        boxes: &[Boxes<D>],
+        boxes: &[ClusterBoxes<D>],
         extents: &[Aabb<D>],
     ) -> Vec<Pair> {
         let mut pairs = Vec::new();
@@ -200,14 +208,14 @@ impl Patches {
     }
 }
 
-impl Patch {
+impl Cluster {
     /// Boxes around its features, grown by `margin`, m.
     fn boxes<const D: usize>(
         &self,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
         margin: f64,
-    ) -> Boxes<D> {
+    ) -> ClusterBoxes<D> {
         let of_family = |[mains, targets]: &[Vec<u32>; 2]| {
             let main_box = |&main: &u32| surface.main_box(main, at, margin);
             let target_box = |&target: &u32| surface.target_box(target, at, margin);

@@ -17,9 +17,9 @@ const COARSEST: i32 = 1000;
 
 /// Size class of boxes: cells of 2^`0` m.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Class(i32);
+struct SizeClass(i32);
 
-impl Class {
+impl SizeClass {
     /// The finest class that is of use for boxes of both sides.
     fn finest<const D: usize>(sides: [&[Aabb<D>]; 2]) -> Self {
         let boxes = sides.into_iter().flatten().filter(|aabb| !aabb.is_empty());
@@ -63,7 +63,7 @@ fn exponent(size: f64) -> i32 {
 /// Where the row of cells begins that shares all indices of `cell` but the
 /// first: rows are hashed, the cells of a row lie side by side.
 #[inline]
-fn row<const D: usize>(class: Class, cell: &[i64; D]) -> u64 {
+fn row<const D: usize>(class: SizeClass, cell: &[i64; D]) -> u64 {
     let mut hash = class.0 as u64;
     for &index in &cell[1..] {
         hash = (hash ^ index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -78,20 +78,20 @@ struct Grid<const D: usize> {
     /// Where each bucket begins; a power of two of them, and the end.
     start: Vec<u32>,
     /// Classes in use, finest first.
-    classes: Vec<Class>,
+    classes: Vec<SizeClass>,
 }
 
 impl<const D: usize> Grid<D> {
-    fn new(all: &[Aabb<D>], finest: Class) -> Self {
+    fn new(all: &[Aabb<D>], finest: SizeClass) -> Self {
         let buckets = (2 * all.len()).next_power_of_two();
-        let mut classes: Vec<Class> = Vec::new();
+        let mut classes: Vec<SizeClass> = Vec::new();
         let mut place = vec![u32::MAX; all.len()];
         let mut start = vec![0_u32; buckets + 1];
         for (aabb, place) in all.iter().zip(&mut place) {
             if aabb.is_empty() {
                 continue;
             }
-            let class = Class::of(aabb, finest);
+            let class = SizeClass::of(aabb, finest);
             if !classes.contains(&class) {
                 classes.push(class);
             }
@@ -122,7 +122,12 @@ impl<const D: usize> Grid<D> {
 
     /// Calls `found` for every box that overlaps `aabb`, in the classes for which
     /// `wanted` holds, none finer than that of `aabb`; a box may come twice.
-    fn query(&self, aabb: &Aabb<D>, wanted: impl Fn(Class) -> bool, mut found: impl FnMut(u32)) {
+    fn query(
+        &self,
+        aabb: &Aabb<D>,
+        wanted: impl Fn(SizeClass) -> bool,
+        mut found: impl FnMut(u32),
+    ) {
         let mask = self.start.len() - 2;
         for &class in self.classes.iter().filter(|&&class| wanted(class)) {
             // What lies here may begin one cell before.
@@ -156,7 +161,7 @@ pub(crate) fn overlapping<const D: usize>(
     targets: &[Aabb<D>],
     accept: impl Fn(u32, u32) -> bool,
 ) -> Vec<(u32, u32)> {
-    let finest = Class::finest([mains, targets]);
+    let finest = SizeClass::finest([mains, targets]);
     let grid = Grid::new(targets, finest);
     let mut pairs = Vec::new();
     let mut coarsest = finest;
@@ -182,10 +187,10 @@ pub(crate) fn overlapping<const D: usize>(
 /// Number, box and class of all boxes that are not empty.
 fn with_class<const D: usize>(
     boxes: &[Aabb<D>],
-    finest: Class,
-) -> impl Iterator<Item = (u32, &Aabb<D>, Class)> {
+    finest: SizeClass,
+) -> impl Iterator<Item = (u32, &Aabb<D>, SizeClass)> {
     let boxes = (0..).zip(boxes).filter(|(_, aabb)| !aabb.is_empty());
-    boxes.map(move |(number, aabb)| (number, aabb, Class::of(aabb, finest)))
+    boxes.map(move |(number, aabb)| (number, aabb, SizeClass::of(aabb, finest)))
 }
 
 /// Sorts pairs of `mains` main boxes at linear cost.

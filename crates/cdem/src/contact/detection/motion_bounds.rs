@@ -2,15 +2,17 @@
 
 use rayon::prelude::*;
 
-use crate::contact::detection::candidates::{AT_A_GLANCE, Blocks, Glance, Lists, Search};
+use crate::contact::detection::candidates::{
+    AT_A_GLANCE, ActiveSubset, CandidateSearch, SearchContext, SearchWorkspace,
+};
 use crate::contact::surface::Configuration;
 
-impl<const D: usize> Search<D> {
+impl<const D: usize> CandidateSearch<D> {
     /// Gives blocks that may touch each other the largest share among them, and
     /// looks again at the candidates of those that get more, until none does.
-    pub(super) fn share_among_near(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
+    pub(super) fn share_among_near(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let count = self.blocks.len();
-        let Lists {
+        let SearchWorkspace {
             together, largest, ..
         } = &mut self.lists;
         together.part(count);
@@ -30,7 +32,7 @@ impl<const D: usize> Search<D> {
 
     /// Joins the blocks listed that move, which then have the largest share in common.
     fn join_near(&mut self, fixed: &[bool]) {
-        let Lists {
+        let SearchWorkspace {
             together,
             largest,
             of_near,
@@ -49,7 +51,7 @@ impl<const D: usize> Search<D> {
     /// Gives the blocks listed the largest share of those that they are joined to; whether any
     /// gets more.
     fn raise(&mut self) -> bool {
-        let Lists {
+        let SearchWorkspace {
             together,
             largest,
             of_near,
@@ -79,9 +81,9 @@ impl<const D: usize> Search<D> {
     }
 
     /// Looks at what has not been near to blocks of a larger share than before.
-    fn look_again(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
+    fn look_again(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.look_ahead(blocks.tolerance);
-        let Lists {
+        let SearchWorkspace {
             ahead,
             raised,
             glances,
@@ -97,7 +99,7 @@ impl<const D: usize> Search<D> {
                 && candidate.may_be_near(a, b)
         };
         let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
-        glances.resize_with(some.len(), Glance::default);
+        glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(&mut *glances).for_each(|(numbers, glance)| {
             glance.open.clear();
             glance

@@ -18,7 +18,7 @@
 
 use std::ops::Range;
 
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Pair, Surface};
 use crate::math::vector::dot;
 
@@ -37,13 +37,13 @@ const AHEAD: f64 = 16.0;
 
 /// The open pairs that may touch in this coarse step.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Near {
-    open: Vec<Open>,
+pub(crate) struct SeparationBounds {
+    open: Vec<OpenPair>,
     /// Those that were before a restart, and how many of them have been passed.
-    before: Vec<Open>,
+    before: Vec<OpenPair>,
     passed: usize,
     /// The blocks of the island; the first stands for all that are fixed.
-    bodies: Vec<Body>,
+    bodies: Vec<IslandBlock>,
     /// Distance within which nothing is left out, m.
     within: f64,
     /// What a way may come to, m.
@@ -56,7 +56,7 @@ pub(crate) struct Near {
 
 /// An open pair.
 #[derive(Clone, Copy, Debug)]
-struct Open {
+struct OpenPair {
     pair: Pair,
     bodies: [u32; 2],
     /// Nodes of the main feature move against each other.
@@ -68,7 +68,7 @@ struct Open {
 
 /// The nodes of one block in the island.
 #[derive(Clone, Debug)]
-struct Body {
+struct IslandBlock {
     block: u32,
     /// Where they are among those of the island.
     nodes: Range<usize>,
@@ -78,11 +78,11 @@ struct Body {
     speed: f64,
 }
 
-impl Near {
+impl SeparationBounds {
     /// None yet, of an island of these nodes, sorted. `within` is the distance of
     /// pairs that are always looked at, m: the tolerance, or more.
     pub(crate) fn new(nodes: &[u32], block_of: &[u32], tolerance: f64, within: f64) -> Self {
-        let body = |block, nodes| Body {
+        let body = |block, nodes| IslandBlock {
             block,
             nodes,
             way: 0.0,
@@ -139,7 +139,7 @@ impl Near {
             moving.map_or(0, |number| number as u32 + 1)
         };
         self.serves = -1.0;
-        self.open.push(Open {
+        self.open.push(OpenPair {
             pair,
             bodies: blocks.map(of),
             turns: surface.main_nodes(pair.main).len() > 1,
@@ -158,7 +158,7 @@ impl Near {
     }
 
     /// Takes the speeds of now, of the `nodes` of the island.
-    pub(crate) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &Kicked<D>) {
+    pub(crate) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &KickedView<D>) {
         for body in &mut self.bodies {
             let velocities = nodes[body.nodes.clone()].iter();
             let velocities = velocities.map(|&node| &motion.velocity[node as usize]);
@@ -213,7 +213,7 @@ impl Near {
     }
 
     #[inline]
-    fn bodies_of(&self, open: &Open) -> [&Body; 2] {
+    fn bodies_of(&self, open: &OpenPair) -> [&IslandBlock; 2] {
         let [main, target] = open.bodies;
         [&self.bodies[main as usize], &self.bodies[target as usize]]
     }

@@ -1,6 +1,6 @@
 //! Runs that leave pairs out against runs that look at all.
 
-use crate::contact::detection::separation_bounds::Near;
+use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::refinement::dimension::{PLANE, SOLID, Space};
@@ -109,7 +109,7 @@ fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
 }
 
 /// Pairs that are left out in a drift of `duration` seconds.
-fn not_looked_at(near: &Near, duration: f64) -> usize {
+fn not_looked_at(near: &SeparationBounds, duration: f64) -> usize {
     near.pairs().count() - near.clone().may_touch(duration).count()
 }
 

@@ -6,16 +6,16 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::constraint::contact_point::Live;
-use crate::contact::constraint::context::Setting;
-use crate::contact::energy::{Books, Receive, Receivers};
-use crate::contact::interior::{Interior, Jump};
-use crate::contact::island::{Bodies, Island};
+use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
+use crate::contact::interior::{BodyCoupling, VelocityJump};
+use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Solver;
 use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
 use crate::contact::solver::system::SHARE;
 use crate::contact::tolerances::{AGAIN, MISS};
-use crate::model::kinematics::Motion;
+use crate::model::kinematics::NodalMotion;
 
 /// Residual at which the solve of an impact is done in an island of more than [`FEW`]
 /// contacts: what it leaves the next kick finds, and no position is wrong by more than a
@@ -23,7 +23,7 @@ use crate::model::kinematics::Motion;
 const RESIDUAL_OF_CROWD: f64 = 1e-6;
 
 /// An impact, to be solved as often as it takes.
-struct Impact<const D: usize> {
+struct ImpactSolve<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// Relative velocities of their points before it, m/s.
     approach: Vec<[f64; D]>,
@@ -34,9 +34,9 @@ struct Impact<const D: usize> {
     precision: f64,
 }
 
-impl<const D: usize> Impact<D> {
+impl<const D: usize> ImpactSolve<D> {
     /// Adds nodes that its contacts do not move, with their velocities of now.
-    fn start_also(&mut self, nodes: impl Iterator<Item = u32>, motion: &Motion<D>) {
+    fn start_also(&mut self, nodes: impl Iterator<Item = u32>, motion: &NodalMotion<D>) {
         let known: BTreeSet<u32> = self.start.iter().map(|start| start.0).collect();
         let others: BTreeSet<u32> = nodes.filter(|node| !known.contains(node)).collect();
         let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
@@ -48,10 +48,10 @@ impl<const D: usize> Impact<D> {
     fn solve(
         &mut self,
         system: &mut Solver<D>,
-        setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        setting: &ContactContext<D>,
+        motion: &mut NodalMotion<D>,
         (impulses, scale): (&[(u32, [f64; D])], f64),
-        books: &mut Books,
+        books: &mut ContactEnergies,
     ) {
         for (node, velocity) in &self.start {
             motion.velocity[*node as usize] = *velocity;
@@ -77,19 +77,19 @@ impl<const D: usize> Island<D> {
     /// The impact of the pairs that have just touched, in a drift of `duration`
     /// seconds of which `remaining` are left, and what it does to the bodies
     /// behind them.
-    pub(super) fn meet<I: Interior<D>>(
+    pub(super) fn meet<I: BodyCoupling<D>>(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        setting: &ContactContext<D>,
+        motion: &mut NodalMotion<D>,
         (before, (duration, remaining)): (&[[f64; D]], (f64, f64)),
-        bodies: &mut Bodies<D, I>,
-        receivers: &mut Receivers<D>,
-        books: &mut Books,
+        bodies: &mut IslandBodies<D, I>,
+        receivers: &mut ImpulseReceivers<D>,
+        books: &mut ContactEnergies,
     ) {
         let mut impact = self.impact(setting, motion, duration);
         bodies.trail.reach(self.system.nodes(), motion);
         impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
-        let jump = Jump {
+        let jump = VelocityJump {
             nodes: &self.nodes,
             before,
             taken: bodies.taken,
@@ -127,11 +127,11 @@ impl<const D: usize> Island<D> {
     /// of `duration` seconds.
     pub(crate) fn meet_initial(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        setting: &ContactContext<D>,
+        motion: &mut NodalMotion<D>,
         duration: f64,
-        receive: Receive<D>,
-        books: &mut Books,
+        receive: ImpulseReceiver<D>,
+        books: &mut ContactEnergies,
     ) {
         let mut impact = self.impact(setting, motion, duration);
         impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
@@ -140,8 +140,13 @@ impl<const D: usize> Island<D> {
 
     /// Perfectly inelastic for the points that touch, within the shear limit;
     /// those that were closed stay so as far as their last kick's impulse bears.
-    fn impact(&mut self, setting: &Setting<D>, motion: &Motion<D>, duration: f64) -> Impact<D> {
-        let constraint = |live: &Live<D>| {
+    fn impact(
+        &mut self,
+        setting: &ContactContext<D>,
+        motion: &NodalMotion<D>,
+        duration: f64,
+    ) -> ImpactSolve<D> {
+        let constraint = |live: &ContactPoint<D>| {
             let within = (duration, setting.tolerance);
             live.impact(setting.surface, motion.positions().into(), within)
         };
@@ -150,7 +155,7 @@ impl<const D: usize> Island<D> {
         self.system.load(&constraints, setting.mobility(0.0));
         let approach = constraints.iter();
         let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));
-        Impact {
+        ImpactSolve {
             approach: approach.collect(),
             start: self.start(&constraints, motion),
             precision: self.precision(setting, motion.positions().into(), duration),
@@ -165,8 +170,8 @@ impl<const D: usize> Island<D> {
     /// however little time is left.
     fn bend(
         &self,
-        setting: &Setting<D>,
-        motion: &Motion<D>,
+        setting: &ContactContext<D>,
+        motion: &NodalMotion<D>,
         constraints: &mut [Constraint<D>],
         (duration, remaining): (f64, f64),
     ) -> bool {
@@ -191,11 +196,11 @@ impl<const D: usize> Island<D> {
     /// Takes the impulses of a solved impact into the records and the books.
     fn end_impact(
         &mut self,
-        setting: &Setting<D>,
-        motion: &Motion<D>,
-        (impact, duration): (&Impact<D>, f64),
-        receive: Receive<D>,
-        books: &mut Books,
+        setting: &ContactContext<D>,
+        motion: &NodalMotion<D>,
+        (impact, duration): (&ImpactSolve<D>, f64),
+        receive: ImpulseReceiver<D>,
+        books: &mut ContactEnergies,
     ) {
         let least = setting.least_speed(duration);
         let solved = impact.constraints.iter().zip(&impact.approach);

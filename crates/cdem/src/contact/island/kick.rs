@@ -6,15 +6,17 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
-use crate::contact::constraint::contact_point::{Followed, Live, Moment, Record};
-use crate::contact::constraint::context::Setting;
-use crate::contact::energy::Books;
+use crate::contact::constraint::contact_point::{
+    ContactHistory, ContactPoint, DriftInterval, TargetTracking,
+};
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
-use crate::contact::island::touch_events::{Touches, Wanted};
+use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
 use crate::contact::rollback::change;
 use crate::contact::solver::gauss_seidel::RESIDUAL;
 use crate::contact::solver::system::SHARE;
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::tolerances::{AGAIN, MISS};
 use crate::math::profile::Stage;
@@ -26,7 +28,7 @@ const WORTH_A_SOLVE: usize = 64;
 
 /// What closed contacts are asked for in a kick, as often as it takes; its storage is kept.
 #[derive(Debug, Default)]
-pub(crate) struct Hold<const D: usize> {
+pub(crate) struct KickWorkspace<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// Of how many, from the first on.
     asked: usize,
@@ -44,18 +46,18 @@ pub(crate) struct Hold<const D: usize> {
     start: Vec<[f64; D]>,
     end: Vec<[f64; D]>,
     /// Contacts that have ended, energies, and other sums.
-    ended: Vec<Record>,
-    books: Books,
+    ended: Vec<ContactHistory>,
+    books: ContactEnergies,
 }
 
-impl<const D: usize> Clone for Hold<D> {
+impl<const D: usize> Clone for KickWorkspace<D> {
     /// An empty one: a kick asks for all anew.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl<const D: usize> Hold<D> {
+impl<const D: usize> KickWorkspace<D> {
     /// Begins a kick of so many contacts, of which nothing has been asked for yet.
     fn begin(&mut self, contacts: usize) {
         self.constraints.resize_with(contacts, Constraint::default);
@@ -71,12 +73,12 @@ impl<const D: usize> Hold<D> {
     }
 
     /// Energies, and other sums.
-    pub(super) fn books(&self) -> &Books {
+    pub(super) fn books(&self) -> &ContactEnergies {
         &self.books
     }
 
     /// Contacts that have ended, once.
-    pub(super) fn ended(&mut self) -> impl Iterator<Item = Record> + '_ {
+    pub(super) fn ended(&mut self) -> impl Iterator<Item = ContactHistory> + '_ {
         self.ended.drain(..)
     }
 
@@ -90,7 +92,7 @@ impl<const D: usize> Hold<D> {
     }
 
     /// Gives the nodes the velocities that they had before.
-    fn undo(&self, motion: &mut Kicked<D>) {
+    fn undo(&self, motion: &mut KickedView<D>) {
         for (&node, velocity) in self.nodes.iter().zip(&self.start) {
             motion.velocity[node as usize] = *velocity;
         }
@@ -118,14 +120,14 @@ impl<const D: usize> Island<D> {
     /// together, (11), or part them, (6)–(10). `before` are the velocities
     /// before the kick of `interval` seconds at `time`, which precedes a drift
     /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them, and of the
-    /// rest, is [kept](Hold).
+    /// rest, is [kept](KickWorkspace).
     pub(super) fn hold(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Kicked<D>,
+        setting: &ContactContext<D>,
+        motion: &mut KickedView<D>,
         before: &[[f64; D]],
         (time, interval, drift): (f64, f64, f64),
-        mut books: Books,
+        mut books: ContactEnergies,
     ) {
         let mut hold = std::mem::take(&mut self.held);
         let mut ended = std::mem::take(&mut hold.ended);
@@ -190,11 +192,11 @@ impl<const D: usize> Island<D> {
     /// on to where another is.
     fn follow(
         &mut self,
-        setting: &Setting<D>,
+        setting: &ContactContext<D>,
         at: Configuration<D>,
         (pairs, moved): (&mut Vec<Pair>, &mut Vec<bool>),
-        ended: &mut Vec<Record>,
-        books: &mut Books,
+        ended: &mut Vec<ContactHistory>,
+        books: &mut ContactEnergies,
     ) {
         if self.live.iter().all(|live| live.sticks) {
             return;
@@ -207,8 +209,8 @@ impl<const D: usize> Island<D> {
         self.live.retain_mut(|live| {
             let before = live.pair;
             let followed = live.follow(setting.surface, at, setting.tolerance, taken);
-            books.hurried += u64::from(followed == Followed::InAHurry);
-            let goes_on = followed != Followed::Beyond;
+            books.hurried += u64::from(followed == TargetTracking::InAHurry);
+            let goes_on = followed != TargetTracking::Beyond;
             if goes_on {
                 moved.push(live.pair != before);
             } else {
@@ -222,7 +224,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Ends the contacts that have `moved` on to where another is.
-    fn merge(&mut self, moved: &[bool], ended: &mut Vec<Record>) {
+    fn merge(&mut self, moved: &[bool], ended: &mut Vec<ContactHistory>) {
         let stayed = self.live.iter().zip(moved).filter(|(_, moved)| !**moved);
         let mut known: BTreeSet<Pair> = stayed.map(|(live, _)| live.pair).collect();
         let mut moved = moved.iter();
@@ -240,11 +242,11 @@ impl<const D: usize> Island<D> {
     /// their strength break together. After either, the island is solved again.
     fn solve_held(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Kicked<D>,
-        (hold, touches): (&mut Hold<D>, &mut Touches<D>),
+        setting: &ContactContext<D>,
+        motion: &mut KickedView<D>,
+        (hold, touches): (&mut KickWorkspace<D>, &mut TouchEvents<D>),
         (time, interval, drift): (f64, f64, f64),
-        books: &mut Books,
+        books: &mut ContactEnergies,
     ) {
         hold.begin(self.live.len());
         let precision = (RESIDUAL, self.precision(setting, motion.positions(), drift));
@@ -256,7 +258,7 @@ impl<const D: usize> Island<D> {
             self.solve_for_gaps(setting, motion, hold, (precision, drift), books);
             let least = match &before {
                 Some(before) => {
-                    let interval = (Wanted::InKick, (0.0, drift));
+                    let interval = (ClosureRule::InKick, (0.0, drift));
                     touches.update(self, setting, motion, (before, true), interval);
                     self.live.len() / WORTH_A_SOLVE
                 }
@@ -277,11 +279,11 @@ impl<const D: usize> Island<D> {
     /// Asks something of the contacts that nothing has been asked of yet.
     fn ask_of_new(
         &mut self,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
-        hold: &mut Hold<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
+        hold: &mut KickWorkspace<D>,
         (interval, drift): (f64, f64),
-        books: &mut Books,
+        books: &mut ContactEnergies,
     ) {
         let at = motion.positions();
         let count = self.live.len();
@@ -303,11 +305,11 @@ impl<const D: usize> Island<D> {
     /// Solves for what is asked, and again for what gaps miss of it.
     fn solve_for_gaps(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Kicked<D>,
-        hold: &mut Hold<D>,
+        setting: &ContactContext<D>,
+        motion: &mut KickedView<D>,
+        hold: &mut KickWorkspace<D>,
         (precision, drift): ((f64, f64), f64),
-        books: &mut Books,
+        books: &mut ContactEnergies,
     ) {
         if self.live.is_empty() {
             return;
@@ -334,17 +336,17 @@ impl<const D: usize> Island<D> {
     /// any contact has begun.
     fn close_touching(
         &mut self,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
-        touches: &mut Touches<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
+        touches: &mut TouchEvents<D>,
         (time, drift, least): (f64, f64, usize),
-        books: &mut Books,
+        books: &mut ContactEnergies,
     ) -> bool {
         let pairs = touches.now();
         if pairs.len() <= least {
             return false;
         }
-        let moment = Moment::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
+        let moment = DriftInterval::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
         let begun = self.touch(setting, moment, &pairs, time);
         books.touches += begun;
         begun > 0
@@ -354,9 +356,9 @@ impl<const D: usize> Island<D> {
     /// they bear without those; whether there are any.
     fn break_joints(
         &mut self,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
-        hold: &mut Hold<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
+        hold: &mut KickWorkspace<D>,
         (interval, drift): (f64, f64),
     ) -> bool {
         let least = setting.least_speed(drift);
@@ -378,14 +380,14 @@ impl<const D: usize> Island<D> {
     /// sink in as they part; whether that is too far of any.
     fn miss(
         &self,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
         drift: f64,
-        hold: &mut Hold<D>,
+        hold: &mut KickWorkspace<D>,
     ) -> bool {
         let (surface, tolerance) = (setting.surface, setting.tolerance);
         let then = motion.positions().after(motion.velocity, drift);
-        let miss = |(live, constraint): (&Live<D>, &Constraint<D>)| {
+        let miss = |(live, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have turned parallel have no gap.
             let gap = surface.gap(live.pair, then, &constraint.operator.frame[0]);
             let miss = gap.map_or(0.0, |gap| gap - live.offset[0]);

@@ -11,30 +11,30 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::constraint::contact_point::{Live, Moment, Record};
-use crate::contact::constraint::context::Setting;
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
+use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::ordered;
-use crate::contact::detection::separation_bounds::Near;
-use crate::contact::energy::{Books, Receivers};
-use crate::contact::interior::{Interior, Timing};
-use crate::contact::island::kick::Hold;
-use crate::contact::island::touch_events::{Touches, Wanted};
-use crate::contact::rollback::Trail;
+use crate::contact::detection::separation_bounds::SeparationBounds;
+use crate::contact::energy::{ContactEnergies, ImpulseReceivers};
+use crate::contact::interior::{BodyCoupling, KickTiming};
+use crate::contact::island::kick::KickWorkspace;
+use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
+use crate::contact::rollback::Rollback;
 use crate::contact::solver::Solver;
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::tolerances::{EARLY, EVENTS, GAP_ROUND_OFF, SIMULTANEOUS};
 use crate::math::vector::pad;
-use crate::model::kinematics::Motion;
+use crate::model::kinematics::NodalMotion;
 
 /// The bodies of an island, and whether a node moves with any island.
-pub(crate) struct Bodies<'a, const D: usize, I: Interior<D>> {
+pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
     pub(crate) interior: &'a I,
     /// The touch in hand.
     pub(crate) touch: I::Touch,
     pub(crate) taken: &'a [bool],
     /// What the island moves in its drift.
-    pub(crate) trail: &'a mut Trail<D>,
+    pub(crate) trail: &'a mut Rollback<D>,
 }
 
 /// Live and possible contacts that share nodes, solved together.
@@ -42,9 +42,9 @@ pub(crate) struct Bodies<'a, const D: usize, I: Interior<D>> {
 pub(crate) struct Island<const D: usize> {
     /// Open pairs that may touch in this coarse step.
     #[serde(skip)]
-    pub(crate) near: Near,
+    pub(crate) near: SeparationBounds,
     /// Closed ones.
-    pub(crate) live: Vec<Live<D>>,
+    pub(crate) live: Vec<ContactPoint<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
     /// What its contacts do to each other: kept while they stay, and for its storage.
@@ -52,10 +52,10 @@ pub(crate) struct Island<const D: usize> {
     pub(super) system: Solver<D>,
     /// When open pairs touch: known from a kick on, through its drift; storage until the next.
     #[serde(skip)]
-    pub(super) touches: Touches<D>,
+    pub(super) touches: TouchEvents<D>,
     /// What its contacts bear in a kick.
     #[serde(skip)]
-    pub(super) held: Hold<D>,
+    pub(super) held: KickWorkspace<D>,
 }
 
 impl<const D: usize> Island<D> {
@@ -73,12 +73,12 @@ impl<const D: usize> Island<D> {
     /// stage 1), then unified (time stage 2).
     pub(crate) fn drift(
         &mut self,
-        setting: &Setting<D>,
-        motion: &mut Motion<D>,
+        setting: &ContactContext<D>,
+        motion: &mut NodalMotion<D>,
         (time, duration): (f64, f64),
-        bodies: &mut Bodies<D, impl Interior<D>>,
-        receivers: &mut Receivers<D>,
-        books: &mut Books,
+        bodies: &mut IslandBodies<D, impl BodyCoupling<D>>,
+        receivers: &mut ImpulseReceivers<D>,
+        books: &mut ContactEnergies,
     ) {
         let mut touches = std::mem::take(&mut self.touches);
         let mut elapsed = 0.0;
@@ -102,7 +102,8 @@ impl<const D: usize> Island<D> {
             self.go(motion, wait);
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
-            let moment = Moment::in_drift(motion.positions().into(), motion.velocity, remaining);
+            let moment =
+                DriftInterval::in_drift(motion.positions().into(), motion.velocity, remaining);
             let begun = self.touch(setting, moment, &pairs, time + elapsed);
             books.touches += begun;
             let before = self.velocities(motion.velocity);
@@ -111,9 +112,9 @@ impl<const D: usize> Island<D> {
             touches.update(
                 self,
                 setting,
-                &Kicked::new(motion, None),
+                &KickedView::new(motion, None),
                 (&before, begun > 0),
-                (Wanted::InDrift, (elapsed, duration)),
+                (ClosureRule::InDrift, (elapsed, duration)),
             );
         }
         self.go(motion, duration - elapsed);
@@ -121,7 +122,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Kick interval and drift of its nodes, s, if they are due.
-    pub(super) fn timing(&self, timing: Timing) -> Option<(f64, f64)> {
+    pub(super) fn timing(&self, timing: KickTiming) -> Option<(f64, f64)> {
         timing(*self.nodes.first()?)
     }
 
@@ -136,14 +137,19 @@ impl<const D: usize> Island<D> {
     }
 
     /// Moves the island at the velocities that the pairs near were looked at with.
-    pub(super) fn go(&mut self, motion: &mut Motion<D>, duration: f64) {
+    pub(super) fn go(&mut self, motion: &mut NodalMotion<D>, duration: f64) {
         motion.drift(&self.nodes, duration);
         self.near.go(duration);
     }
 
     /// Relative velocity below which contacts ask for what positions cannot say,
     /// m/s: their round-off over a drift of `drift` seconds.
-    pub(super) fn precision(&self, setting: &Setting<D>, at: Configuration<D>, drift: f64) -> f64 {
+    pub(super) fn precision(
+        &self,
+        setting: &ContactContext<D>,
+        at: Configuration<D>,
+        drift: f64,
+    ) -> f64 {
         let coordinates = self.nodes.iter().flat_map(|&node| at.at(node));
         let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
         setting.least_speed(drift).max(GAP_ROUND_OFF * size / drift)
@@ -155,7 +161,7 @@ impl<const D: usize> Island<D> {
     pub(super) fn start(
         &self,
         constraints: &[Constraint<D>],
-        motion: &Motion<D>,
+        motion: &NodalMotion<D>,
     ) -> Vec<(u32, [f64; D])> {
         let reached = constraints.iter().flat_map(|c| c.operator.nodes()).copied();
         let mut beyond: Vec<u32> = reached.filter(|node| !self.has(*node)).collect();
@@ -182,8 +188,8 @@ impl<const D: usize> Island<D> {
     /// already says the same. Returns how many contacts have begun: they are the last ones.
     pub(crate) fn touch(
         &mut self,
-        setting: &Setting<D>,
-        moment: Moment<D>,
+        setting: &ContactContext<D>,
+        moment: DriftInterval<D>,
         pairs: &[Pair],
         time: f64,
     ) -> u64 {
@@ -202,7 +208,11 @@ impl<const D: usize> Island<D> {
 
     /// The contacts between the blocks of some pairs: found for all of them together, as an
     /// island may have very many.
-    fn between(&self, setting: &Setting<D>, pairs: &[Pair]) -> BTreeMap<[u32; 2], Vec<usize>> {
+    fn between(
+        &self,
+        setting: &ContactContext<D>,
+        pairs: &[Pair],
+    ) -> BTreeMap<[u32; 2], Vec<usize>> {
         let blocks = pairs.iter().map(|&pair| ordered(setting.blocks(pair)));
         let mut between: BTreeMap<_, Vec<usize>> = blocks.map(|both| (both, vec![])).collect();
         if between.is_empty() {
@@ -217,12 +227,12 @@ impl<const D: usize> Island<D> {
     }
 
     /// Begins a contact of a pair that touches.
-    fn begin(&mut self, setting: &Setting<D>, at: Configuration<D>, pair: Pair, time: f64) {
+    fn begin(&mut self, setting: &ContactContext<D>, at: Configuration<D>, pair: Pair, time: f64) {
         let (surface, blocks) = (setting.surface, setting.blocks(pair));
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, setting.tolerance);
         let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
-        let record = Record {
+        let record = ContactHistory {
             kind,
             time_on: time,
             time_off: None,
@@ -237,7 +247,7 @@ impl<const D: usize> Island<D> {
             blocks,
         };
         let operator = surface.operator(pair, &foot, at);
-        self.live.push(Live {
+        self.live.push(ContactPoint {
             pair,
             law: setting.laws.between(blocks[0], blocks[1]),
             foot,
@@ -261,7 +271,7 @@ impl<const D: usize> Island<D> {
     /// Moves that take the penetration out of the island, m.
     pub(crate) fn part(
         &mut self,
-        setting: &Setting<D>,
+        setting: &ContactContext<D>,
         at: Configuration<D>,
     ) -> Vec<(u32, [f64; D])> {
         // The solver of velocities, over one second from rest, without shear.

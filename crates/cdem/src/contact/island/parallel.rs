@@ -5,15 +5,15 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::contact_point::Record;
-use crate::contact::constraint::context::Setting;
-use crate::contact::energy::{Books, Receive, Receivers};
-use crate::contact::interior::{DriftOf, Interior, Timing};
-use crate::contact::island::{Bodies, Island};
-use crate::contact::rollback::Trail;
-use crate::contact::surface::kicked::Kicked;
+use crate::contact::constraint::contact_point::ContactHistory;
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
+use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
+use crate::contact::island::{Island, IslandBodies};
+use crate::contact::rollback::Rollback;
+use crate::contact::surface::kicked::KickedView;
 use crate::math::profile::Stage;
-use crate::model::kinematics::Motion;
+use crate::model::kinematics::NodalMotion;
 
 /// Parts of the islands for each thread: one that is done early takes up another's.
 const PARTS: usize = 4;
@@ -30,9 +30,9 @@ const CALLED_FOR: usize = 64;
 /// Velocities of all nodes for parts of the islands to work with, m/s: as many as there are at
 /// work at once, kept for their storage.
 #[derive(Debug, Default)]
-pub(crate) struct Copies<const D: usize>(Mutex<Vec<Vec<[f64; D]>>>);
+pub(crate) struct VelocityCopies<const D: usize>(Mutex<Vec<Vec<[f64; D]>>>);
 
-impl<const D: usize> Copies<D> {
+impl<const D: usize> VelocityCopies<D> {
     /// Works with a copy of velocities.
     fn lend(&self, velocity: &[[f64; D]], work: impl FnOnce(&mut [[f64; D]])) {
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -47,18 +47,18 @@ impl<const D: usize> Copies<D> {
 /// Holds all islands that are due in a kick at a time by its timing, velocities before which are
 /// `before`. Returns the contacts that have ended.
 pub(crate) fn hold<const D: usize>(
-    (islands, copies): (&mut [Island<D>], &Copies<D>),
-    setting: &Setting<D>,
-    motion: &mut Kicked<D>,
-    (before, time, timing): (&[[f64; D]], f64, Timing),
-    receive: Receive<D>,
-    books: &mut Books,
-) -> Vec<Record> {
+    (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
+    setting: &ContactContext<D>,
+    motion: &mut KickedView<D>,
+    (before, time, timing): (&[[f64; D]], f64, KickTiming),
+    receive: ImpulseReceiver<D>,
+    books: &mut ContactEnergies,
+) -> Vec<ContactHistory> {
     let is_due = |island: &Island<D>| island.timing(timing).is_some();
     let due = islands.iter().filter(|island| is_due(island));
     let parts = parts(due.map(|island| island.live.len()), motion.velocity.len());
     let of_all = &*books;
-    let hold = |island: &mut Island<D>, motion: &mut Kicked<D>| {
+    let hold = |island: &mut Island<D>, motion: &mut KickedView<D>| {
         if let Some((interval, drift)) = island.timing(timing) {
             let timing = (time, interval, drift);
             island.hold(setting, motion, before, timing, of_all.beside());
@@ -93,20 +93,20 @@ pub(crate) fn hold<const D: usize>(
 
 /// Drifts all islands that are due from a `time` on, each for its `duration`: those whose pairs
 /// touch see all others as they were before, and nodes of no island as they are after.
-pub(crate) fn drift<const D: usize, I: Interior<D>>(
+pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     islands: &mut [Island<D>],
-    setting: &Setting<D>,
-    motion: &mut Motion<D>,
-    (bodies, (time, duration)): ((&I, &[bool]), (f64, DriftOf)),
-    receivers: &mut Receivers<D>,
-    books: &mut Books,
+    setting: &ContactContext<D>,
+    motion: &mut NodalMotion<D>,
+    (bodies, (time, duration)): ((&I, &[bool]), (f64, DriftDurations)),
+    receivers: &mut ImpulseReceivers<D>,
+    books: &mut ContactEnergies,
 ) {
     let due = |island: &Island<D>| duration(*island.nodes.first()?);
     let meetings = islands.iter_mut().enumerate();
-    let mut meetings: Vec<Meeting<D>> = meetings
+    let mut meetings: Vec<DriftTask<D>> = meetings
         .filter_map(|(number, island)| {
             let duration = due(island).filter(|_| !island.flies_freely())?;
-            Some(Meeting {
+            Some(DriftTask {
                 number,
                 island,
                 duration,
@@ -134,49 +134,49 @@ pub(crate) fn drift<const D: usize, I: Interior<D>>(
 }
 
 /// An island, by its number, before a drift of `duration` seconds in which pairs of it touch.
-struct Meeting<'a, const D: usize> {
+struct DriftTask<'a, const D: usize> {
     number: usize,
     island: &'a mut Island<D>,
     duration: f64,
 }
 
 /// What has become of it.
-struct Met<const D: usize> {
+struct DriftOutcome<const D: usize> {
     number: usize,
-    trail: Trail<D>,
+    trail: Rollback<D>,
     /// Impulses of contacts, and of elements on nodes that are held, N·s.
     of_contacts: Vec<(u32, [f64; D])>,
     on_held: Vec<(u32, [f64; D])>,
-    books: Books,
+    books: ContactEnergies,
 }
 
 /// Drifts islands whose pairs touch, from a `time` on; nodes stay.
-fn meet<const D: usize, I: Interior<D>>(
-    meetings: &mut [Meeting<D>],
-    setting: &Setting<D>,
-    motion: &mut Motion<D>,
+fn meet<const D: usize, I: BodyCoupling<D>>(
+    meetings: &mut [DriftTask<D>],
+    setting: &ContactContext<D>,
+    motion: &mut NodalMotion<D>,
     ((interior, taken), time): ((&I, &[bool]), f64),
-    books: &mut Books,
-) -> Vec<Met<D>> {
+    books: &mut ContactEnergies,
+) -> Vec<DriftOutcome<D>> {
     let pairs = meetings.iter().map(|meeting| meeting.island.pairs());
     let parts = parts(pairs, motion.velocity.len());
     let of_all = &*books;
-    let drift = |meeting: &mut Meeting<D>, motion: &mut Motion<D>| {
+    let drift = |meeting: &mut DriftTask<D>, motion: &mut NodalMotion<D>| {
         let island = &mut *meeting.island;
-        let mut met = Met {
+        let mut met = DriftOutcome {
             number: meeting.number,
-            trail: Trail::new(&island.nodes, motion),
+            trail: Rollback::new(&island.nodes, motion),
             of_contacts: Vec::new(),
             on_held: Vec::new(),
             books: of_all.beside(),
         };
-        let bodies = &mut Bodies {
+        let bodies = &mut IslandBodies {
             interior,
             touch: I::Touch::default(),
             taken,
             trail: &mut met.trail,
         };
-        let receivers = &mut Receivers {
+        let receivers = &mut ImpulseReceivers {
             of_contacts: &mut |node, impulse| met.of_contacts.push((node, *impulse)),
             on_held: &mut |node, impulse| met.on_held.push((node, *impulse)),
         };
@@ -186,9 +186,9 @@ fn meet<const D: usize, I: Interior<D>>(
         met.trail.undo(motion);
         met
     };
-    let met: Vec<Met<D>> = if parts > 1 {
+    let met: Vec<DriftOutcome<D>> = if parts > 1 {
         let now = &*motion;
-        let of_part = |part: &mut [Meeting<D>]| {
+        let of_part = |part: &mut [DriftTask<D>]| {
             let mut copied = now.copied();
             let mut motion = copied.motion(now.rest);
             let met = part.iter_mut().map(|meeting| drift(meeting, &mut motion));

@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use crate::contact::constraint::active_set::Closed;
-use crate::contact::constraint::contact_point::{Live, Moment};
-use crate::contact::constraint::context::Setting;
-use crate::contact::detection::separation_bounds::Near;
+use crate::contact::constraint::active_set::ActiveSetIndex;
+use crate::contact::constraint::contact_point::{ContactPoint, DriftInterval};
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::rightful;
 use crate::contact::solver::system::SHARE;
-use crate::contact::surface::kicked::Kicked;
-use crate::contact::surface::{Configuration, Pair, Slack, Surface};
+use crate::contact::surface::kicked::KickedView;
+use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
 use crate::contact::tolerances::SHALLOW;
 use crate::math::vector::{norm, sub};
 
@@ -22,21 +22,21 @@ const LEAST_DEPTH: f64 = 1e-7;
 
 /// When the open pairs of an island touch in a drift.
 #[derive(Debug, Default)]
-pub(crate) struct Touches<const D: usize> {
+pub(crate) struct TouchEvents<const D: usize> {
     /// Those that are not never, with their numbers among the pairs near, which
     /// rise.
-    touch: Vec<(usize, Touch)>,
+    touch: Vec<(usize, TouchState)>,
     /// Storage of a look: what there was before; places of the pairs looked at, and these; what
     /// glances tell, and looks; closed pairs, sorted, and by place.
-    before: Vec<(usize, Touch)>,
+    before: Vec<(usize, TouchState)>,
     anew: Vec<(usize, Pair)>,
-    glances: Vec<(Look, Option<f64>)>,
-    looked: Vec<Touch>,
+    glances: Vec<(PairCheck, Option<f64>)>,
+    looked: Vec<TouchState>,
     closed: Vec<Pair>,
-    by_place: Closed<D>,
+    by_place: ActiveSetIndex<D>,
 }
 
-impl<const D: usize> Clone for Touches<D> {
+impl<const D: usize> Clone for TouchEvents<D> {
     /// An empty one: a kick looks at all pairs anew.
     fn clone(&self) -> Self {
         Self::default()
@@ -45,7 +45,7 @@ impl<const D: usize> Clone for Touches<D> {
 
 /// When a pair touches, s from the start of the drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Touch {
+enum TouchState {
     Never,
     /// Then, and as a touch of that pair.
     At(f64, Pair),
@@ -59,14 +59,14 @@ enum Touch {
 
 /// When pairs that have touched already are to be closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Wanted {
+pub(crate) enum ClosureRule {
     /// In a kick, before the drift: those that sink in at all.
     InKick,
     /// In the drift: those that cannot wait for the next kick.
     InDrift,
 }
 
-impl Wanted {
+impl ClosureRule {
     /// Up to how deep a pair does not sink in, over the tolerance.
     fn depth(self) -> f64 {
         match self {
@@ -85,17 +85,17 @@ impl Wanted {
     }
 }
 
-impl<const D: usize> Touches<D> {
+impl<const D: usize> TouchEvents<D> {
     /// Looks at all open pairs for a drift of `duration` seconds from now.
     pub(crate) fn begin(
         &mut self,
         island: &mut Island<D>,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
         duration: f64,
     ) {
         self.touch.clear();
-        let interval = (Wanted::InKick, (0.0, duration));
+        let interval = (ClosureRule::InKick, (0.0, duration));
         self.look(island, setting, motion, interval, |_, _, _| true);
     }
 
@@ -105,25 +105,25 @@ impl<const D: usize> Touches<D> {
     pub(crate) fn go_on(
         &mut self,
         island: &mut Island<D>,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
         (duration, parted): (f64, bool),
     ) {
-        let is_open = |touch: Touch| match touch {
-            Touch::Due => true,
-            Touch::Closed | Touch::Refused => parted,
-            Touch::Never | Touch::At(..) => false,
+        let is_open = |touch: TouchState| match touch {
+            TouchState::Due => true,
+            TouchState::Closed | TouchState::Refused => parted,
+            TouchState::Never | TouchState::At(..) => false,
         };
         if parted || self.touch.iter().any(|(_, touch)| is_open(*touch)) {
-            let again = |_: &[u32], old: Touch, _: Pair| is_open(old);
-            let interval = (Wanted::InDrift, (0.0, duration));
+            let again = |_: &[u32], old: TouchState, _: Pair| is_open(old);
+            let interval = (ClosureRule::InDrift, (0.0, duration));
             self.look(island, setting, motion, interval, again);
         }
     }
 
     /// Pairs that touch in the rest of the drift, as far as is known.
     pub(crate) fn ahead(&self) -> usize {
-        let ahead = |(_, touch): &&(usize, Touch)| matches!(touch, Touch::At(..));
+        let ahead = |(_, touch): &&(usize, TouchState)| matches!(touch, TouchState::At(..));
         self.touch.iter().filter(ahead).count()
     }
 
@@ -141,7 +141,7 @@ impl<const D: usize> Touches<D> {
         close: impl Fn(f64, Pair) -> bool,
     ) -> Option<(f64, Vec<Pair>)> {
         let times = self.touch.iter().filter_map(|(_, touch)| match touch {
-            Touch::At(time, _) => Some(*time),
+            TouchState::At(time, _) => Some(*time),
             _ => None,
         });
         let first = times.min_by(f64::total_cmp)?;
@@ -153,11 +153,11 @@ impl<const D: usize> Touches<D> {
     fn take(&mut self, due: impl Fn(f64, Pair) -> bool) -> Vec<Pair> {
         let mut taken = Vec::new();
         for (_, touch) in &mut self.touch {
-            if let Touch::At(time, pair) = *touch
+            if let TouchState::At(time, pair) = *touch
                 && due(time, pair)
             {
                 taken.push((time, pair));
-                *touch = Touch::Due;
+                *touch = TouchState::Due;
             }
         }
         taken.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -170,16 +170,16 @@ impl<const D: usize> Touches<D> {
     pub(crate) fn update(
         &mut self,
         island: &mut Island<D>,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
         (before, has_begun): (&[[f64; D]], bool),
-        (wanted, interval): (Wanted, (f64, f64)),
+        (wanted, interval): (ClosureRule, (f64, f64)),
     ) {
-        let again = |own: &[u32], old: Touch, pair: Pair| match old {
-            Touch::Closed => false,
-            Touch::Due => has_begun,
-            Touch::Refused => true,
-            Touch::Never | Touch::At(..) => {
+        let again = |own: &[u32], old: TouchState, pair: Pair| match old {
+            TouchState::Closed => false,
+            TouchState::Due => has_begun,
+            TouchState::Refused => true,
+            TouchState::Never | TouchState::At(..) => {
                 let main = setting.surface.main_nodes(pair.main).iter();
                 let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
                 nodes.any(|node| match own.binary_search(node) {
@@ -196,10 +196,10 @@ impl<const D: usize> Touches<D> {
     fn look(
         &mut self,
         island: &mut Island<D>,
-        setting: &Setting<D>,
-        motion: &Kicked<D>,
-        (wanted, (elapsed, duration)): (Wanted, (f64, f64)),
-        again: impl Fn(&[u32], Touch, Pair) -> bool,
+        setting: &ContactContext<D>,
+        motion: &KickedView<D>,
+        (wanted, (elapsed, duration)): (ClosureRule, (f64, f64)),
+        again: impl Fn(&[u32], TouchState, Pair) -> bool,
     ) {
         let Island {
             near, live, nodes, ..
@@ -227,7 +227,7 @@ impl<const D: usize> Touches<D> {
         let remaining = duration - elapsed;
         let look = |&(_, pair): &(usize, Pair)| {
             if is_closed(&pair) {
-                (Look::Touch(Touch::Closed), None)
+                (PairCheck::Touch(TouchState::Closed), None)
             } else {
                 look_at(setting, (motion, at), pair, (wanted, remaining))
             }
@@ -235,14 +235,14 @@ impl<const D: usize> Touches<D> {
         let pairs = self.anew.par_iter().with_min_len(SHARE);
         pairs.map(look).collect_into_vec(&mut self.glances);
         // At rest most pairs are told at a glance.
-        let more = |(look, _): &(Look, _)| matches!(look, Look::Within(_));
+        let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
         if self.glances.iter().any(more) {
             self.by_place.list(live, setting.surface, (motion, at));
         }
         let closed = (&self.by_place, &**live);
-        let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(Look, _))| match look {
-            Look::Touch(touch) => touch,
-            Look::Within(span) => {
+        let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(PairCheck, _))| match look {
+            PairCheck::Touch(touch) => touch,
+            PairCheck::Within(span) => {
                 let interval = (span, elapsed, duration);
                 touch(closed, setting, (motion, at), pair, interval)
             }
@@ -257,11 +257,11 @@ impl<const D: usize> Touches<D> {
                 near.remember(*number, apart);
             }
         }
-        self.touch.retain(|(_, touch)| *touch != Touch::Never);
+        self.touch.retain(|(_, touch)| *touch != TouchState::Never);
     }
 
     /// Adds the pairs near that may touch within a duration, s, and of which nothing is known.
-    fn add_near(&mut self, near: &mut Near, duration: f64) {
+    fn add_near(&mut self, near: &mut SeparationBounds, duration: f64) {
         std::mem::swap(&mut self.touch, &mut self.before);
         self.touch.clear();
         let mut known = self.before.iter().copied().peekable();
@@ -270,7 +270,7 @@ impl<const D: usize> Touches<D> {
                 self.touch.push(before);
             }
             let old = known.next_if(|(of, _)| *of == number);
-            self.touch.push(old.unwrap_or((number, Touch::Never)));
+            self.touch.push(old.unwrap_or((number, TouchState::Never)));
         }
         self.touch.extend(known);
     }
@@ -278,9 +278,9 @@ impl<const D: usize> Touches<D> {
 
 /// What a glance tells of an open pair.
 #[derive(Clone, Copy, Debug)]
-enum Look {
+enum PairCheck {
     /// All.
-    Touch(Touch),
+    Touch(TouchState),
     /// That it may touch within so many seconds.
     Within(f64),
 }
@@ -288,17 +288,17 @@ enum Look {
 /// A glance at an open pair in what is `remaining` of a drift, s, at constant velocities, and
 /// how far apart its features are now, m, or less, if that was asked.
 fn look_at<const D: usize>(
-    setting: &Setting<D>,
-    (motion, at): (&Kicked<D>, Configuration<D>),
+    setting: &ContactContext<D>,
+    (motion, at): (&KickedView<D>, Configuration<D>),
     pair: Pair,
-    (wanted, remaining): (Wanted, f64),
-) -> (Look, Option<f64>) {
+    (wanted, remaining): (ClosureRule, f64),
+) -> (PairCheck, Option<f64>) {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
     let apart = surface.apart(pair, at);
     let way = remaining * fastest(surface, motion, pair);
     let end = at.after(motion.velocity, remaining);
     if apart > tolerance + way || !surface.may_touch(pair, at, end) {
-        return (Look::Touch(Touch::Never), Some(apart));
+        return (PairCheck::Touch(TouchState::Never), Some(apart));
     }
     let is_slow = way <= SHALLOW * tolerance;
     let clear = if is_slow {
@@ -306,15 +306,15 @@ fn look_at<const D: usize>(
     } else {
         f64::INFINITY
     };
-    let slack = Slack {
+    let slack = GapAllowance {
         within: SHALLOW * tolerance,
         depth: wanted.depth() * tolerance,
         clear,
     };
     let look = if surface.rests(pair, at, motion.velocity, remaining, slack) {
-        Look::Touch(Touch::Never)
+        PairCheck::Touch(TouchState::Never)
     } else {
-        Look::Within(if is_slow { 0.0 } else { remaining })
+        PairCheck::Within(if is_slow { 0.0 } else { remaining })
     };
     (look, Some(apart))
 }
@@ -322,43 +322,44 @@ fn look_at<const D: usize>(
 /// When a pair between the closed contacts of its blocks touches, within `span` seconds
 /// after `elapsed`.
 fn touch<const D: usize>(
-    (closed, live): (&Closed<D>, &[Live<D>]),
-    setting: &Setting<D>,
-    (motion, at): (&Kicked<D>, Configuration<D>),
+    (closed, live): (&ActiveSetIndex<D>, &[ContactPoint<D>]),
+    setting: &ContactContext<D>,
+    (motion, at): (&KickedView<D>, Configuration<D>),
     pair: Pair,
     (span, elapsed, duration): (f64, f64, f64),
-) -> Touch {
+) -> TouchState {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
     let remaining = duration - elapsed;
     let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
     let Some(wait) = wait else {
-        return Touch::Never;
+        return TouchState::Never;
     };
     let beside = closed.beside(live, setting, (motion, at), (pair, remaining));
-    let moment = Moment::in_drift(at, motion.velocity, [wait, remaining]);
+    let moment = DriftInterval::in_drift(at, motion.velocity, [wait, remaining]);
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
     match owner(setting, beside, pair, (moment, later)) {
-        Some(owner) => Touch::At(elapsed + wait, owner),
-        None => Touch::Refused,
+        Some(owner) => TouchState::At(elapsed + wait, owner),
+        None => TouchState::Refused,
     }
 }
 
 /// The pair that a touch of `pair` belongs to, of those that closed contacts `beside` it
 /// do not stand for, if any.
 fn owner<'a, const D: usize>(
-    setting: &Setting<D>,
-    beside: impl Iterator<Item = &'a Live<D>> + Clone,
+    setting: &ContactContext<D>,
+    beside: impl Iterator<Item = &'a ContactPoint<D>> + Clone,
     pair: Pair,
-    (moment, later): (Moment<D>, Configuration<D>),
+    (moment, later): (DriftInterval<D>, Configuration<D>),
 ) -> Option<Pair> {
     let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.touch);
     let point = surface.point(pair, then);
-    let is_here = |live: &Live<D>| norm(&sub(&surface.point(live.pair, then), &point)) <= tolerance;
+    let is_here =
+        |live: &ContactPoint<D>| norm(&sub(&surface.point(live.pair, then), &point)) <= tolerance;
     // What is closed at the same place comes first: it costs less to ask.
     let mut gap = None;
-    let bars = |live: &Live<D>| {
+    let bars = |live: &ContactPoint<D>| {
         live.says(setting, pair, moment)
             || is_here(live) && {
                 let held = surface.project(live.pair, later);
@@ -373,12 +374,13 @@ fn owner<'a, const D: usize>(
         return None;
     }
     let best = rightful(surface, pair, [then, later], tolerance, &|_| true);
-    let says = |live: &Live<D>| best.is_some_and(|best| live.says(setting, best, moment));
+    let says = |live: &ContactPoint<D>| best.is_some_and(|best| live.says(setting, best, moment));
     if best.is_some() && !beside.clone().any(says) {
         return best;
     }
     // It belongs to what is closed, or goes past that, unless it is left to sink in.
-    let held: SmallVec<[&Live<D>; 8]> = beside.filter(|live| is_here(live) || says(live)).collect();
+    let held: SmallVec<[&ContactPoint<D>; 8]> =
+        beside.filter(|live| is_here(live) || says(live)).collect();
     let is_left = |pair| held.iter().all(|live| live.leaves(setting, pair, moment));
     if held.is_empty() {
         return None;
@@ -388,7 +390,7 @@ fn owner<'a, const D: usize>(
 
 /// Most by which the nodes of the two features move against each other, m/s:
 /// their velocities as seen from one of them.
-fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &Kicked<D>, pair: Pair) -> f64 {
+fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &KickedView<D>, pair: Pair) -> f64 {
     let of = |node: &u32| &motion.velocity[*node as usize];
     let (main, target) = (
         surface.main_nodes(pair.main),

@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::material_point::PART;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, Distance, FLUSH, Feature, Mark, Operator, Pair, Pairs,
-    Projection,
+    Configuration, ContactGeometry, ContactJacobian, Distance, FLUSH, FeatureKind, MaterialPoint,
+    Pair, Pairs, Projection,
 };
 use crate::math::vector::{add, cross2, dot, norm, scale, sub};
 
-impl Outline {
+impl Boundary2d {
     /// Whether an edge of the main vertex lies on the target edge over more
     /// than `tolerance`.
     pub(crate) fn lies_flush(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
@@ -74,7 +74,7 @@ impl Outline {
     }
 }
 
-impl Distance<2> for Outline {
+impl Distance<2> for Boundary2d {
     fn apart(&self, pair: Pair, at: Configuration<2>) -> f64 {
         let Projection { gap, outside, .. } = self.project(pair, at);
         norm(&[gap, outside.max(0.0)])
@@ -162,7 +162,7 @@ impl Distance<2> for Outline {
     }
 }
 
-impl ContactGeometry<2> for Outline {
+impl ContactGeometry<2> for Boundary2d {
     fn beside(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> Pairs {
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
@@ -192,7 +192,7 @@ impl ContactGeometry<2> for Outline {
 
     fn relate(
         &self,
-        operator: &mut Operator<2>,
+        operator: &mut ContactJacobian<2>,
         pair: Pair,
         foot: &[f64; 2],
         at: Configuration<2>,
@@ -225,16 +225,16 @@ impl ContactGeometry<2> for Outline {
         }
     }
 
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<2>) -> [Mark<2>; 2] {
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<2>) -> [MaterialPoint<2>; 2] {
         let (a, b) = self.edge(pair.target, rest);
-        let main = Mark {
+        let main = MaterialPoint {
             place: rest.at(self.main_node(pair)),
-            on: Feature::Vertex,
+            on: FeatureKind::Vertex,
             outward: self.outward_at(pair.main, rest),
         };
-        let target = Mark {
+        let target = MaterialPoint {
             place: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
-            on: Feature::Face,
+            on: FeatureKind::Face,
             outward: self.outward(pair.target, rest),
         };
         [main, target]
@@ -242,7 +242,7 @@ impl ContactGeometry<2> for Outline {
 
     fn at_marks(
         &self,
-        [main, target]: &[Mark<2>; 2],
+        [main, target]: &[MaterialPoint<2>; 2],
         [own, others]: [Range<u32>; 2],
         rest: Configuration<2>,
     ) -> Option<(Pair, [f64; 2])> {

@@ -2,22 +2,22 @@
 
 use std::ops::Range;
 
-use crate::contact::narrow_phase::classification::Place;
-use crate::contact::narrow_phase::edge_edge::{self, Crossing, Lines};
-use crate::contact::narrow_phase::point_triangle::{self, Facing};
-use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::narrow_phase::classification::FeatureSet;
+use crate::contact::narrow_phase::edge_edge::{self, EdgeEdge, LinePair};
+use crate::contact::narrow_phase::point_triangle::{self, PointTriangle};
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, Distance, FLUSH, Mark, Nearness, Operator, Pair, Pairs,
-    Projection,
+    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, FLUSH, MaterialPoint,
+    Pair, Pairs, Projection,
 };
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 
-impl Shell {
-    pub(crate) fn facing(&self, vertex: u32, triangle: u32, at: Configuration<3>) -> Facing {
+impl Boundary3d {
+    pub(crate) fn facing(&self, vertex: u32, triangle: u32, at: Configuration<3>) -> PointTriangle {
         let p = self.skin.point(vertex, at);
-        Facing::new(&p, &self.skin.triangle(triangle, at))
+        PointTriangle::new(&p, &self.skin.triangle(triangle, at))
     }
 
     pub(crate) fn crossing(
@@ -25,14 +25,14 @@ impl Shell {
         main: u32,
         target: u32,
         at: Configuration<3>,
-    ) -> Option<Crossing> {
+    ) -> Option<EdgeEdge> {
         let lines = self.lines(main, target, at)?;
         Some(lines.between(&self.outward(main, target, at)))
     }
 
-    pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<Lines> {
+    pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<LinePair> {
         let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-        Lines::new(&main, &target, self.skin.tolerance)
+        LinePair::new(&main, &target, self.skin.tolerance)
     }
 
     /// What points out of the target edge and into the main one.
@@ -57,50 +57,58 @@ impl Shell {
     pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
         let of_edge = |edge: u32| self.skin.block(self.skin.edges[edge as usize].ends[0]);
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 let corner = self.skin.triangles[triangle as usize].corners[0];
                 [self.skin.block(vertex), self.skin.block(corner)]
             }
-            Meeting::Crossing { main, target } => [of_edge(main), of_edge(target)],
+            FeaturePair::Crossing { main, target } => [of_edge(main), of_edge(target)],
         }
     }
 }
 
-impl Distance<3> for Shell {
+impl Distance<3> for Boundary3d {
     fn apart(&self, pair: Pair, at: Configuration<3>) -> f64 {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 let p = self.skin.point(vertex, at);
                 distance_to(&self.skin.triangle(triangle, at), p)
             }
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
                 edge_edge::distance(&main, &target)
             }
         }
     }
 
-    fn nearness(&self, pair: Pair, at: Configuration<3>, reach: f64, tolerance: f64) -> Nearness {
+    fn nearness(
+        &self,
+        pair: Pair,
+        at: Configuration<3>,
+        reach: f64,
+        tolerance: f64,
+    ) -> CullingResult {
         let range = (reach, tolerance);
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 self.nearness_facing(vertex, triangle, at, range)
             }
-            Meeting::Crossing { main, target } => self.nearness_crossing([main, target], at, range),
+            FeaturePair::Crossing { main, target } => {
+                self.nearness_crossing([main, target], at, range)
+            }
         }
     }
 
     fn presses(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> bool {
-        let places = Place::both(self, pair, at, tolerance);
+        let places = FeatureSet::both(self, pair, at, tolerance);
         let on_face = || {
             matches!(
-                Place::kind(self, pair, &places, at),
+                FeatureSet::kind(self, pair, &places, at),
                 ContactKind::FaceFace | ContactKind::EdgeFace | ContactKind::VertexFace
             )
         };
         match self.meeting(pair) {
-            Meeting::Facing { .. } => on_face(),
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Facing { .. } => on_face(),
+            FeaturePair::Crossing { main, target } => {
                 let across = places.iter().all(|place| !place.is_at_vertex());
                 self.are_sharp([main, target], at) && (across || on_face())
             }
@@ -110,15 +118,15 @@ impl Distance<3> for Shell {
     fn both_bear(&self, one: Pair, other: Pair, at: Configuration<3>) -> bool {
         match [one, other].map(|pair| self.meeting(pair)) {
             [
-                Meeting::Facing { vertex, triangle },
-                Meeting::Facing {
+                FeaturePair::Facing { vertex, triangle },
+                FeaturePair::Facing {
                     vertex: second,
                     triangle: beside,
                 },
             ] => vertex == second && self.face_each_other([triangle, beside], at),
             [
-                Meeting::Crossing { main, target },
-                Meeting::Crossing {
+                FeaturePair::Crossing { main, target },
+                FeaturePair::Crossing {
                     main: second,
                     target: beside,
                 },
@@ -142,7 +150,7 @@ impl Distance<3> for Shell {
 
     fn project(&self, pair: Pair, at: Configuration<3>) -> Projection {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 let facing = self.facing(vertex, triangle, at);
                 Projection {
                     gap: facing.gap,
@@ -150,7 +158,7 @@ impl Distance<3> for Shell {
                     outside: facing.outside().1,
                 }
             }
-            Meeting::Crossing { main, target } => match self.crossing(main, target, at) {
+            FeaturePair::Crossing { main, target } => match self.crossing(main, target, at) {
                 Some(crossing) => Projection {
                     gap: crossing.gap,
                     foot: crossing.foot,
@@ -167,11 +175,11 @@ impl Distance<3> for Shell {
 
     fn gap(&self, pair: Pair, at: Configuration<3>, along: &[f64; 3]) -> Option<f64> {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 let p = self.skin.point(vertex, at);
                 Some(point_triangle::gap(&p, &self.skin.triangle(triangle, at)))
             }
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 let lines = self.lines(main, target, at)?;
                 Some(lines.between(along).gap)
             }
@@ -180,8 +188,8 @@ impl Distance<3> for Shell {
 
     fn normal(&self, pair: Pair, at: Configuration<3>) -> Option<[f64; 3]> {
         match self.meeting(pair) {
-            Meeting::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
-            Meeting::Crossing { main, target } => self
+            FeaturePair::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
+            FeaturePair::Crossing { main, target } => self
                 .crossing(main, target, at)
                 .map(|crossing| crossing.normal),
         }
@@ -189,11 +197,11 @@ impl Distance<3> for Shell {
 
     fn admits(&self, pair: Pair, at: Configuration<3>) -> bool {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 let normal = self.skin.normal(triangle, at);
                 self.lowest_edge(vertex, &normal, at) >= -FLUSH
             }
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 let crossing = self.crossing(main, target, at);
                 crossing.is_some_and(|crossing| {
                     self.lowest_side([main, target], &crossing.normal, at) >= -FLUSH
@@ -235,8 +243,8 @@ impl Distance<3> for Shell {
 
     fn point(&self, pair: Pair, at: Configuration<3>) -> [f64; 3] {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, .. } => self.skin.point(vertex, at),
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Facing { vertex, .. } => self.skin.point(vertex, at),
+            FeaturePair::Crossing { main, target } => {
                 let lines = self.lines(main, target, at);
                 let foot = lines.map_or(0.5, |lines| lines.foot[0]);
                 let [a, b] = self.skin.edge(main, at);
@@ -248,50 +256,52 @@ impl Distance<3> for Shell {
     }
 }
 
-impl ContactGeometry<3> for Shell {
+impl ContactGeometry<3> for Boundary3d {
     fn beside(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
-        Place::pairs(self, pair, at, tolerance)
+        FeatureSet::pairs(self, pair, at, tolerance)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
-            Meeting::Crossing { main, target } => self.next_edge([main, target], foot, at),
+            FeaturePair::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
+            FeaturePair::Crossing { main, target } => self.next_edge([main, target], foot, at),
         }
     }
 
     fn successor(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Option<(Pair, bool)> {
         match self.meeting(pair) {
-            Meeting::Facing { .. } => None,
-            Meeting::Crossing { main, target } => self.end_on_face([main, target], at, tolerance),
+            FeaturePair::Facing { .. } => None,
+            FeaturePair::Crossing { main, target } => {
+                self.end_on_face([main, target], at, tolerance)
+            }
         }
     }
 
     fn relate(
         &self,
-        operator: &mut Operator<3>,
+        operator: &mut ContactJacobian<3>,
         pair: Pair,
         foot: &[f64; 2],
         at: Configuration<3>,
         along: Option<&[f64; 3]>,
     ) {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => {
+            FeaturePair::Facing { vertex, triangle } => {
                 self.relate_facing(operator, (vertex, triangle), foot, at);
             }
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 self.relate_crossing(operator, [main, target], (foot, along), at);
             }
         }
     }
 
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<3>) -> [Mark<3>; 2] {
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<3>) -> [MaterialPoint<3>; 2] {
         match self.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => [
+            FeaturePair::Facing { vertex, triangle } => [
                 self.mark_at_vertex(vertex, rest),
                 self.mark_on_triangle(triangle, foot, rest),
             ],
-            Meeting::Crossing { main, target } => [
+            FeaturePair::Crossing { main, target } => [
                 self.mark_on_edge(main, foot[0], rest),
                 self.mark_on_edge(target, foot[1], rest),
             ],
@@ -300,7 +310,7 @@ impl ContactGeometry<3> for Shell {
 
     fn at_marks(
         &self,
-        marks: &[Mark<3>; 2],
+        marks: &[MaterialPoint<3>; 2],
         nodes: [Range<u32>; 2],
         rest: Configuration<3>,
     ) -> Option<(Pair, [f64; 2])> {
@@ -308,9 +318,9 @@ impl ContactGeometry<3> for Shell {
     }
 
     fn classify(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> (ContactKind, f64) {
-        let places = Place::both(self, pair, at, tolerance);
+        let places = FeatureSet::both(self, pair, at, tolerance);
         (
-            Place::kind(self, pair, &places, at),
+            FeatureSet::kind(self, pair, &places, at),
             self.share(pair, &places, at, tolerance),
         )
     }

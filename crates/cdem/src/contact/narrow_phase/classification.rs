@@ -8,26 +8,26 @@
 
 use smallvec::{SmallVec, smallvec};
 
-use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, Distance, FLUSH, Pair, Pairs};
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 
 /// The features of one block within the tolerance of a contact point.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Place {
+pub(crate) struct FeatureSet {
     vertex: Option<u32>,
     /// Sharp ones.
-    edges: Few,
-    pub(super) triangles: Few,
+    edges: FeatureList,
+    pub(super) triangles: FeatureList,
 }
 
 /// Numbers of features around a point: as many as there mostly are take no memory of their own.
-pub(super) type Few = SmallVec<[u32; 8]>;
+pub(super) type FeatureList = SmallVec<[u32; 8]>;
 
 /// What of a block lies in the plane of a contact, seen from its point.
 #[derive(Default)]
-struct Support {
+struct TangentSectors {
     /// Unit directions of sharp edges.
     rays: SmallVec<[[f64; 3]; 4]>,
     /// Corners of faces: pairs of unit directions, counter-clockwise about the
@@ -38,8 +38,8 @@ struct Support {
 /// Two unit directions, at a right angle at most.
 type Sector = [[f64; 3]; 2];
 
-impl Place {
-    fn at_vertex(shell: &Shell, vertex: u32, at: Configuration<3>) -> Self {
+impl FeatureSet {
+    fn at_vertex(shell: &Boundary3d, vertex: u32, at: Configuration<3>) -> Self {
         let edges = shell.skin.edges_at(vertex).iter().copied();
         Self {
             vertex: Some(vertex),
@@ -51,7 +51,13 @@ impl Place {
     }
 
     /// Around a point of an edge.
-    fn on_edge(shell: &Shell, edge: u32, foot: f64, at: Configuration<3>, tolerance: f64) -> Self {
+    fn on_edge(
+        shell: &Boundary3d,
+        edge: u32,
+        foot: f64,
+        at: Configuration<3>,
+        tolerance: f64,
+    ) -> Self {
         let length = shell.length(edge, at);
         let end = shell.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
         if foot.min(1.0 - foot) * length <= tolerance && end < shell.skin.vertex_count {
@@ -67,7 +73,7 @@ impl Place {
 
     /// Around the foot of a vertex on a triangle.
     fn on_triangle(
-        shell: &Shell,
+        shell: &Boundary3d,
         (vertex, triangle): (u32, u32),
         at: Configuration<3>,
         tolerance: f64,
@@ -97,17 +103,17 @@ impl Place {
 
     /// The places of main and target around a pair's contact point.
     pub(crate) fn both(
-        shell: &Shell,
+        shell: &Boundary3d,
         pair: Pair,
         at: Configuration<3>,
         tolerance: f64,
     ) -> [Self; 2] {
         match shell.meeting(pair) {
-            Meeting::Facing { vertex, triangle } => [
+            FeaturePair::Facing { vertex, triangle } => [
                 Self::at_vertex(shell, vertex, at),
                 Self::on_triangle(shell, (vertex, triangle), at, tolerance),
             ],
-            Meeting::Crossing { main, target } => {
+            FeaturePair::Crossing { main, target } => {
                 let foot = shell
                     .crossing(main, target, at)
                     .map_or([0.5; 2], |c| c.foot);
@@ -121,13 +127,18 @@ impl Place {
 
     /// The pairs that a touch of `pair` may belong to: those of all features
     /// around its point. None but itself in the middle of features.
-    pub(crate) fn pairs(shell: &Shell, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
+    pub(crate) fn pairs(
+        shell: &Boundary3d,
+        pair: Pair,
+        at: Configuration<3>,
+        tolerance: f64,
+    ) -> Pairs {
         let [main, target] = Self::both(shell, pair, at, tolerance);
         let mut pairs = Pairs::new();
         for (one, other) in [(&main, &target), (&target, &main)] {
             if let Some(vertex) = one.vertex {
                 let triangles = other.triangles.iter();
-                pairs.extend(triangles.map(|&triangle| Shell::face_pair(vertex, triangle)));
+                pairs.extend(triangles.map(|&triangle| Boundary3d::face_pair(vertex, triangle)));
             }
         }
         for &edge in &main.edges {
@@ -143,7 +154,7 @@ impl Place {
 
     /// The type of a contact between the places of main and target.
     pub(crate) fn kind(
-        shell: &Shell,
+        shell: &Boundary3d,
         pair: Pair,
         places: &[Self; 2],
         at: Configuration<3>,
@@ -177,7 +188,7 @@ impl Place {
     }
 
     /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
-    fn dimension(&self, shell: &Shell, at: Configuration<3>) -> u32 {
+    fn dimension(&self, shell: &Boundary3d, at: Configuration<3>) -> u32 {
         let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
             let [one, other] = [one, other].map(|edge| shell.skin.away(vertex, edge, at));
             norm(&cross(&one, &other)) <= FLUSH * norm(&one) * norm(&other)
@@ -193,12 +204,12 @@ impl Place {
 
     fn support(
         &self,
-        shell: &Shell,
+        shell: &Boundary3d,
         pair: Pair,
         normal: &[f64; 3],
         at: Configuration<3>,
-    ) -> Support {
-        let mut support = Support::default();
+    ) -> TangentSectors {
+        let mut support = TangentSectors::default();
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         for &edge in &self.edges {
             let ways: SmallVec<[_; 2]> = match self.vertex {
@@ -236,7 +247,7 @@ impl Place {
     /// a plane from its edge, or everywhere; as sectors of a right angle at most.
     fn sectors(
         &self,
-        shell: &Shell,
+        shell: &Boundary3d,
         (pair, triangle): (Pair, u32),
         normal: &[f64; 3],
         at: Configuration<3>,
@@ -251,7 +262,8 @@ impl Place {
             return smallvec![[to(1), to(2)]];
         }
         let point = shell.point(pair, at);
-        let facing = crate::contact::narrow_phase::point_triangle::Facing::new(&point, &points);
+        let facing =
+            crate::contact::narrow_phase::point_triangle::PointTriangle::new(&point, &points);
         let (k, _) = facing.outside();
         let along = unit(sub(&points[(k + 1) % 3], &points[k]));
         let inward = cross(normal, &along);
@@ -265,7 +277,7 @@ impl Place {
     }
 }
 
-impl Support {
+impl TangentSectors {
     /// Whether a direction lies in a sector, by more than `margin`.
     fn contains(sector: &Sector, ray: &[f64; 3], normal: &[f64; 3], margin: f64) -> bool {
         dot(&cross(&sector[0], ray), normal) > margin

@@ -8,8 +8,8 @@
 //! before it may touch.
 
 use crate::contact::narrow_phase::edge_edge::distance;
-use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Configuration, FLUSH, Nearness};
+use crate::contact::surface::boundary_3d::Boundary3d;
+use crate::contact::surface::{Configuration, CullingResult, FLUSH};
 use crate::math::vector::{norm, sub};
 
 /// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
@@ -27,7 +27,7 @@ const TURNS_OF_EDGES: f64 = 8.0;
 /// the two faces of either edge.
 const TURNS_OF_SIDES: f64 = 16.0;
 
-impl Shell {
+impl Boundary3d {
     /// Of a vertex no farther from a triangle than reach and tolerance, about.
     pub(crate) fn nearness_facing(
         &self,
@@ -35,11 +35,11 @@ impl Shell {
         triangle: u32,
         at: Configuration<3>,
         (reach, tolerance): (f64, f64),
-    ) -> Nearness {
+    ) -> CullingResult {
         let range = reach.max(tolerance);
         let facing = self.facing(vertex, triangle, at);
         if facing.gap > range || facing.gap < -range - tolerance || facing.outside().1 > range {
-            return Nearness::Apart;
+            return CullingResult::Apart;
         }
         let edges = self.skin.edges_at(vertex).iter();
         let lengths = edges.map(|&edge| self.length(edge, at));
@@ -54,19 +54,19 @@ impl Shell {
         edges: [u32; 2],
         at: Configuration<3>,
         (reach, tolerance): (f64, f64),
-    ) -> Nearness {
+    ) -> CullingResult {
         let [main, target] = edges.map(|edge| self.skin.edge(edge, at));
         if distance(&main, &target) > reach.max(tolerance) + tolerance {
-            return Nearness::Apart;
+            return CullingResult::Apart;
         }
         let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
         let sharpens = |k: usize| self.skin.sharpens_after(edges[k], lengths[k], at);
         let sharpens = f64::max(sharpens(0), sharpens(1));
         if reach <= sharpens {
-            return Nearness::Lacks(sharpens);
+            return CullingResult::Lacks(sharpens);
         }
         let Some(crossing) = self.crossing(edges[0], edges[1], at) else {
-            return Nearness::Near;
+            return CullingResult::Near;
         };
         let smallest = edges.map(|edge| self.skin.ridge(edge, at).least_height);
         let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
@@ -78,12 +78,12 @@ impl Shell {
 
 /// Nearness of a pair that cannot touch before ways of its nodes have added up to
 /// `turned`, m; ≤ 0 where nothing is to turn.
-fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> Nearness {
+fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> CullingResult {
     if reach.max(tolerance) >= turned {
-        Nearness::Near
+        CullingResult::Near
     } else {
         // Whatever the reach then: what touches at a corner may do so with any feature
         // there within the tolerance.
-        Nearness::Lacks(turned - tolerance)
+        CullingResult::Lacks(turned - tolerance)
     }
 }

@@ -13,7 +13,7 @@ const PARALLEL: f64 = 1e-7;
 
 /// Two lines and their common normal.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Crossing {
+pub(crate) struct EdgeEdge {
     /// Unit normal of both, out of the target.
     pub(crate) normal: [f64; 3],
     /// Distance of the main line from the target's along the normal, m.
@@ -32,7 +32,7 @@ pub(crate) struct Crossing {
 
 /// Two lines that are not parallel, of which nobody knows on which side the blocks lie.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lines {
+pub(crate) struct LinePair {
     /// Where they are nearest, over the lengths of main and target edge.
     pub(crate) foot: [f64; 2],
     /// Main direction × target direction, m², and its size.
@@ -44,7 +44,7 @@ pub(crate) struct Lines {
     from: [f64; 3],
 }
 
-impl Lines {
+impl LinePair {
     /// The lines through two edges; `None` where they are parallel, for contact within
     /// `tolerance`, m.
     pub(crate) fn new(
@@ -77,10 +77,10 @@ impl Lines {
 
     /// The crossing of edges of which `outward` points out of the target and into the main
     /// block.
-    pub(crate) fn between(&self, outward: &[f64; 3]) -> Crossing {
+    pub(crate) fn between(&self, outward: &[f64; 3]) -> EdgeEdge {
         let forward = dot(&self.area, outward) >= 0.0;
         let normal = scale(if forward { 1.0 } else { -1.0 } / self.size, &self.area);
-        Crossing {
+        EdgeEdge {
             normal,
             gap: dot(&self.from, &normal),
             foot: self.foot,
@@ -92,7 +92,7 @@ impl Lines {
     }
 }
 
-impl Crossing {
+impl EdgeEdge {
     /// How far outside the edges, of these lengths, the feet lie, m; ≤ 0 within.
     pub(crate) fn outside(&self, lengths: [f64; 2]) -> f64 {
         let beyond = |k: usize| (-self.foot[k]).max(self.foot[k] - 1.0) * lengths[k];
@@ -108,7 +108,7 @@ impl Crossing {
 /// With m normal to both directions d₁, d₂, a rotation ω changes them by
 /// ω·(d₁×m) = m·d₁', ω·(d₂×m) = m·d₂' and ω·m = (m×d₂)·d₂'/|d₂|².
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pivot {
+pub(super) struct NormalRotation {
     normal: [f64; 3],
     foot: [f64; 2],
     /// Of the main point from the target's, m.
@@ -121,7 +121,7 @@ pub(super) struct Pivot {
     beside: [f64; 3],
 }
 
-impl Pivot {
+impl NormalRotation {
     /// Of edges that have turned parallel the rotation about the others is not to be seen.
     pub(super) fn new(
         main: &[[f64; 3]; 2],

@@ -1,16 +1,16 @@
 //! Relative motion of the two points of a contact, as its nodes move.
 
-use crate::contact::narrow_phase::edge_edge::{Lines, Pivot};
-use crate::contact::narrow_phase::point_triangle::Material;
-use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Configuration, Operator};
+use crate::contact::narrow_phase::edge_edge::{LinePair, NormalRotation};
+use crate::contact::narrow_phase::point_triangle::TriangleMotion;
+use crate::contact::surface::boundary_3d::Boundary3d;
+use crate::contact::surface::{Configuration, ContactJacobian};
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-impl Shell {
+impl Boundary3d {
     /// Of a vertex and the point at `foot` of a triangle.
     pub(crate) fn relate_facing(
         &self,
-        operator: &mut Operator<3>,
+        operator: &mut ContactJacobian<3>,
         (vertex, triangle): (u32, u32),
         foot: &[f64; 2],
         at: Configuration<3>,
@@ -18,7 +18,7 @@ impl Shell {
         let p = self.skin.point(vertex, at);
         let points = self.skin.triangle(triangle, at);
         let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
-        let material = Material::new(&p, &points, &weights);
+        let material = TriangleMotion::new(&p, &points, &weights);
         let frame = frame(material.normal(), &sub(&points[1], &points[0]));
         let corners = self.skin.triangles[triangle as usize].corners;
         let corners = [vertex, corners[0], corners[1], corners[2]];
@@ -32,7 +32,7 @@ impl Shell {
     /// Of the points at `foot` of two edges.
     pub(crate) fn relate_crossing(
         &self,
-        operator: &mut Operator<3>,
+        operator: &mut ContactJacobian<3>,
         [main, target]: [u32; 2],
         (foot, along): (&[f64; 2], Option<&[f64; 3]>),
         at: Configuration<3>,
@@ -40,7 +40,7 @@ impl Shell {
         let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
         let outward = along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
-        let lines = Lines::new(&one, &other, self.skin.tolerance);
+        let lines = LinePair::new(&one, &other, self.skin.tolerance);
         let crossing = lines.map(|lines| lines.between(&outward));
         let along = sub(&one[1], &one[0]);
         let are_parallel = crossing.is_none();
@@ -51,7 +51,7 @@ impl Shell {
             },
             |crossing| crossing.normal,
         );
-        let pivot = Pivot::new(&one, &other, (foot, &normal), are_parallel);
+        let pivot = NormalRotation::new(&one, &other, (foot, &normal), are_parallel);
         let [main, target] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
         let corners = [main[0], main[1], target[0], target[1]];
         let frame = frame(&normal, &along);
@@ -63,7 +63,7 @@ impl Shell {
     /// frame.
     fn assemble(
         &self,
-        operator: &mut Operator<3>,
+        operator: &mut ContactJacobian<3>,
         frame: [[f64; 3]; 3],
         offset: &[f64; 3],
         (corners, of_direction): ([u32; 4], impl Fn(&[f64; 3]) -> [[f64; 3]; 4]),

@@ -2,28 +2,33 @@
 
 use std::ops::Range;
 
-use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::material_point::PART;
-use crate::contact::surface::{Configuration, Feature, Mark, Pair};
+use crate::contact::surface::{Configuration, FeatureKind, MaterialPoint, Pair};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
-impl Shell {
-    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Configuration<3>) -> Mark<3> {
-        Mark {
+impl Boundary3d {
+    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Configuration<3>) -> MaterialPoint<3> {
+        MaterialPoint {
             place: self.skin.point(vertex, rest),
-            on: Feature::Vertex,
+            on: FeatureKind::Vertex,
             outward: self.outward_at(vertex, rest),
         }
     }
 
-    pub(super) fn mark_on_edge(&self, edge: u32, foot: f64, rest: Configuration<3>) -> Mark<3> {
+    pub(super) fn mark_on_edge(
+        &self,
+        edge: u32,
+        foot: f64,
+        rest: Configuration<3>,
+    ) -> MaterialPoint<3> {
         let [a, b] = self.skin.edge(edge, rest);
         let along = sub(&b, &a);
         let mut place = a;
         add_scaled(&mut place, foot, &along);
-        Mark {
+        MaterialPoint {
             place,
-            on: Feature::Edge(scale(1.0 / norm(&along), &along)),
+            on: FeatureKind::Edge(scale(1.0 / norm(&along), &along)),
             outward: self.skin.outward(edge, rest),
         }
     }
@@ -33,14 +38,14 @@ impl Shell {
         triangle: u32,
         foot: &[f64; 2],
         rest: Configuration<3>,
-    ) -> Mark<3> {
+    ) -> MaterialPoint<3> {
         let [a, b, c] = self.skin.triangle(triangle, rest);
         let mut place = a;
         add_scaled(&mut place, foot[0], &sub(&b, &a));
         add_scaled(&mut place, foot[1], &sub(&c, &a));
-        Mark {
+        MaterialPoint {
             place,
-            on: Feature::Face,
+            on: FeatureKind::Face,
             outward: self.skin.normal(triangle, rest),
         }
     }
@@ -55,12 +60,12 @@ impl Shell {
     /// The pair with its points there, on blocks of these nodes, and its foot.
     pub(super) fn find_marks(
         &self,
-        [main, target]: &[Mark<3>; 2],
+        [main, target]: &[MaterialPoint<3>; 2],
         [own, others]: [Range<u32>; 2],
         rest: Configuration<3>,
     ) -> Option<(Pair, [f64; 2])> {
         match (main.on, target.on) {
-            (Feature::Vertex, Feature::Face) => {
+            (FeatureKind::Vertex, FeatureKind::Face) => {
                 let vertices = 0..self.skin.vertex_count;
                 let vertices = self.of_block(vertices, &own, |v| self.skin.nodes_of_corner(v)[0]);
                 let is_there = |&vertex: &u32| self.skin.point(vertex, rest) == main.place;
@@ -69,7 +74,7 @@ impl Shell {
                 let (triangle, foot) = self.triangle_at(target, &others, rest)?;
                 Some((Self::face_pair(vertex, triangle), foot))
             }
-            (Feature::Edge(along), Feature::Edge(other)) => {
+            (FeatureKind::Edge(along), FeatureKind::Edge(other)) => {
                 let (one, s) = self.edge_at(main, &along, &own, rest)?;
                 let (two, t) = self.edge_at(target, &other, &others, rest)?;
                 let foot = if one < two { [s, t] } else { [t, s] };
@@ -104,7 +109,7 @@ impl Shell {
 
     fn triangle_at(
         &self,
-        mark: &Mark<3>,
+        mark: &MaterialPoint<3>,
         nodes: &Range<u32>,
         rest: Configuration<3>,
     ) -> Option<(u32, [f64; 2])> {
@@ -115,8 +120,10 @@ impl Shell {
             if !is_about(&mark.place, &corners) {
                 return None;
             }
-            let facing =
-                crate::contact::narrow_phase::point_triangle::Facing::new(&mark.place, &corners);
+            let facing = crate::contact::narrow_phase::point_triangle::PointTriangle::new(
+                &mark.place,
+                &corners,
+            );
             let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
             let turned = norm(&sub(&facing.normal, &mark.outward));
             let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);
@@ -132,7 +139,7 @@ impl Shell {
 
     fn edge_at(
         &self,
-        mark: &Mark<3>,
+        mark: &MaterialPoint<3>,
         direction: &[f64; 3],
         nodes: &Range<u32>,
         rest: Configuration<3>,

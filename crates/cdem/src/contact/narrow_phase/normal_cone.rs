@@ -1,15 +1,15 @@
 //! What lies around the features of a pair: whether it lets them touch, and where a
 //! point that leaves them goes on.
 
-use crate::contact::narrow_phase::point_triangle::Facing;
-use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::narrow_phase::point_triangle::PointTriangle;
+use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{
     Configuration, Distance, FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, beyond_reentrant,
 };
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 
-impl Shell {
+impl Boundary3d {
     /// Whether the foot of a vertex lies on a triangle, or beyond its edges
     /// - by what a vertex may be that is up to `depth` in the face on the other side of a
     ///   [re-entrant](beyond_reentrant) one;
@@ -19,7 +19,7 @@ impl Shell {
     pub(crate) fn lies_on(
         &self,
         (vertex, triangle): (u32, u32),
-        facing: &Facing,
+        facing: &PointTriangle,
         at: Configuration<3>,
         depth: f64,
     ) -> bool {

@@ -11,7 +11,7 @@ pub(crate) fn gap(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> f64 {
 
 /// A point and the plane of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facing {
+pub(crate) struct PointTriangle {
     /// Outward unit normal of the triangle.
     pub(crate) normal: [f64; 3],
     /// Distance of the point from the plane, m; negative inside.
@@ -23,7 +23,7 @@ pub(crate) struct Facing {
     pub(crate) heights: [f64; 3],
 }
 
-impl Facing {
+impl PointTriangle {
     /// The point `p` before a triangle.
     pub(crate) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> Self {
         let [a, b, c] = triangle;
@@ -61,7 +61,7 @@ impl Facing {
 /// The normal turns by n' = −Σ (n·v) ∇N, and the triangle about it by half the
 /// curl of v: both exact for a rigid motion.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Material {
+pub(super) struct TriangleMotion {
     normal: [f64; 3],
     /// Weights of the corners, and their gradients in the plane, 1/m.
     weights: [f64; 3],
@@ -70,7 +70,7 @@ pub(super) struct Material {
     offset: [f64; 3],
 }
 
-impl Material {
+impl TriangleMotion {
     /// At the point `p`, that with these `weights` moved along.
     pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3], weights: &[f64; 3]) -> Self {
         let [a, b, c] = triangle;

@@ -10,13 +10,13 @@
 
 use smallvec::SmallVec;
 
-use crate::contact::narrow_phase::classification::{Few, Place};
-use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::narrow_phase::classification::{FeatureList, FeatureSet};
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, Distance, FLUSH, Pair};
 use crate::math::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
 
 /// A facet in the plane of a contact.
-struct Patch {
+struct ProjectedFacet {
     /// Its vertices, by number and place.
     vertices: SmallVec<[u32; 4]>,
     corners: SmallVec<[[f64; 2]; 4]>,
@@ -28,12 +28,12 @@ struct Patch {
 type Polygon = SmallVec<[[f64; 2]; 8]>;
 
 /// Coordinates in the plane of a contact.
-struct Plane {
+struct ContactPlane {
     origin: [f64; 3],
     axes: [[f64; 3]; 2],
 }
 
-impl Plane {
+impl ContactPlane {
     fn new(origin: [f64; 3], normal: &[f64; 3], along: &[f64; 3]) -> Self {
         let [_, one, two] = crate::contact::narrow_phase::jacobian::frame(normal, along);
         Self {
@@ -48,9 +48,9 @@ impl Plane {
     }
 }
 
-impl Patch {
+impl ProjectedFacet {
     /// A facet, counter-clockwise about the normal of contact.
-    fn new(shell: &Shell, facet: u32, plane: &Plane, at: Configuration<3>) -> Self {
+    fn new(shell: &Boundary3d, facet: u32, plane: &ContactPlane, at: Configuration<3>) -> Self {
         let mut vertices = SmallVec::from_slice(shell.skin.facet(facet));
         let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
             .iter()
@@ -135,13 +135,13 @@ impl Patch {
     }
 }
 
-impl Shell {
+impl Boundary3d {
     /// Tributary area of a contact between the places of main and target, m²: 0
     /// where no faces lie on each other.
     pub(crate) fn share(
         &self,
         pair: Pair,
-        places: &[Place; 2],
+        places: &[FeatureSet; 2],
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
@@ -159,14 +159,14 @@ impl Shell {
             return 0.0;
         };
         let along = sub(&self.skin.point(*b, at), &self.skin.point(*a, at));
-        let plane = Plane::new(point, &normal, &along);
+        let plane = ContactPlane::new(point, &normal, &along);
         let vertex = match self.meeting(pair) {
-            Meeting::Facing { vertex, .. } => Some(vertex),
-            Meeting::Crossing { .. } => None,
+            FeaturePair::Facing { vertex, .. } => Some(vertex),
+            FeaturePair::Crossing { .. } => None,
         };
         let mut sum = 0.0;
         for &facet in &main {
-            let one = Patch::new(self, facet, &plane, at);
+            let one = ProjectedFacet::new(self, facet, &plane, at);
             let beneath = self.beneath(&one, &target, (&normal, &plane), at);
             for other in &beneath {
                 let piece = clip(&one.corners, &other.corners);
@@ -204,13 +204,13 @@ impl Shell {
     fn share_of_others(
         &self,
         [main, target]: [&[u32]; 2],
-        (normal, plane): (&[f64; 3], &Plane),
+        (normal, plane): (&[f64; 3], &ContactPlane),
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
         let mut sum = 0.0;
         for &facet in target {
-            let other = Patch::new(self, facet, plane, at);
+            let other = ProjectedFacet::new(self, facet, plane, at);
             let above = self.beneath(&other, main, (normal, plane), at);
             let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
             if weight == 0.0 {
@@ -236,13 +236,18 @@ impl Shell {
     }
 
     /// Facets of triangles that lie in the plane of a contact, each once.
-    fn flush_facets(&self, triangles: &[u32], normal: &[f64; 3], at: Configuration<3>) -> Few {
+    fn flush_facets(
+        &self,
+        triangles: &[u32],
+        normal: &[f64; 3],
+        at: Configuration<3>,
+    ) -> FeatureList {
         let flush = |triangle: &&u32| {
             let own = self.skin.normal(**triangle, at);
             norm(&cross(&own, normal)) <= FLUSH
         };
         let of = |triangle: &u32| self.skin.triangles[*triangle as usize].facet;
-        let mut facets: Few = triangles.iter().filter(flush).map(of).collect();
+        let mut facets: FeatureList = triangles.iter().filter(flush).map(of).collect();
         facets.sort_unstable();
         facets.dedup();
         facets
@@ -251,18 +256,18 @@ impl Shell {
     /// The flush facets, from those given on, that a patch lies on.
     fn beneath(
         &self,
-        patch: &Patch,
+        patch: &ProjectedFacet,
         from: &[u32],
-        (normal, plane): (&[f64; 3], &Plane),
+        (normal, plane): (&[f64; 3], &ContactPlane),
         at: Configuration<3>,
-    ) -> Vec<Patch> {
-        let mut waiting = Few::from_slice(from);
+    ) -> Vec<ProjectedFacet> {
+        let mut waiting = FeatureList::from_slice(from);
         let mut known = waiting.clone(); // sorted, as those given are
         let mut found = Vec::new();
         let mut next = 0;
         while let Some(&facet) = waiting.get(next) {
             next += 1;
-            let other = Patch::new(self, facet, plane, at);
+            let other = ProjectedFacet::new(self, facet, plane, at);
             if area(&clip(&patch.corners, &other.corners)) <= 0.0 && next > from.len() {
                 continue;
             }
@@ -283,7 +288,11 @@ impl Shell {
 
 /// What the contact at the origin has of the piece that two patches share: 0
 /// where it is none of the piece's corners; `None` where no corner is a contact.
-fn share_of_corner(piece: &[[f64; 2]], [one, other]: [&Patch; 2], tolerance: f64) -> Option<f64> {
+fn share_of_corner(
+    piece: &[[f64; 2]],
+    [one, other]: [&ProjectedFacet; 2],
+    tolerance: f64,
+) -> Option<f64> {
     let touches = |point: &[f64; 2]| {
         one.has_vertex(point, tolerance)
             || other.has_vertex(point, tolerance)
@@ -311,7 +320,11 @@ fn share_of_corner(piece: &[[f64; 2]], [one, other]: [&Patch; 2], tolerance: f64
 
 /// Sum of the shape functions at a point of those vertices of two patches that touch;
 /// with each patch come those that it lies on.
-fn touching_weight(sides: [(&Patch, &[Patch]); 2], point: &[f64; 2], tolerance: f64) -> f64 {
+fn touching_weight(
+    sides: [(&ProjectedFacet, &[ProjectedFacet]); 2],
+    point: &[f64; 2],
+    tolerance: f64,
+) -> f64 {
     let mut sum = 0.0;
     for (patch, beneath) in sides {
         for (&own, corner) in patch.vertices.iter().zip(&patch.corners) {
@@ -324,10 +337,10 @@ fn touching_weight(sides: [(&Patch, &[Patch]); 2], point: &[f64; 2], tolerance: 
 }
 
 /// Crossings of a patch's sharp edges with those of the patches that it lies on, each once.
-fn crossings(patch: &Patch, beneath: &[Patch], tolerance: f64) -> Vec<[f64; 2]> {
+fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], tolerance: f64) -> Vec<[f64; 2]> {
     let mut crossings: Vec<[f64; 2]> = Vec::new();
     for own in patch.sharp_edges() {
-        for other in beneath.iter().flat_map(Patch::sharp_edges) {
+        for other in beneath.iter().flat_map(ProjectedFacet::sharp_edges) {
             let is_known = |point: &[f64; 2]| {
                 let mut known = crossings.iter();
                 known.any(|one| norm(&sub(one, point)) <= tolerance)

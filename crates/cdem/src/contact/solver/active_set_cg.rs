@@ -12,9 +12,9 @@
 
 use pulp::Scalar;
 
-use crate::contact::constraint::contact_constraint::Limit;
-use crate::contact::solver::simd_block::{Factors, Pack};
-use crate::contact::solver::system::System;
+use crate::contact::constraint::contact_constraint::FrictionBounds;
+use crate::contact::solver::simd_block::{BlockFactors, SimdBlock};
+use crate::contact::solver::system::ContactSystem;
 use crate::math::vector::{add_scaled, dot};
 
 /// Curvature along a direction in which impulses change no velocity, over that
@@ -29,7 +29,7 @@ const GROWTH: f64 = 1e3;
 
 /// Scratch: a value for each contact, or pack of nodes; those in use are of contacts awake.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Face<const D: usize, P> {
+pub(super) struct ActiveSetCg<const D: usize, P> {
     /// Packs of the contacts awake.
     packs: Vec<u32>,
     /// Rows whose impulse lies within its bounds.
@@ -47,12 +47,12 @@ pub(super) struct Face<const D: usize, P> {
 
 /// Which bound ends a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum End {
+enum StepBound {
     Open(usize),
     Slip(usize),
 }
 
-impl<const D: usize, P: Pack> System<D, P> {
+impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Moves impulses within their bounds towards those with which all contacts
     /// that hold have the velocity they ask for: `steps` steps of conjugate
     /// gradients at most, each of the cost of a sweep. Shear at its limit stays
@@ -80,9 +80,9 @@ impl<const D: usize, P: Pack> System<D, P> {
     }
 }
 
-impl<const D: usize, P: Pack> Face<D, P> {
+impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     /// The face of the impulses as they are, and what is missing on it.
-    fn enter(&mut self, system: &mut System<D, P>) {
+    fn enter(&mut self, system: &mut ContactSystem<D, P>) {
         let count = system.points.len();
         self.square = 0.0;
         self.free.resize(count, [false; D]);
@@ -112,14 +112,14 @@ impl<const D: usize, P: Pack> Face<D, P> {
     }
 
     /// The largest velocity that is missing, m/s.
-    fn worst(&self, system: &System<D, P>) -> f64 {
+    fn worst(&self, system: &ContactSystem<D, P>) -> f64 {
         let missing = system.awake().flat_map(|(place, _)| &self.missing[place]);
         missing.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
     /// The next direction. Returns the step to its lowest point and the largest
     /// velocity that a contact's part of it makes alone, m/s.
-    fn turn(&mut self, system: &System<D, P>) -> (f64, f64) {
+    fn turn(&mut self, system: &ContactSystem<D, P>) -> (f64, f64) {
         let mut square = 0.0;
         for (place, point) in system.awake() {
             let (missing, compliance) = (&self.missing[place], &point.compliance);
@@ -173,27 +173,27 @@ impl<const D: usize, P: Pack> Face<D, P> {
     }
 
     /// The step at which a first contact comes to a bound, and which.
-    fn bound(&self, system: &System<D, P>) -> (f64, Option<End>) {
+    fn bound(&self, system: &ContactSystem<D, P>) -> (f64, Option<StepBound>) {
         let mut first = (f64::INFINITY, None);
         for (place, point) in system.awake() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
             if free[0] && direction[0] < 0.0 {
                 let step = (-point.limit.tension - point.impulse[0]) / direction[0];
                 if step < first.0 {
-                    first = (step, Some(End::Open(place)));
+                    first = (step, Some(StepBound::Open(place)));
                 }
             }
             if free[1..].contains(&true) {
                 let step = step_to_slip(&point.limit, &point.impulse, direction);
                 if step < first.0 {
-                    first = (step, Some(End::Slip(place)));
+                    first = (step, Some(StepBound::Slip(place)));
                 }
             }
         }
         first
     }
 
-    fn advance(&mut self, system: &mut System<D, P>, step: f64) {
+    fn advance(&mut self, system: &mut ContactSystem<D, P>, step: f64) {
         let (points, awake) = (&mut system.points, system.colours.awake());
         for place in awake.iter().map(|&place| place as usize) {
             add_scaled(&mut points[place].impulse, step, &self.direction[place]);
@@ -201,7 +201,7 @@ impl<const D: usize, P: Pack> Face<D, P> {
                 self.missing[place][r] -= step * self.response[place][r];
             }
         }
-        let step = Factors::new(Scalar::new(), &[step]);
+        let step = BlockFactors::new(Scalar::new(), &[step]);
         for pack in self.packs.iter().map(|&pack| pack as usize) {
             let made = std::array::from_ref(&self.velocity[pack]);
             system.velocity[pack].add_scaled(Scalar::new(), &step, made);
@@ -209,10 +209,10 @@ impl<const D: usize, P: Pack> Face<D, P> {
     }
 
     /// Leaves a contact at its bound, and begins anew on the smaller face.
-    fn stop(&mut self, system: &mut System<D, P>, end: End) {
+    fn stop(&mut self, system: &mut ContactSystem<D, P>, end: StepBound) {
         let (place, first) = match end {
-            End::Open(place) => (place, 0),
-            End::Slip(place) => (place, 1),
+            StepBound::Open(place) => (place, 0),
+            StepBound::Slip(place) => (place, 1),
         };
         if first == 0 {
             let point = &system.points[place];
@@ -228,7 +228,11 @@ impl<const D: usize, P: Pack> Face<D, P> {
 
 /// How far an impulse may go along a direction until its shear is at the limit:
 /// the first root of |s + αd| = μ (n + αe) + c.
-fn step_to_slip<const D: usize>(limit: &Limit, impulse: &[f64; D], direction: &[f64; D]) -> f64 {
+fn step_to_slip<const D: usize>(
+    limit: &FrictionBounds,
+    impulse: &[f64; D],
+    direction: &[f64; D],
+) -> f64 {
     let (bound, growth) = (limit.shear(impulse[0]), limit.friction * direction[0]);
     let shear = |a: &[f64; D], b: &[f64; D]| (1..D).map(|r| a[r] * b[r]).sum::<f64>();
     let a = shear(direction, direction) - growth * growth;

@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::contact::solver::simd_block::{Pack, Packs};
+use crate::contact::solver::simd_block::{SimdBlock, SimdBlocks};
 
 /// Points of a task, at least, where there are more: some 15 µs of sweeping.
 const TASK: usize = 64;
@@ -68,7 +68,7 @@ impl NodesOf {
 /// Points in the order in which passes visit them: colour by colour. Where a point
 /// is in that order is its place.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Colours {
+pub(super) struct Colouring {
     /// The point at each place, and its nodes.
     order: Vec<u32>,
     nodes: NodesOf,
@@ -84,7 +84,7 @@ pub(super) struct Colours {
     begins: Vec<usize>,
 }
 
-impl Colours {
+impl Colouring {
     /// Orders other points by the nodes that each changes, of `node_count`.
     ///
     /// Points with the same first and last node form a group, as the contacts of two
@@ -219,12 +219,12 @@ impl Colours {
     ) -> [f64; N] {
         assert_eq!(own.len(), self.order.len());
         assert_eq!(values.len(), self.node_count);
-        let (own, values) = (Shared::new(own), Shared::new(values));
+        let (own, values) = (SharedSlice::new(own), SharedSlice::new(values));
         let run = |awake: Range<usize>| {
             // SAFETY: tasks of a colour share neither places nor nodes, and no two
             // colours are visited at once. All are in range: `push` has asserted it of
             // the nodes, and the lengths are asserted above.
-            let task = unsafe { Task::new(self, &self.awake[awake], (&own, &values), visit) };
+            let task = unsafe { ColourTask::new(self, &self.awake[awake], (&own, &values), visit) };
             Arch::new().dispatch(task)
         };
         let mut all = [0.0; N];
@@ -269,10 +269,11 @@ fn abreast<'a>(groups: &'a [&'a [u32]]) -> impl Iterator<Item = u32> + 'a {
     (0..longest).flat_map(|k| groups.iter().filter_map(move |group| group.get(k).copied()))
 }
 
-/// What is done at a place. Compiled into each [`Task`], for the instructions it runs with:
+/// What is done at a place. Compiled into each [`ColourTask`], for the instructions it runs with:
 /// `#[inline(always)]`, as no closure can be.
 pub(super) trait Visit<T, V, const N: usize>: Sync {
-    fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, values: Values<V>) -> [f64; N];
+    fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, values: NodeValues<V>)
+    -> [f64; N];
 
     /// What two visits, or any number, return together: the larger numbers, or what is not one.
     #[inline(always)]
@@ -283,23 +284,23 @@ pub(super) trait Visit<T, V, const N: usize>: Sync {
 
 /// Places that are visited one after the other, with whatever instructions the machine
 /// has.
-struct Task<'a, T, V, F, const N: usize> {
-    colours: &'a Colours,
+struct ColourTask<'a, T, V, F, const N: usize> {
+    colours: &'a Colouring,
     places: &'a [u32],
-    own: &'a Shared<'a, T>,
-    values: &'a Shared<'a, V>,
+    own: &'a SharedSlice<'a, T>,
+    values: &'a SharedSlice<'a, V>,
     visit: &'a F,
 }
 
-impl<'a, T, V, F, const N: usize> Task<'a, T, V, F, N> {
+impl<'a, T, V, F, const N: usize> ColourTask<'a, T, V, F, N> {
     /// # Safety
     ///
     /// The places and their nodes are in range, and no one else uses what they have while
     /// this lives.
     unsafe fn new(
-        colours: &'a Colours,
+        colours: &'a Colouring,
         places: &'a [u32],
-        (own, values): (&'a Shared<'a, T>, &'a Shared<'a, V>),
+        (own, values): (&'a SharedSlice<'a, T>, &'a SharedSlice<'a, V>),
         visit: &'a F,
     ) -> Self {
         Self {
@@ -312,7 +313,7 @@ impl<'a, T, V, F, const N: usize> Task<'a, T, V, F, N> {
     }
 }
 
-impl<T, V, F, const N: usize> WithSimd for Task<'_, T, V, F, N>
+impl<T, V, F, const N: usize> WithSimd for ColourTask<'_, T, V, F, N>
 where
     F: Visit<T, V, N>,
 {
@@ -326,7 +327,7 @@ where
             let nodes = self.colours.nodes(place);
             // SAFETY: promised to `new`.
             let (own, values) =
-                unsafe { (self.own.get_mut(place), Values::new(self.values, nodes)) };
+                unsafe { (self.own.get_mut(place), NodeValues::new(self.values, nodes)) };
             all = F::together(all, self.visit.visit(simd, place, own, values));
         }
         all
@@ -344,18 +345,18 @@ pub(super) fn larger(one: f64, other: f64) -> f64 {
 }
 
 /// The values of a point's nodes.
-pub(super) struct Values<'a, V> {
-    values: Shared<'a, V>,
+pub(super) struct NodeValues<'a, V> {
+    values: SharedSlice<'a, V>,
     nodes: &'a [u32],
 }
 
-impl<'a, V> Values<'a, V> {
+impl<'a, V> NodeValues<'a, V> {
     /// # Safety
     ///
     /// The nodes are in range, and no one else uses their values while this lives.
-    unsafe fn new(values: &Shared<'a, V>, nodes: &'a [u32]) -> Self {
+    unsafe fn new(values: &SharedSlice<'a, V>, nodes: &'a [u32]) -> Self {
         Self {
-            values: Shared { ..*values },
+            values: SharedSlice { ..*values },
             nodes,
         }
     }
@@ -370,7 +371,7 @@ impl<'a, V> Values<'a, V> {
     }
 }
 
-impl<V: Pack> Packs<V> for Values<'_, V> {
+impl<V: SimdBlock> SimdBlocks<V> for NodeValues<'_, V> {
     #[inline(always)]
     fn pack(&mut self, number: usize) -> &mut V {
         // SAFETY: promised to `new`, and borrowed from it as a whole.
@@ -379,11 +380,11 @@ impl<V: Pack> Packs<V> for Values<'_, V> {
 
     #[inline(always)]
     fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut V, &T)) {
-        Values::change(self, of_each, change);
+        NodeValues::change(self, of_each, change);
     }
 }
 
-impl<V: Pack> Values<'_, V> {
+impl<V: SimdBlock> NodeValues<'_, V> {
     /// `N` numbers of the point's nodes, the first in a lane of the node with this number, the
     /// others each so far behind the one before: those of the next nodes follow.
     #[inline(always)]
@@ -411,16 +412,16 @@ impl<V: Pack> Values<'_, V> {
 }
 
 /// A slice that several threads change.
-struct Shared<'a, T> {
+struct SharedSlice<'a, T> {
     first: *mut T,
     slice: PhantomData<&'a mut [T]>,
 }
 
 // SAFETY: it hands out what a mutable slice would, each place to one thread at a
 // time, as `get_mut` demands.
-unsafe impl<T: Send> Sync for Shared<'_, T> {}
+unsafe impl<T: Send> Sync for SharedSlice<'_, T> {}
 
-impl<'a, T> Shared<'a, T> {
+impl<'a, T> SharedSlice<'a, T> {
     fn new(slice: &'a mut [T]) -> Self {
         Self {
             first: slice.as_mut_ptr(),
@@ -449,12 +450,12 @@ mod tests {
         prop::collection::vec(prop::collection::vec(0..50_u32, 0..6), 0..300)
     }
 
-    fn colours(lists: &[Vec<u32>], task: usize) -> Colours {
+    fn colours(lists: &[Vec<u32>], task: usize) -> Colouring {
         let mut nodes_of = NodesOf::default();
         for list in lists {
             nodes_of.push(|all| all.extend(list));
         }
-        let mut colours = Colours::default();
+        let mut colours = Colouring::default();
         // What was there before does not matter.
         colours.arrange_in_tasks(100, &nodes_of, task + 1);
         colours.arrange_in_tasks(100, &nodes_of, task);
@@ -469,7 +470,7 @@ mod tests {
             _: S,
             _: usize,
             own: &mut f64,
-            mut values: Values<f64>,
+            mut values: NodeValues<f64>,
         ) -> [f64; 1] {
             values.change(values.nodes, |value, _| *own += *value / 3.0);
             values.change(values.nodes, |value, _| *value += own.cos());

@@ -5,43 +5,45 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::contact::constraint::contact_constraint::{Constraint, Limit, shear_norm, shear_square};
-use crate::contact::solver::colouring::Values;
-use crate::contact::solver::inverse_mass_columns::{Columns, Lever};
-use crate::contact::solver::simd_block::{Factors, Pack, Packs};
+use crate::contact::constraint::contact_constraint::{
+    Constraint, FrictionBounds, shear_norm, shear_square,
+};
+use crate::contact::solver::colouring::NodeValues;
+use crate::contact::solver::inverse_mass_columns::{ColumnTerm, InverseMassColumns};
+use crate::contact::solver::simd_block::{BlockFactors, SimdBlock, SimdBlocks};
 use crate::contact::solver::system::SHARE;
-use crate::contact::surface::Operator;
+use crate::contact::surface::ContactJacobian;
 use crate::math::vector::{dot, sub};
-use crate::model::inverse_mass::Mobility;
+use crate::model::inverse_mass::KickMobility;
 
 /// Inverse mass of a row whose nodes are held, over what it would be of free
 /// ones: round-off.
 const HELD: f64 = 1e-12;
 
 /// A vector as the registers hold it: components that there are not are 0.
-type Wide = [f64; 4];
+type PaddedVector = [f64; 4];
 
 /// The components that there are.
 #[inline(always)]
-fn truncated<const D: usize>(wide: &Wide) -> [f64; D] {
+fn truncated<const D: usize>(wide: &PaddedVector) -> [f64; D] {
     std::array::from_fn(|c| wide[c])
 }
 
 /// What contacts have to do with the nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Terms<const D: usize, P> {
+pub(super) struct ConstraintRows<const D: usize, P> {
     /// Relative velocities as functions of nodal velocities.
-    pub(super) operators: Vec<Term<D>>,
+    pub(super) operators: Vec<JacobianTerm<D>>,
     /// Velocities that impulses make, 1/kg, for each of a contact's packs in turn, row by row.
     pub(super) gains: Vec<[P; D]>,
     /// Instead, of contacts that move their packs by columns: of each operator, which these are.
-    pub(super) levers: Vec<Lever<D>>,
-    pub(super) columns: Columns<D, P>,
+    pub(super) levers: Vec<ColumnTerm<D>>,
+    pub(super) columns: InverseMassColumns<D, P>,
 }
 
 /// What the velocity of a node adds to a relative velocity.
 #[derive(Clone, Debug)]
-pub(super) struct Term<const D: usize> {
+pub(super) struct JacobianTerm<const D: usize> {
     /// In which of its contact's packs its numbers begin, where in that, and how far they are
     /// apart.
     pub(super) slot: u32,
@@ -49,12 +51,12 @@ pub(super) struct Term<const D: usize> {
     pub(super) stride: u32,
     /// What each of its components adds, row by row: for nothing has to be added up across a
     /// register then.
-    pub(super) columns: [Wide; D],
+    pub(super) columns: [PaddedVector; D],
 }
 
 /// A contact in its system.
 #[derive(Clone, Debug)]
-pub(super) struct Point<const D: usize> {
+pub(super) struct ContactRows<const D: usize> {
     /// Its constraint.
     pub(super) number: u32,
     /// Its part of the terms.
@@ -68,7 +70,7 @@ pub(super) struct Point<const D: usize> {
     /// 1 over that in each row, kg; 0 where the nodes are held along it.
     pub(super) inertia: [f64; D],
     pub(super) target: [f64; D],
-    pub(super) limit: Limit,
+    pub(super) limit: FrictionBounds,
     pub(super) impulse: [f64; D],
     /// The impulse that its solve began with, N·s.
     pub(super) start: [f64; D],
@@ -84,14 +86,14 @@ pub(super) struct Point<const D: usize> {
 
 /// How much of what a change of its impulse does a contact holds back.
 #[derive(Clone, Copy)]
-pub(super) struct Reluctance {
+pub(super) struct ProximalWeight {
     share: f64,
     /// That and all of it, and 1 over both.
     whole: f64,
     give: f64,
 }
 
-impl Reluctance {
+impl ProximalWeight {
     pub(super) fn new(share: f64) -> Self {
         Self {
             share,
@@ -103,14 +105,14 @@ impl Reluctance {
 
 /// Nodes of a contact, with their rows and whether they are held in all components.
 pub(super) fn nodes_of<'a, const D: usize>(
-    operator: &'a Operator<D>,
-    mobility: Mobility<'a, D>,
+    operator: &'a ContactJacobian<D>,
+    mobility: KickMobility<'a, D>,
 ) -> impl Iterator<Item = (usize, u32, bool)> + 'a {
     let nodes = operator.nodes().iter().enumerate();
     nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_held(node as usize)))
 }
 
-impl<const D: usize, P: Pack> Terms<D, P> {
+impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
     /// Forgets all contacts, but no columns.
     pub(super) fn clear(&mut self) {
         self.operators.clear();
@@ -120,7 +122,7 @@ impl<const D: usize, P: Pack> Terms<D, P> {
 
     /// Relative velocity of a contact whose nodes have these velocities, m/s.
     #[inline(always)]
-    pub(super) fn relative(&self, point: &Point<D>, velocity: &Values<P>) -> [f64; D] {
+    pub(super) fn relative(&self, point: &ContactRows<D>, velocity: &NodeValues<P>) -> [f64; D] {
         // Component by component, as an addition waits for the one before.
         let mut sums = [[0.0; 4]; D];
         for term in &self.operators[point.operators.clone()] {
@@ -146,9 +148,9 @@ impl<const D: usize, P: Pack> Terms<D, P> {
     pub(super) fn push<S: Simd>(
         &self,
         simd: S,
-        point: &Point<D>,
+        point: &ContactRows<D>,
         impulse: &[f64; D],
-        velocity: &mut impl Packs<P>,
+        velocity: &mut impl SimdBlocks<P>,
     ) {
         if P::BY_COLUMNS {
             for (term, lever) in self.by_columns(point) {
@@ -157,7 +159,7 @@ impl<const D: usize, P: Pack> Terms<D, P> {
             }
             return;
         }
-        let factors = Factors::new(simd, impulse);
+        let factors = BlockFactors::new(simd, impulse);
         velocity.change(&self.gains[point.gains.clone()], |pack, rows| {
             pack.add_scaled(simd, &factors, rows);
         });
@@ -167,8 +169,8 @@ impl<const D: usize, P: Pack> Terms<D, P> {
     #[inline(always)]
     pub(super) fn by_columns(
         &self,
-        point: &Point<D>,
-    ) -> impl Iterator<Item = (&Term<D>, &Lever<D>)> {
+        point: &ContactRows<D>,
+    ) -> impl Iterator<Item = (&JacobianTerm<D>, &ColumnTerm<D>)> {
         let own = point.operators.clone();
         self.operators[own.clone()].iter().zip(&self.levers[own])
     }
@@ -177,11 +179,11 @@ impl<const D: usize, P: Pack> Terms<D, P> {
 /// Works out the velocities that impulses of a contact with these rows make, 1/kg: those of
 /// the nodes of one mass matrix are next to each other, and so are what these move.
 #[inline(always)]
-fn respond<S: Simd, const D: usize, P: Pack>(
+fn respond<S: Simd, const D: usize, P: SimdBlock>(
     simd: S,
     mut gains: &mut [[P; D]],
-    operator: &Operator<D>,
-    mobility: Mobility<D>,
+    operator: &ContactJacobian<D>,
+    mobility: KickMobility<D>,
 ) {
     let (inertia, nodes) = (mobility.inertia, operator.nodes());
     let mut first = 0;
@@ -211,11 +213,11 @@ fn respond<S: Simd, const D: usize, P: Pack>(
             for k in own.clone() {
                 let column = P::of(&inertia.column(nodes[k] as usize, c)[first..]);
                 for r in 0..D {
-                    let row = Factors::new(simd, &[operator.rows[k][r][c]]);
+                    let row = BlockFactors::new(simd, &[operator.rows[k][r][c]]);
                     made[r].add_scaled(simd, &row, &[column]);
                 }
             }
-            let share = Factors::new(simd, &[share]);
+            let share = BlockFactors::new(simd, &[share]);
             for r in 0..D {
                 gain[r] = P::default();
                 gain[r].add_scaled(simd, &share, &[made[r]]);
@@ -227,17 +229,17 @@ fn respond<S: Simd, const D: usize, P: Pack>(
 
 /// Points that take their constraints' operators, with what impulses do: their parts of
 /// operators, gains and levers follow each other as they do.
-pub(super) struct Filling<'a, const D: usize, P> {
-    pub(super) points: &'a mut [Point<D>],
-    pub(super) operators: &'a mut [Term<D>],
+pub(super) struct RowAssembly<'a, const D: usize, P> {
+    pub(super) points: &'a mut [ContactRows<D>],
+    pub(super) operators: &'a mut [JacobianTerm<D>],
     pub(super) gains: &'a mut [[P; D]],
-    pub(super) levers: &'a mut [Lever<D>],
-    pub(super) columns: &'a Columns<D, P>,
+    pub(super) levers: &'a mut [ColumnTerm<D>],
+    pub(super) columns: &'a InverseMassColumns<D, P>,
     pub(super) constraints: &'a [Constraint<D>],
-    pub(super) mobility: Mobility<'a, D>,
+    pub(super) mobility: KickMobility<'a, D>,
 }
 
-impl<const D: usize, P: Pack> Filling<'_, D, P> {
+impl<const D: usize, P: SimdBlock> RowAssembly<'_, D, P> {
     /// Fills them, on as many threads as it is worth.
     pub(super) fn run(self) {
         if self.points.len() <= SHARE {
@@ -268,7 +270,7 @@ impl<const D: usize, P: Pack> Filling<'_, D, P> {
     }
 }
 
-impl<const D: usize, P: Pack> WithSimd for Filling<'_, D, P> {
+impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
     type Output = ();
 
     #[inline(always)]
@@ -299,9 +301,9 @@ impl<const D: usize, P: Pack> WithSimd for Filling<'_, D, P> {
 /// Takes an operator. Returns the inverse mass in each row if no node were held, 1/kg.
 #[inline(always)]
 fn take<const D: usize>(
-    operators: &mut [Term<D>],
-    operator: &Operator<D>,
-    mobility: Mobility<D>,
+    operators: &mut [JacobianTerm<D>],
+    operator: &ContactJacobian<D>,
+    mobility: KickMobility<D>,
 ) -> [f64; D] {
     let mut unheld = [0.0; D];
     let mut terms = operators.iter_mut();
@@ -323,13 +325,16 @@ fn take<const D: usize>(
 }
 
 /// How many levers there are of so many operators.
-const fn levers_of<P: Pack>(operators: usize) -> usize {
+const fn levers_of<P: SimdBlock>(operators: usize) -> usize {
     if P::BY_COLUMNS { operators } else { 0 }
 }
 
 /// Relative velocity in each row for a unit impulse in each other, 1/kg.
 #[inline(always)]
-fn seen_by_gains<const D: usize, P: Pack>(operators: &[Term<D>], gains: &[[P; D]]) -> [Wide; D] {
+fn seen_by_gains<const D: usize, P: SimdBlock>(
+    operators: &[JacobianTerm<D>],
+    gains: &[[P; D]],
+) -> [PaddedVector; D] {
     let mut seen = [[0.0; 4]; D];
     for term in operators {
         for c in 0..D {
@@ -348,11 +353,11 @@ fn seen_by_gains<const D: usize, P: Pack>(operators: &[Term<D>], gains: &[[P; D]
 
 /// The same of a contact that moves its packs by columns.
 #[inline(always)]
-fn seen_by_columns<const D: usize, P: Pack>(
-    operators: &[Term<D>],
-    levers: &[Lever<D>],
-    columns: &Columns<D, P>,
-) -> [Wide; D] {
+fn seen_by_columns<const D: usize, P: SimdBlock>(
+    operators: &[JacobianTerm<D>],
+    levers: &[ColumnTerm<D>],
+    columns: &InverseMassColumns<D, P>,
+) -> [PaddedVector; D] {
     let mut seen = [[0.0; 4]; D];
     for (s, seen) in seen.iter_mut().enumerate() {
         let mut unit = [0.0; D];
@@ -367,10 +372,10 @@ fn seen_by_columns<const D: usize, P: Pack>(
     seen
 }
 
-impl<const D: usize> Point<D> {
+impl<const D: usize> ContactRows<D> {
     /// Takes the relative velocity `own` in each row for a unit impulse in each other, 1/kg.
     #[inline(always)]
-    fn weigh(&mut self, own: &[Wide; D], unheld: &[f64; D]) {
+    fn weigh(&mut self, own: &[PaddedVector; D], unheld: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
         // Between nodes that are held along the row there is nothing to push.
         let seen = |r: usize| {
@@ -447,10 +452,10 @@ impl<const D: usize> Point<D> {
         &self,
         old: &[f64; D],
         relative: &[f64; D],
-        reluctance: Reluctance,
+        reluctance: ProximalWeight,
     ) -> ([f64; D], f64) {
         let mut impulse = *old;
-        let Reluctance { share, whole, give } = reluctance;
+        let ProximalWeight { share, whole, give } = reluctance;
         let back = if share > 0.0 {
             self.held_back(old, share)
         } else {

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use crate::contact::solver::contact_rows::nodes_of;
-use crate::contact::solver::inverse_mass_columns::Columns;
-use crate::contact::solver::simd_block::Pack;
-use crate::contact::surface::Operator;
-use crate::model::inverse_mass::{Inertia, Mobility};
+use crate::contact::solver::inverse_mass_columns::InverseMassColumns;
+use crate::contact::solver::simd_block::SimdBlock;
+use crate::contact::surface::ContactJacobian;
+use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// Where the components of a node are among the numbers of all packs.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seat {
+pub(super) struct DofSlot {
     pub(super) first: u32,
     pub(super) stride: u32,
 }
@@ -18,23 +18,23 @@ pub(super) struct Seat {
 /// Nodes that impulses may move, with all that mass matrices couple to them: held ones among these
 /// get nothing.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seating {
+pub(super) struct DofMap {
     /// All, sorted.
     nodes: Vec<u32>,
     /// Those whose velocities each visit changes, sorted, and where their numbers are.
     seated: Vec<u32>,
-    seats: Vec<Seat>,
+    seats: Vec<DofSlot>,
     /// The others, of blocks that contacts move by columns, sorted: they need no velocity before
     /// the impulses are known.
     others: Vec<u32>,
-    groups: Vec<Group>,
+    groups: Vec<CoupledNodes>,
     /// How many packs there are.
     packs: usize,
 }
 
 /// Nodes that one mass matrix couples.
 #[derive(Clone, Debug)]
-pub(super) struct Group {
+pub(super) struct CoupledNodes {
     nodes: Range<u32>,
     /// Their parts of the nodes with seats and of the others, and their packs.
     pub(super) seats: Range<usize>,
@@ -42,10 +42,10 @@ pub(super) struct Group {
     pub(super) packs: Range<u32>,
 }
 
-impl Seat {
+impl DofSlot {
     /// The seats of so many nodes that one mass matrix couples, in packs from the one with this
     /// number on; and how many packs they take.
-    fn of<const D: usize, P: Pack>(
+    fn of<const D: usize, P: SimdBlock>(
         nodes: usize,
         pack: usize,
     ) -> (impl Iterator<Item = Self>, usize) {
@@ -68,14 +68,14 @@ impl Seat {
     }
 }
 
-impl Seating {
+impl DofMap {
     /// Seats the nodes that contacts move, which are sorted; takes the `columns` of those that
     /// are moved by them.
-    pub(super) fn seat<const D: usize, P: Pack>(
+    pub(super) fn seat<const D: usize, P: SimdBlock>(
         &mut self,
         moved: &[u32],
-        inertia: &Inertia<D>,
-        columns: &mut Columns<D, P>,
+        inertia: &InverseMass<D>,
+        columns: &mut InverseMassColumns<D, P>,
     ) {
         self.nodes.clear();
         self.seated.clear();
@@ -100,9 +100,9 @@ impl Seating {
                 self.seated.extend(coupled.clone());
             }
             let count = self.seated.len() - starts.0;
-            let (seats, packs) = Seat::of::<D, P>(count, self.packs);
+            let (seats, packs) = DofSlot::of::<D, P>(count, self.packs);
             self.seats.extend(seats);
-            self.groups.push(Group {
+            self.groups.push(CoupledNodes {
                 nodes: coupled,
                 seats: starts.0..self.seated.len(),
                 others: starts.1..self.others.len(),
@@ -119,7 +119,7 @@ impl Seating {
     }
 
     /// Those with a seat, sorted.
-    pub(super) fn seated(&self) -> impl ExactSizeIterator<Item = (u32, Seat)> + '_ {
+    pub(super) fn seated(&self) -> impl ExactSizeIterator<Item = (u32, DofSlot)> + '_ {
         self.seated.iter().copied().zip(self.seats.iter().copied())
     }
 
@@ -128,7 +128,7 @@ impl Seating {
         &self.others
     }
 
-    pub(super) fn groups(&self) -> &[Group] {
+    pub(super) fn groups(&self) -> &[CoupledNodes] {
         &self.groups
     }
 
@@ -139,7 +139,7 @@ impl Seating {
 
     /// The place of a node among those with a seat, that seat, and the packs of what a mass matrix
     /// couples to it.
-    pub(super) fn find(&self, node: u32) -> (usize, Seat, Range<u32>) {
+    pub(super) fn find(&self, node: u32) -> (usize, DofSlot, Range<u32>) {
         let place = self.seated.partition_point(|&other| other < node);
         (place, self.seats[place], self.packs_around(node))
     }
@@ -152,8 +152,8 @@ impl Seating {
     /// Adds the packs that a contact moves to those of `all`.
     pub(super) fn add_packs<const D: usize>(
         &self,
-        operator: &Operator<D>,
-        mobility: Mobility<D>,
+        operator: &ContactJacobian<D>,
+        mobility: KickMobility<D>,
         all: &mut Vec<u32>,
     ) {
         let start = all.len();

@@ -2,8 +2,8 @@
 //! island, on velocities (design, section 5).
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::solver::simd_block::Pack;
-use crate::contact::solver::system::{Swept, System};
+use crate::contact::solver::simd_block::SimdBlock;
+use crate::contact::solver::system::{ContactSystem, SweepResult};
 use crate::math::vector::sub;
 
 /// Residual at which a solve is done: change of relative velocity in a sweep
@@ -53,7 +53,7 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Most sweeps and steps of descents of a solve.
 const MAX_EFFORT: u32 = 2000;
 
-impl<const D: usize, P: Pack> System<D, P> {
+impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Finds the impulses of the constraints that were loaded and adds them to
     /// the velocities. Returns the residual: the largest change of a relative velocity
     /// in the last sweep, or what [`RELUCTANCE`] misses of one, over the largest that
@@ -91,10 +91,10 @@ impl<const D: usize, P: Pack> System<D, P> {
 
     /// Finds the impulses; returns the residual.
     fn iterate(&mut self, done: f64, least: f64) -> f64 {
-        let mut course = Course {
+        let mut course = SolveProgress {
             done,
             least: least.max(ROUND_OFF * self.fastest()),
-            ..Course::default()
+            ..SolveProgress::default()
         };
         self.wake_all();
         let (residual, scale) = if self.points.len() <= FEW {
@@ -116,12 +116,12 @@ impl<const D: usize, P: Pack> System<D, P> {
     /// A sweep over all contacts tells which are awake: those that it changes. With
     /// these alone the solve goes on until they are right, and begins anew; it ends with
     /// a sweep over all. Returns its residual, and its scale, m/s.
-    fn wake_and_follow(&mut self, course: &mut Course) -> (f64, f64) {
+    fn wake_and_follow(&mut self, course: &mut SolveProgress) -> (f64, f64) {
         course.dozes = DOZES * course.done;
         let mut before = f64::INFINITY;
         loop {
             self.wake_all();
-            let (residual, Swept { scale, .. }) = self.sweep_to(course);
+            let (residual, SweepResult { scale, .. }) = self.sweep_to(course);
             course.effort += 1;
             if residual.is_nan() || residual <= course.done || course.is_over() {
                 return (residual, scale);
@@ -143,7 +143,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     /// \[Silcowitz2010\] and, where that does not get on, by
     /// descents along the faces of the bounds; where those do not, with
     /// [`RELUCTANCE`].
-    fn follow(&mut self, course: &mut Course, scale: f64) -> (f64, f64) {
+    fn follow(&mut self, course: &mut SolveProgress, scale: f64) -> (f64, f64) {
         let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
@@ -200,9 +200,9 @@ impl<const D: usize, P: Pack> System<D, P> {
 
     /// A sweep: its residual, that at which the solve is done at most where nothing
     /// changes and no number where something is none, and what it has done.
-    fn sweep_to(&mut self, course: &Course) -> (f64, Swept) {
+    fn sweep_to(&mut self, course: &SolveProgress) -> (f64, SweepResult) {
         let swept = self.sweep(course.reluctance);
-        let Swept { change, scale, .. } = swept;
+        let SweepResult { change, scale, .. } = swept;
         let residual = if !(change + scale).is_finite() {
             f64::NAN
         } else if change <= course.least {
@@ -216,7 +216,7 @@ impl<const D: usize, P: Pack> System<D, P> {
 
 /// Where a solve is to come to, and how far it has.
 #[derive(Clone, Copy, Debug, Default)]
-struct Course {
+struct SolveProgress {
     /// Residual to come to, and the change of a relative velocity that is none, m/s.
     done: f64,
     least: f64,
@@ -231,7 +231,7 @@ struct Course {
     last: u32,
 }
 
-impl Course {
+impl SolveProgress {
     /// Whether nothing more is tried.
     fn is_over(&self) -> bool {
         self.last >= LAST || self.effort >= MAX_EFFORT
@@ -240,33 +240,33 @@ impl Course {
 
 /// What a solve has found on the way from sweep to sweep.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Directions<const D: usize> {
+pub(super) struct SearchDirections<const D: usize> {
     /// Square of the last sweep's change, J.
     square: f64,
     /// Impulses to come back to, by the places of contacts, N·s.
     kept: Vec<[f64; D]>,
 }
 
-impl<const D: usize> Directions<D> {
-    fn begin<P: Pack>(&mut self, system: &mut System<D, P>) {
+impl<const D: usize> SearchDirections<D> {
+    fn begin<P: SimdBlock>(&mut self, system: &mut ContactSystem<D, P>) {
         self.kept.resize(system.points.len(), [0.0; D]);
         self.square = 0.0;
         system.forget_directions();
     }
 
-    fn keep<P: Pack>(&mut self, system: &System<D, P>) {
+    fn keep<P: SimdBlock>(&mut self, system: &ContactSystem<D, P>) {
         for (place, point) in system.awake() {
             self.kept[place] = point.impulse;
         }
     }
 
-    fn restore<P: Pack>(&self, system: &mut System<D, P>) {
+    fn restore<P: SimdBlock>(&self, system: &mut ContactSystem<D, P>) {
         system.add(|place, point| sub(&self.kept[place], &point.impulse));
     }
 
     /// Goes on along the last direction after a sweep, whose change, of this square, stands for
     /// a gradient.
-    fn advance<P: Pack>(&mut self, system: &mut System<D, P>, square: f64) {
+    fn advance<P: SimdBlock>(&mut self, system: &mut ContactSystem<D, P>, square: f64) {
         // A change that grows says that bounds have changed hands: start anew.
         let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };

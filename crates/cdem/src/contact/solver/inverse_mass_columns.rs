@@ -8,29 +8,29 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::contact::solver::contact_rows::Term;
-use crate::contact::solver::simd_block::{Factors, Pack, Packs};
-use crate::model::inverse_mass::Inertia;
+use crate::contact::solver::contact_rows::JacobianTerm;
+use crate::contact::solver::simd_block::{BlockFactors, SimdBlock, SimdBlocks};
+use crate::model::inverse_mass::InverseMass;
 
 /// Columns of nodes that contacts touch, by the order in which these were added.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Columns<const D: usize, P> {
+pub(super) struct InverseMassColumns<const D: usize, P> {
     /// Velocities that unit impulses make of the nodes of the block that contacts touch, 1/kg,
     /// in packs of a component.
     packs: Vec<P>,
     /// The same of its other nodes.
     beyond: Vec<f64>,
     /// Where those of each component of each node begin.
-    starts: Vec<[Start; D]>,
+    starts: Vec<[BlockStart; D]>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Start {
+struct BlockStart {
     packs: u32,
     beyond: u32,
 }
 
-impl<const D: usize, P: Pack> Columns<D, P> {
+impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
     pub(super) fn clear(&mut self) {
         self.packs.clear();
         self.beyond.clear();
@@ -38,19 +38,19 @@ impl<const D: usize, P: Pack> Columns<D, P> {
     }
 
     /// Adds those of the nodes of a block that contacts touch; `others` are its other nodes.
-    pub(super) fn add(&mut self, inertia: &Inertia<D>, touched: &[u32], others: &[u32]) {
+    pub(super) fn add(&mut self, inertia: &InverseMass<D>, touched: &[u32], others: &[u32]) {
         let mut entries = Vec::with_capacity(touched.len());
         for &node in touched {
             let node = node as usize;
             let first = inertia.coupled(node).start;
-            let mut starts = [Start::default(); D];
+            let mut starts = [BlockStart::default(); D];
             for c in 0..D {
                 let alike = inertia.first_alike(node, c);
                 if alike < c {
                     starts[c] = starts[alike];
                     continue;
                 }
-                starts[c] = Start {
+                starts[c] = BlockStart {
                     packs: self.packs.len() as u32,
                     beyond: self.beyond.len() as u32,
                 };
@@ -85,7 +85,7 @@ impl<const D: usize, P: Pack> Columns<D, P> {
 
 /// A node of a contact, as what moves its block.
 #[derive(Clone, Debug)]
-pub(super) struct Lever<const D: usize> {
+pub(super) struct ColumnTerm<const D: usize> {
     /// Its number among the nodes that contacts touch.
     pub(super) node: u32,
     /// First pack of its block among those of the contact, and how many a component has.
@@ -97,10 +97,10 @@ pub(super) struct Lever<const D: usize> {
     pub(super) share: f64,
 }
 
-impl<const D: usize> Lever<D> {
+impl<const D: usize> ColumnTerm<D> {
     /// Of a node whose block has these packs from a slot on.
-    pub(super) fn new<P: Pack>(
-        columns: &Columns<D, P>,
+    pub(super) fn new<P: SimdBlock>(
+        columns: &InverseMassColumns<D, P>,
         node: usize,
         (slot, packs): (usize, usize),
     ) -> Self {
@@ -120,7 +120,7 @@ impl<const D: usize> Lever<D> {
 
     /// What damping leaves of an impulse of the contact on the node, N·s.
     #[inline(always)]
-    pub(super) fn on_node(&self, term: &Term<D>, impulse: &[f64; D]) -> [f64; D] {
+    pub(super) fn on_node(&self, term: &JacobianTerm<D>, impulse: &[f64; D]) -> [f64; D] {
         let mut own = [0.0; D];
         for c in 0..D {
             for r in 0..D {
@@ -133,15 +133,15 @@ impl<const D: usize> Lever<D> {
 
     /// Adds the velocities that an impulse on the node makes, m/s.
     #[inline(always)]
-    pub(super) fn push<S: Simd, P: Pack>(
+    pub(super) fn push<S: Simd, P: SimdBlock>(
         &self,
         simd: S,
-        columns: &Columns<D, P>,
+        columns: &InverseMassColumns<D, P>,
         on_node: &[f64; D],
-        velocity: &mut impl Packs<P>,
+        velocity: &mut impl SimdBlocks<P>,
     ) {
         for c in 0..D {
-            let factor = Factors::new(simd, &[on_node[c]]);
+            let factor = BlockFactors::new(simd, &[on_node[c]]);
             let column = &columns.packs[self.columns[c] as usize..][..self.count as usize];
             for (k, entries) in column.iter().enumerate() {
                 let own = velocity.pack(self.slot as usize + D * k + c);
@@ -153,11 +153,11 @@ impl<const D: usize> Lever<D> {
     /// Adds the relative velocity in each row that an impulse on the node makes of another node
     /// of the contact, 1/kg.
     #[inline(always)]
-    pub(super) fn add_to_rows<P: Pack>(
+    pub(super) fn add_to_rows<P: SimdBlock>(
         &self,
-        columns: &Columns<D, P>,
+        columns: &InverseMassColumns<D, P>,
         on_node: &[f64; D],
-        (term, other): (&Term<D>, &Self),
+        (term, other): (&JacobianTerm<D>, &Self),
         rows: &mut [f64; 4],
     ) {
         if !self.moves(other) {

@@ -13,9 +13,9 @@ pub(crate) mod system;
 mod tests;
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::solver::simd_block::{OfBlock, OfNode};
-use crate::contact::solver::system::System;
-use crate::model::inverse_mass::{Inertia, Mobility};
+use crate::contact::solver::simd_block::{CoupledBlock, NodeBlock};
+use crate::contact::solver::system::ContactSystem;
+use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// Nodes that one mass matrix couples, at most, where gains of each contact are fewer bytes than
 /// processors wait for: two packs of a component.
@@ -25,11 +25,11 @@ const SMALL: usize = 16;
 #[derive(Clone, Debug)]
 pub(crate) enum Solver<const D: usize> {
     /// No mass matrix couples nodes that contacts move.
-    Nodes(System<D, OfNode>),
+    Nodes(ContactSystem<D, NodeBlock>),
     /// Mass matrices couple a few of them.
-    Blocks(System<D, OfBlock<false>>),
+    Blocks(ContactSystem<D, CoupledBlock<false>>),
     /// One couples more than [`SMALL`].
-    LargeBlocks(System<D, OfBlock<true>>),
+    LargeBlocks(ContactSystem<D, CoupledBlock<true>>),
 }
 
 /// All that is done with a system, whatever its packs.
@@ -45,13 +45,13 @@ macro_rules! with {
 
 impl<const D: usize> Default for Solver<D> {
     fn default() -> Self {
-        Self::Nodes(System::default())
+        Self::Nodes(ContactSystem::default())
     }
 }
 
 impl<const D: usize> Solver<D> {
     /// Takes the geometry of the constraints.
-    pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
+    pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         let coupled = Self::most_coupled(constraints, mobility.inertia);
         let fits = match self {
             Self::Nodes(_) => coupled == 1,
@@ -60,9 +60,9 @@ impl<const D: usize> Solver<D> {
         };
         if !fits {
             *self = match coupled {
-                1 => Self::Nodes(System::default()),
-                2..=SMALL => Self::Blocks(System::default()),
-                _ => Self::LargeBlocks(System::default()),
+                1 => Self::Nodes(ContactSystem::default()),
+                2..=SMALL => Self::Blocks(ContactSystem::default()),
+                _ => Self::LargeBlocks(ContactSystem::default()),
             };
         }
         with!(self, system => system.load(constraints, mobility));
@@ -70,7 +70,7 @@ impl<const D: usize> Solver<D> {
 
     /// The most nodes that one mass matrix couples to a node that contacts move; looked for until
     /// more of them change nothing.
-    fn most_coupled(constraints: &[Constraint<D>], inertia: &Inertia<D>) -> usize {
+    fn most_coupled(constraints: &[Constraint<D>], inertia: &InverseMass<D>) -> usize {
         let enough = if inertia.most_coupled() > SMALL {
             SMALL + 1
         } else {
@@ -89,7 +89,7 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Finds the impulses of the constraints that were loaded and adds them to the velocities,
-    /// m/s, as [`System::solve`] says. Returns the residual.
+    /// m/s, as [`ContactSystem::solve`] says. Returns the residual.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],

@@ -4,9 +4,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::contact::solver::colouring::Colours;
-use crate::contact::solver::contact_rows::{Point, Terms};
-use crate::contact::solver::simd_block::{Listed, Pack};
+use crate::contact::solver::colouring::Colouring;
+use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows};
+use crate::contact::solver::simd_block::{BlockList, SimdBlock};
 use crate::math::vector::scale;
 
 /// Packs that a thread takes at once, at most.
@@ -14,7 +14,7 @@ const PACKS: usize = 8192;
 
 /// What the directions of the contacts awake do to the velocities of nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Heading<P> {
+pub(super) struct NonlinearCg<P> {
     /// That, and the velocities before the last sweep, m/s.
     heading: Vec<P>,
     before: Vec<P>,
@@ -27,9 +27,9 @@ pub(super) struct Heading<P> {
     is_listed: Vec<bool>,
 }
 
-impl<P: Pack> Heading<P> {
+impl<P: SimdBlock> NonlinearCg<P> {
     /// Goes nowhere from these velocities, m/s, those of the nodes of all contacts.
-    pub(super) fn begin(&mut self, colours: &Colours, velocity: &[P]) {
+    pub(super) fn begin(&mut self, colours: &Colouring, velocity: &[P]) {
         self.heading.resize(velocity.len(), P::default());
         self.before.resize(velocity.len(), P::default());
         self.ratio = 0.0;
@@ -45,13 +45,13 @@ impl<P: Pack> Heading<P> {
     }
 
     /// Goes on with the nodes of the contacts awake, once these are half as many as before.
-    pub(super) fn narrow(&mut self, colours: &Colours) {
+    pub(super) fn narrow(&mut self, colours: &Colouring) {
         if 2 * colours.awake().len() < self.of_contacts {
             self.list(colours);
         }
     }
 
-    fn list(&mut self, colours: &Colours) {
+    fn list(&mut self, colours: &Colouring) {
         let awake = colours.awake();
         self.of_contacts = awake.len();
         self.are_listed = awake.len() < colours.order().len();
@@ -75,10 +75,10 @@ impl<P: Pack> Heading<P> {
     pub(super) fn leave<const D: usize>(
         &mut self,
         packs: &[u32],
-        (terms, point): (&Terms<D, P>, &Point<D>),
+        (terms, point): (&ConstraintRows<D, P>, &ContactRows<D>),
     ) {
         let back = scale(-1.0, &point.direction);
-        Arch::new().dispatch(Leave {
+        Arch::new().dispatch(ApplyImpulses {
             packs,
             terms,
             point,
@@ -92,7 +92,7 @@ impl<P: Pack> Heading<P> {
         let packs = [velocity, &mut self.heading, &mut self.before];
         if self.are_listed {
             let listed = Some(&*self.listed);
-            Arch::new().dispatch(Advance {
+            Arch::new().dispatch(AdvanceBlocks {
                 ratio,
                 packs,
                 listed,
@@ -111,7 +111,7 @@ impl<P: Pack> Heading<P> {
 /// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since
 /// it was one.
 #[inline(always)]
-fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
+fn advance<P: SimdBlock>(ratio: f64, packs: [&mut P; 3]) {
     let [velocity, heading, before] = packs;
     let (velocity, heading) = (velocity.numbers_mut(), heading.numbers_mut());
     let before = before.numbers_mut();
@@ -124,7 +124,7 @@ fn advance<P: Pack>(ratio: f64, packs: [&mut P; 3]) {
 }
 
 /// The same for all packs.
-fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
+fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
     if velocity.len() > PACKS {
         let middle = velocity.len() / 2;
         let (velocity, more) = velocity.split_at_mut(middle);
@@ -134,7 +134,7 @@ fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) 
         rayon::join(|| advance_all(ratio, own), || advance_all(ratio, rest));
         return;
     }
-    Arch::new().dispatch(Advance {
+    Arch::new().dispatch(AdvanceBlocks {
         ratio,
         packs: [velocity, heading, before],
         listed: None,
@@ -142,14 +142,14 @@ fn advance_all<P: Pack>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) 
 }
 
 /// Packs that go on, all or those listed, with whatever instructions the machine has.
-struct Advance<'a, P> {
+struct AdvanceBlocks<'a, P> {
     ratio: f64,
     /// Their velocities, headings, and velocities before.
     packs: [&'a mut [P]; 3],
     listed: Option<&'a [u32]>,
 }
 
-impl<P: Pack> WithSimd for Advance<'_, P> {
+impl<P: SimdBlock> WithSimd for AdvanceBlocks<'_, P> {
     type Output = ();
 
     #[inline(always)]
@@ -170,21 +170,21 @@ impl<P: Pack> WithSimd for Advance<'_, P> {
 }
 
 /// What impulses of a contact do to its packs, each to values of its own.
-struct Leave<'a, const D: usize, P> {
+struct ApplyImpulses<'a, const D: usize, P> {
     packs: &'a [u32],
-    terms: &'a Terms<D, P>,
-    point: &'a Point<D>,
+    terms: &'a ConstraintRows<D, P>,
+    point: &'a ContactRows<D>,
     changes: [(&'a [f64; D], &'a mut [P]); 2],
 }
 
-impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
+impl<const D: usize, P: SimdBlock> WithSimd for ApplyImpulses<'_, D, P> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (impulse, all) in self.changes {
             let numbers = self.packs;
-            let values = &mut Listed { numbers, all };
+            let values = &mut BlockList { numbers, all };
             self.terms.push(simd, self.point, impulse, values);
         }
     }
@@ -193,11 +193,11 @@ impl<const D: usize, P: Pack> WithSimd for Leave<'_, D, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::solver::simd_block::OfNode;
+    use crate::contact::solver::simd_block::NodeBlock;
 
     #[test]
     fn many_packs_go_as_each_would() {
-        let start = |k: usize| [0.0, 1.0, 2.0].map(|of| OfNode::of(&[(k as f64 + of).sin(); 4]));
+        let start = |k: usize| [0.0, 1.0, 2.0].map(|of| NodeBlock::of(&[(k as f64 + of).sin(); 4]));
         let count = 3 * PACKS + 1;
         let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
         let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);

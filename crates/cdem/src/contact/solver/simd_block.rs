@@ -7,11 +7,11 @@ use pulp::Simd;
 
 /// Numbers side by side: the components of one node, or one component of nodes that one mass
 /// matrix couples.
-pub(crate) trait Pack: Pod + Debug + Default + Send + Sync {
+pub(crate) trait SimdBlock: Pod + Debug + Default + Send + Sync {
     /// How many there are.
     const WIDTH: usize = size_of::<Self>() / size_of::<f64>();
 
-    /// Whether contacts move them by the [columns](crate::contact::solver::inverse_mass_columns::Columns) of their nodes, and
+    /// Whether contacts move them by the [columns](crate::contact::solver::inverse_mass_columns::InverseMassColumns) of their nodes, and
     /// not by gains of their own.
     const BY_COLUMNS: bool = false;
 
@@ -29,7 +29,7 @@ pub(crate) trait Pack: Pod + Debug + Default + Send + Sync {
     fn add_scaled<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        factors: &Factors<S, N>,
+        factors: &BlockFactors<S, N>,
         all: &[Self; N],
     );
 
@@ -47,7 +47,7 @@ pub(crate) trait Pack: Pod + Debug + Default + Send + Sync {
 }
 
 /// Packs of a contact, to be changed.
-pub(super) trait Packs<P> {
+pub(super) trait SimdBlocks<P> {
     /// That with a number, from 0.
     fn pack(&mut self, number: usize) -> &mut P;
 
@@ -56,12 +56,12 @@ pub(super) trait Packs<P> {
 }
 
 /// Some of all packs, by their numbers.
-pub(super) struct Listed<'a, P> {
+pub(super) struct BlockList<'a, P> {
     pub(super) numbers: &'a [u32],
     pub(super) all: &'a mut [P],
 }
 
-impl<P: Pack> Packs<P> for Listed<'_, P> {
+impl<P: SimdBlock> SimdBlocks<P> for BlockList<'_, P> {
     #[inline(always)]
     fn pack(&mut self, number: usize) -> &mut P {
         &mut self.all[self.numbers[number] as usize]
@@ -76,12 +76,12 @@ impl<P: Pack> Packs<P> for Listed<'_, P> {
 }
 
 /// Numbers that packs are multiplied by, each once and in a register.
-pub(crate) struct Factors<S: Simd, const N: usize> {
+pub(crate) struct BlockFactors<S: Simd, const N: usize> {
     numbers: [f64; N],
     registers: [S::f64s; N],
 }
 
-impl<S: Simd, const N: usize> Factors<S, N> {
+impl<S: Simd, const N: usize> BlockFactors<S, N> {
     #[inline(always)]
     pub(super) fn new(simd: S, numbers: &[f64; N]) -> Self {
         let mut registers = [simd.splat_f64s(0.0); N];
@@ -98,24 +98,24 @@ impl<S: Simd, const N: usize> Factors<S, N> {
 /// The components of one node, and 0: where masses are lumped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
-pub(crate) struct OfNode([f64; 4]);
+pub(crate) struct NodeBlock([f64; 4]);
 
 /// A component of as many nodes as the widest registers hold, and a multiple of what the others
 /// do; or, of a node alone that contacts move by gains, its components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(transparent)]
-pub(crate) struct OfBlock<const BY_COLUMNS: bool>(Row);
+pub(crate) struct CoupledBlock<const BY_COLUMNS: bool>(BlockNumbers);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-struct Row([f64; 8]);
+struct BlockNumbers([f64; 8]);
 
-impl Pack for OfNode {
+impl SimdBlock for NodeBlock {
     #[inline(always)]
     fn add_scaled<S: Simd, const N: usize>(
         &mut self,
         _: S,
-        factors: &Factors<S, N>,
+        factors: &BlockFactors<S, N>,
         all: &[Self; N],
     ) {
         for n in 0..N {
@@ -126,7 +126,7 @@ impl Pack for OfNode {
     }
 }
 
-impl<const BY_COLUMNS: bool> Pack for OfBlock<BY_COLUMNS> {
+impl<const BY_COLUMNS: bool> SimdBlock for CoupledBlock<BY_COLUMNS> {
     const BY_COLUMNS: bool = BY_COLUMNS;
 
     /// Told register by register: compilers would gather numbers of several packs into one.
@@ -134,7 +134,7 @@ impl<const BY_COLUMNS: bool> Pack for OfBlock<BY_COLUMNS> {
     fn add_scaled<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        factors: &Factors<S, N>,
+        factors: &BlockFactors<S, N>,
         all: &[Self; N],
     ) {
         const { assert!(8 % S::F64_LANES == 0) };

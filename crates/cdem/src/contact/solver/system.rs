@@ -7,17 +7,19 @@
 
 use pulp::{Scalar, Simd};
 
-use crate::contact::constraint::contact_constraint::{Constraint, Limit};
-use crate::contact::solver::active_set_cg::Face;
-use crate::contact::solver::colouring::{Colours, NodesOf, Values, Visit, larger};
-use crate::contact::solver::contact_rows::{Filling, Point, Reluctance, Term, Terms, nodes_of};
-use crate::contact::solver::dof_map::{Seat, Seating};
-use crate::contact::solver::gauss_seidel::Directions;
-use crate::contact::solver::inverse_mass_columns::Lever;
-use crate::contact::solver::nonlinear_cg::Heading;
-use crate::contact::solver::simd_block::{Listed, Pack};
+use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds};
+use crate::contact::solver::active_set_cg::ActiveSetCg;
+use crate::contact::solver::colouring::{Colouring, NodeValues, NodesOf, Visit, larger};
+use crate::contact::solver::contact_rows::{
+    ConstraintRows, ContactRows, JacobianTerm, ProximalWeight, RowAssembly, nodes_of,
+};
+use crate::contact::solver::dof_map::{DofMap, DofSlot};
+use crate::contact::solver::gauss_seidel::SearchDirections;
+use crate::contact::solver::inverse_mass_columns::ColumnTerm;
+use crate::contact::solver::nonlinear_cg::NonlinearCg;
+use crate::contact::solver::simd_block::{BlockList, SimdBlock};
 use crate::math::vector::{add_scaled, dot, norm, sub};
-use crate::model::inverse_mass::Mobility;
+use crate::model::inverse_mass::KickMobility;
 
 /// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
 /// some tens of them.
@@ -25,55 +27,55 @@ pub(crate) const SHARE: usize = 256;
 
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct System<const D: usize, P> {
+pub(crate) struct ContactSystem<const D: usize, P> {
     /// Nodes of each contact, and whether they are held, and `None` behind the last:
     /// what the numbers are for; and after how many changes of what is held.
     known: Vec<Option<(u32, bool)>>,
     changes: u64,
     /// The nodes that impulses may move.
-    seating: Seating,
+    seating: DofMap,
     /// Velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
-    /// are what [colours](Colours) know as nodes.
+    /// are what [colours](Colouring) know as nodes.
     pub(super) velocity: Vec<P>,
     /// Velocities of the nodes without a seat, m/s, and what a solve has added to the impulses on
     /// those with one, N·s.
     others: Vec<[f64; D]>,
     on_nodes: Vec<[f64; D]>,
     /// Nodes of contacts that are held, and their largest speed, m/s.
-    held: Vec<HeldNode>,
+    held: Vec<PrescribedNode>,
     held_speed: f64,
     /// Where they are going.
-    heading: Heading<P>,
+    heading: NonlinearCg<P>,
     /// In which order contacts are visited.
-    pub(super) colours: Colours,
+    pub(super) colours: Colouring,
     /// The contacts, by their places in that order.
-    pub(super) points: Vec<Point<D>>,
-    terms: Terms<D, P>,
+    pub(super) points: Vec<ContactRows<D>>,
+    terms: ConstraintRows<D, P>,
     /// Nodes that contacts move, sorted, and packs of each contact: what numbering takes, for its
     /// storage.
     moved: Vec<u32>,
     packs_of: NodesOf,
     /// Scratch of the solver.
-    pub(super) directions: Directions<D>,
-    pub(super) face: Face<D, P>,
+    pub(super) directions: SearchDirections<D>,
+    pub(super) face: ActiveSetCg<D, P>,
 }
 
 /// A node of a contact that is held.
 #[derive(Clone, Copy, Debug)]
-struct HeldNode {
+struct PrescribedNode {
     /// Place of the contact, and the node's number among those of its constraint.
     place: usize,
     of_constraint: usize,
     node: u32,
 }
 
-impl<const D: usize, P: Pack> System<D, P> {
+impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Takes the geometry of the constraints.
-    pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
+    pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         if !self.fits(constraints, mobility) {
             self.number(constraints, mobility);
         }
-        let filling = Filling {
+        let filling = RowAssembly {
             points: &mut self.points,
             operators: &mut self.terms.operators,
             gains: &mut self.terms.gains,
@@ -86,7 +88,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     }
 
     /// Whether the constraints are between the nodes that they were.
-    fn fits(&self, constraints: &[Constraint<D>], mobility: Mobility<D>) -> bool {
+    fn fits(&self, constraints: &[Constraint<D>], mobility: KickMobility<D>) -> bool {
         let mut known = self.known.iter();
         let same = |constraint: &Constraint<D>| {
             let mut nodes = nodes_of(&constraint.operator, mobility);
@@ -99,7 +101,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     }
 
     /// Numbers the nodes and orders the contacts.
-    fn number(&mut self, constraints: &[Constraint<D>], mobility: Mobility<D>) {
+    fn number(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         self.known.clear();
         self.changes = mobility.inertia.changes();
         let moved = &mut self.moved;
@@ -134,7 +136,7 @@ impl<const D: usize, P: Pack> System<D, P> {
         &mut self,
         constraints: &[Constraint<D>],
         packs_of: &NodesOf,
-        mobility: Mobility<D>,
+        mobility: KickMobility<D>,
     ) {
         self.points.clear();
         self.held.clear();
@@ -145,7 +147,7 @@ impl<const D: usize, P: Pack> System<D, P> {
             let start = [self.terms.operators.len(), self.terms.gains.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
                 if held {
-                    self.held.push(HeldNode {
+                    self.held.push(PrescribedNode {
                         place,
                         of_constraint: k,
                         node,
@@ -158,7 +160,7 @@ impl<const D: usize, P: Pack> System<D, P> {
                 let gains = list.iter().map(|_| [P::default(); D]);
                 self.terms.gains.extend(gains);
             }
-            self.points.push(Point {
+            self.points.push(ContactRows {
                 number,
                 operators: start[0]..self.terms.operators.len(),
                 gains: start[1]..self.terms.gains.len(),
@@ -166,7 +168,7 @@ impl<const D: usize, P: Pack> System<D, P> {
                 compliance: [0.0; 2],
                 inertia: [0.0; D],
                 target: [0.0; D],
-                limit: Limit::default(),
+                limit: FrictionBounds::default(),
                 impulse: [0.0; D],
                 start: [0.0; D],
                 borne: [0.0; D],
@@ -183,14 +185,14 @@ impl<const D: usize, P: Pack> System<D, P> {
         let first = seat.number(0);
         let slot = list.iter().position(|&pack| pack == packs.start);
         let slot = slot.expect("a list of all packs");
-        self.terms.operators.push(Term {
+        self.terms.operators.push(JacobianTerm {
             slot: (slot + first / P::WIDTH - packs.start as usize) as u32,
             lane: (first % P::WIDTH) as u32,
             stride: seat.stride,
             columns: [[0.0; 4]; D],
         });
         if P::BY_COLUMNS {
-            let lever = Lever::new(&self.terms.columns, place, (slot, packs.len()));
+            let lever = ColumnTerm::new(&self.terms.columns, place, (slot, packs.len()));
             self.terms.levers.push(lever);
         }
     }
@@ -269,8 +271,8 @@ impl<const D: usize, P: Pack> System<D, P> {
     }
 
     /// Adds to the velocities what impulses do that each contact awake has of its own, N·s.
-    fn push(&mut self, impulse: impl Fn(usize, &mut Point<D>) -> [f64; D] + Sync) {
-        let push = Push {
+    fn push(&mut self, impulse: impl Fn(usize, &mut ContactRows<D>) -> [f64; D] + Sync) {
+        let push = ApplyImpulse {
             terms: &self.terms,
             impulse,
         };
@@ -295,7 +297,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     /// [end](Self::end).
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
         let numbers = bytemuck::cast_slice::<P, f64>(&self.velocity);
-        let of = |seat: Seat| std::array::from_fn(|c| numbers[seat.number(c)]);
+        let of = |seat: DofSlot| std::array::from_fn(|c| numbers[seat.number(c)]);
         let seated = self
             .seating
             .seated()
@@ -329,7 +331,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     }
 
     /// The contacts that take part, by their places.
-    pub(super) fn awake(&self) -> impl ExactSizeIterator<Item = (usize, &Point<D>)> {
+    pub(super) fn awake(&self) -> impl ExactSizeIterator<Item = (usize, &ContactRows<D>)> {
         let places = self.colours.awake().iter();
         places.map(|&place| (place as usize, &self.points[place as usize]))
     }
@@ -344,17 +346,17 @@ impl<const D: usize, P: Pack> System<D, P> {
         packs.dedup();
     }
 
-    /// One sweep of Gauss–Seidel with some [`Reluctance`].
-    pub(super) fn sweep(&mut self, reluctance: f64) -> Swept {
-        let sweep = Sweep {
+    /// One sweep of Gauss–Seidel with some [`ProximalWeight`].
+    pub(super) fn sweep(&mut self, reluctance: f64) -> SweepResult {
+        let sweep = SweepVisit {
             terms: &self.terms,
             ratio: self.heading.take_ratio(),
-            reluctance: Reluctance::new(reluctance),
+            reluctance: ProximalWeight::new(reluctance),
         };
         let [change, scale, square] =
             self.colours
                 .pass(&mut self.points, &mut self.velocity, &sweep);
-        Swept {
+        SweepResult {
             change: change.sqrt(),
             scale: scale.max(f64::MIN_POSITIVE),
             square,
@@ -364,7 +366,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     /// Relative velocities of the contacts awake without what held nodes add, m/s, by
     /// their places.
     pub(super) fn relative_velocities(&self, velocity: &mut [P], relative: &mut [[f64; D]]) {
-        let relate = Relate {
+        let relate = RelativeVelocityVisit {
             terms: &self.terms,
             points: &self.points,
         };
@@ -389,7 +391,7 @@ impl<const D: usize, P: Pack> System<D, P> {
 
     /// Adds to the impulse of each contact awake what `change` says of it, and what that
     /// does to the velocities.
-    pub(super) fn add(&mut self, change: impl Fn(usize, &Point<D>) -> [f64; D] + Sync) {
+    pub(super) fn add(&mut self, change: impl Fn(usize, &ContactRows<D>) -> [f64; D] + Sync) {
         self.push(|place, point| {
             let change = change(place, point);
             add_scaled(&mut point.impulse, 1.0, &change);
@@ -401,7 +403,7 @@ impl<const D: usize, P: Pack> System<D, P> {
     pub(super) fn add_to(&mut self, place: usize, change: &[f64; D]) {
         let point = &mut self.points[place];
         add_scaled(&mut point.impulse, 1.0, change);
-        let velocity = &mut Listed {
+        let velocity = &mut BlockList {
             numbers: self.colours.nodes(place),
             all: &mut self.velocity,
         };
@@ -416,7 +418,7 @@ impl<const D: usize, P: Pack> System<D, P> {
         velocity: &mut [P],
         direct: impl Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
     ) -> f64 {
-        let respond = Respond {
+        let respond = ResponseVisit {
             terms: &self.terms,
             points: &self.points,
             direct,
@@ -427,7 +429,7 @@ impl<const D: usize, P: Pack> System<D, P> {
 }
 
 /// What a sweep has done.
-pub(super) struct Swept {
+pub(super) struct SweepResult {
     /// The largest change of a relative velocity, and the largest that a normal impulse of
     /// the substep makes, m/s.
     pub(super) change: f64,
@@ -437,20 +439,20 @@ pub(super) struct Swept {
 }
 
 /// A visit of Gauss–Seidel, at velocities that have gone on by a ratio of the directions.
-struct Sweep<'a, const D: usize, P> {
-    terms: &'a Terms<D, P>,
+struct SweepVisit<'a, const D: usize, P> {
+    terms: &'a ConstraintRows<D, P>,
     ratio: f64,
-    reluctance: Reluctance,
+    reluctance: ProximalWeight,
 }
 
-impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
+impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_, D, P> {
     #[inline(always)]
     fn visit<S: Simd>(
         &self,
         simd: S,
         _: usize,
-        point: &mut Point<D>,
-        mut velocity: Values<P>,
+        point: &mut ContactRows<D>,
+        mut velocity: NodeValues<P>,
     ) -> [f64; 3] {
         let relative = self.terms.relative(point, &velocity);
         let old = point.advance(self.ratio);
@@ -482,22 +484,22 @@ impl<const D: usize, P: Pack> Visit<Point<D>, P, 3> for Sweep<'_, D, P> {
 }
 
 /// A visit that makes an impulse known.
-struct Push<'a, const D: usize, P, F> {
-    terms: &'a Terms<D, P>,
+struct ApplyImpulse<'a, const D: usize, P, F> {
+    terms: &'a ConstraintRows<D, P>,
     impulse: F,
 }
 
-impl<const D: usize, P: Pack, F> Visit<Point<D>, P, 0> for Push<'_, D, P, F>
+impl<const D: usize, P: SimdBlock, F> Visit<ContactRows<D>, P, 0> for ApplyImpulse<'_, D, P, F>
 where
-    F: Fn(usize, &mut Point<D>) -> [f64; D] + Sync,
+    F: Fn(usize, &mut ContactRows<D>) -> [f64; D] + Sync,
 {
     #[inline(always)]
     fn visit<S: Simd>(
         &self,
         simd: S,
         place: usize,
-        point: &mut Point<D>,
-        mut velocity: Values<P>,
+        point: &mut ContactRows<D>,
+        mut velocity: NodeValues<P>,
     ) -> [f64; 0] {
         let impulse = (self.impulse)(place, point);
         self.terms.push(simd, point, &impulse, &mut velocity);
@@ -506,19 +508,19 @@ where
 }
 
 /// A visit that takes a relative velocity.
-struct Relate<'a, const D: usize, P> {
-    terms: &'a Terms<D, P>,
-    points: &'a [Point<D>],
+struct RelativeVelocityVisit<'a, const D: usize, P> {
+    terms: &'a ConstraintRows<D, P>,
+    points: &'a [ContactRows<D>],
 }
 
-impl<const D: usize, P: Pack> Visit<[f64; D], P, 0> for Relate<'_, D, P> {
+impl<const D: usize, P: SimdBlock> Visit<[f64; D], P, 0> for RelativeVelocityVisit<'_, D, P> {
     #[inline(always)]
     fn visit<S: Simd>(
         &self,
         _: S,
         place: usize,
         own: &mut [f64; D],
-        velocity: Values<P>,
+        velocity: NodeValues<P>,
     ) -> [f64; 0] {
         *own = self.terms.relative(&self.points[place], &velocity);
         []
@@ -526,13 +528,13 @@ impl<const D: usize, P: Pack> Visit<[f64; D], P, 0> for Relate<'_, D, P> {
 }
 
 /// A visit that makes known what becomes of something of a contact.
-struct Respond<'a, const D: usize, P, F> {
-    terms: &'a Terms<D, P>,
-    points: &'a [Point<D>],
+struct ResponseVisit<'a, const D: usize, P, F> {
+    terms: &'a ConstraintRows<D, P>,
+    points: &'a [ContactRows<D>],
     direct: F,
 }
 
-impl<const D: usize, P: Pack, T, F> Visit<T, P, 1> for Respond<'_, D, P, F>
+impl<const D: usize, P: SimdBlock, T, F> Visit<T, P, 1> for ResponseVisit<'_, D, P, F>
 where
     F: Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
 {
@@ -542,7 +544,7 @@ where
         simd: S,
         place: usize,
         own: &mut T,
-        mut velocity: Values<P>,
+        mut velocity: NodeValues<P>,
     ) -> [f64; 1] {
         let (impulse, size) = (self.direct)(place, own);
         let point = &self.points[place];

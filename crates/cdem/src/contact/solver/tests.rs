@@ -1,14 +1,17 @@
 //! Tests of the solver on islands made by hand.
 
-use crate::contact::constraint::contact_constraint::{Constraint, Limit, shear_norm};
+use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::solver::Solver;
 use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
-use crate::contact::surface::Operator;
-use crate::model::inverse_mass::{Inertia, Mobility};
+use crate::contact::surface::ContactJacobian;
+use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// Mobility of blocks without damping at an instant.
-fn mobility<'a, const D: usize>(inertia: &'a Inertia<D>, block_of: &'a [u32]) -> Mobility<'a, D> {
-    Mobility {
+fn mobility<'a, const D: usize>(
+    inertia: &'a InverseMass<D>,
+    block_of: &'a [u32],
+) -> KickMobility<'a, D> {
+    KickMobility {
         inertia,
         block_of,
         damping: &[0.0],
@@ -23,10 +26,10 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
         row[(r + D - 1) % D] = 1.0;
         row
     });
-    let mut operator = Operator {
+    let mut operator = ContactJacobian {
         count: weights.len(),
         frame,
-        ..Operator::default()
+        ..ContactJacobian::default()
     };
     for (k, &(node, weight)) in weights.iter().enumerate() {
         operator.nodes[k] = node;
@@ -36,9 +39,9 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
     }
     Constraint {
         operator,
-        limit: Limit {
+        limit: FrictionBounds {
             friction,
-            ..Limit::default()
+            ..FrictionBounds::default()
         },
         ..Constraint::default()
     }
@@ -97,7 +100,7 @@ fn closing(counts: [u32; 2], seed: u64) -> Vec<[f64; 2]> {
 fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
     for counts in [[7, 5], [12, 9], [30, 41]] {
         let nodes = (counts[0] + counts[1]) as usize;
-        let inertia = Inertia::<2>::new(vec![1.0; nodes], Vec::new());
+        let inertia = InverseMass::<2>::new(vec![1.0; nodes], Vec::new());
         let block_of = vec![0; nodes];
         let mut random = fastrand::Rng::with_seed(7);
         let mut constraints = flush_faces(counts, 0.6);
@@ -138,7 +141,7 @@ fn velocities_are_what_impulses_make_of_them() {
         );
     }
     assert!(constraints.len() > FEW);
-    let inertia = Inertia::<2>::new(vec![2.0; start.len()], Vec::new());
+    let inertia = InverseMass::<2>::new(vec![2.0; start.len()], Vec::new());
     let block_of = vec![0; start.len()];
     let mut velocity = start.clone();
     let mut system = Solver::default();
@@ -161,7 +164,7 @@ fn velocities_are_what_impulses_make_of_them() {
 #[test]
 fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
     let counts = [12, 9];
-    let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
+    let inertia = InverseMass::<2>::new(vec![1.0; 21], Vec::new());
     let block_of = vec![0; 21];
     let solved = |start: f64| {
         let mut constraints = flush_faces(counts, 0.0);
@@ -182,7 +185,7 @@ fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
 
 #[test]
 fn storage_that_has_been_used_gives_the_same_bits_as_new() {
-    let inertia = Inertia::<2>::new(vec![1.0; 21], Vec::new());
+    let inertia = InverseMass::<2>::new(vec![1.0; 21], Vec::new());
     let block_of = vec![0; 21];
     let mut used = Solver::default();
     let mut other = flush_faces([9, 8], 0.2);
@@ -208,7 +211,7 @@ fn a_long_row_of_rigid_masses_is_stopped_as_one() {
     let dense = (0..BLOCKS as usize).map(|block| (2 * block, matrix.clone()));
     let mut mass = vec![3.0; 2 * BLOCKS as usize];
     mass.push(1e12);
-    let inertia = Inertia::<2>::new(mass, dense.collect());
+    let inertia = InverseMass::<2>::new(mass, dense.collect());
     let block_of = vec![0; 2 * BLOCKS as usize + 1];
     let mut constraints = vec![contact(&[(0, 1.0), (2 * BLOCKS, -1.0)], 0.0)];
     for block in 1..BLOCKS {
@@ -225,7 +228,7 @@ fn a_long_row_of_rigid_masses_is_stopped_as_one() {
 
 #[test]
 fn shear_in_space_is_cut_back_along_its_own_direction() {
-    let inertia = Inertia::<3>::new(vec![2.0, 1e300], Vec::new());
+    let inertia = InverseMass::<3>::new(vec![2.0, 1e300], Vec::new());
     let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
     let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
     let mut system = Solver::default();
@@ -240,7 +243,10 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
 }
 
 /// So many blocks of `size` nodes, the first of which have a dense mass matrix of unlike masses.
-fn blocks<const D: usize>([size, dense, of]: [usize; 3], random: &mut fastrand::Rng) -> Inertia<D> {
+fn blocks<const D: usize>(
+    [size, dense, of]: [usize; 3],
+    random: &mut fastrand::Rng,
+) -> InverseMass<D> {
     let mut mass: Vec<f64> = (0..of * size).map(|_| 0.5 + random.f64()).collect();
     let mut matrices = Vec::new();
     for first in (0..dense).map(|block| block * size) {
@@ -252,7 +258,7 @@ fn blocks<const D: usize>([size, dense, of]: [usize; 3], random: &mut fastrand::
         }
         matrices.push((first, matrix));
     }
-    Inertia::new(mass, matrices)
+    InverseMass::new(mass, matrices)
 }
 
 /// Contacts of random nodes of one block of some and of another, in number above what one thread
@@ -292,7 +298,7 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
             held
         };
         inertia.hold(&(0..nodes).map(hold).collect::<Vec<_>>());
-        let mobility = Mobility {
+        let mobility = KickMobility {
             inertia: &inertia,
             block_of: &block_of,
             damping: &damping,
@@ -356,9 +362,9 @@ fn what_is_held_may_change_between_solves() {
     // Of a square of 1 kg, whose nodes are numbered as 00, 01, 10, 11.
     let unit = [4.0, 2.0, 2.0, 1.0].map(|x: f64| x / 36.0);
     let matrix: Vec<f64> = (0..16).map(|k| unit[(k / 4) ^ (k % 4)]).collect();
-    let mut inertia = Inertia::<2>::new(vec![0.25, 0.25, 0.25, 0.25, 1.0], vec![(0, matrix)]);
+    let mut inertia = InverseMass::<2>::new(vec![0.25, 0.25, 0.25, 0.25, 1.0], vec![(0, matrix)]);
     let block_of = [0; 5];
-    let solve = |system: &mut Solver<2>, inertia: &Inertia<2>| {
+    let solve = |system: &mut Solver<2>, inertia: &InverseMass<2>| {
         let mut constraints = vec![contact(&[(0, 0.5), (1, 0.5), (4, -1.0)], 0.5)];
         let mut velocity = vec![[0.1, -1.0], [0.0, -1.0], [0.2, 0.3], [0.0, 0.5], [0.0, 0.4]];
         system.load(&constraints, mobility(inertia, &block_of));
@@ -379,7 +385,7 @@ fn what_is_held_may_change_between_solves() {
 /// Two contacts hold the same two nodes and ask for what cannot be both.
 #[test]
 fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
-    let inertia = Inertia::<2>::new(vec![1.0; 2], Vec::new());
+    let inertia = InverseMass::<2>::new(vec![1.0; 2], Vec::new());
     let asked = 1e-3;
     let solve = |start: [f64; 2]| {
         let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.0); 2];
@@ -425,7 +431,7 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
 
 #[test]
 fn a_velocity_that_is_no_number_is_no_solution() {
-    let inertia = Inertia::<2>::new(vec![1.0; 2], Vec::new());
+    let inertia = InverseMass::<2>::new(vec![1.0; 2], Vec::new());
     let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.5)];
     let mut velocity = vec![[0.0, f64::NAN], [0.0, 1.0]];
     let mut system = Solver::default();

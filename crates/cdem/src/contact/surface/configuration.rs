@@ -1,13 +1,13 @@
 //! Positions of all nodes, with the surface geometry that is cached for them.
 
-use crate::contact::surface::geometry_cache::Formed;
+use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::model::positions::Positions;
 
 /// Positions, and the geometry cache of these positions if one is kept.
 #[derive(Clone, Copy)]
 pub(crate) struct Configuration<'a, const D: usize> {
     positions: Positions<'a, D>,
-    cache: Option<&'a Formed<D>>,
+    cache: Option<&'a GeometryCache<D>>,
 }
 
 impl<'a, const D: usize> From<Positions<'a, D>> for Configuration<'a, D> {
@@ -35,13 +35,13 @@ impl<'a, const D: usize> Configuration<'a, D> {
     }
 
     /// The geometry cache, if there is one.
-    pub(crate) fn cache(&self) -> Option<&'a Formed<D>> {
+    pub(crate) fn cache(&self) -> Option<&'a GeometryCache<D>> {
         self.cache
     }
 
     /// The same positions with a cache: an empty one, or one that was filled at these positions
     /// of this surface alone.
-    pub(crate) fn with<'b>(self, cache: Option<&'b Formed<D>>) -> Configuration<'b, D>
+    pub(crate) fn with<'b>(self, cache: Option<&'b GeometryCache<D>>) -> Configuration<'b, D>
     where
         'a: 'b,
     {

@@ -9,18 +9,18 @@ const TOGETHER: usize = 32;
 
 /// A surface at some positions, as far as any pair has asked.
 #[derive(Debug)]
-pub(crate) struct Formed<const D: usize> {
+pub(crate) struct GeometryCache<const D: usize> {
     /// Points of the surface by number, m.
-    pub(super) points: Kept<[f64; D]>,
+    pub(super) points: Lazy<[f64; D]>,
     /// In space, how its triangles lie by number.
-    pub(super) shapes: Kept<Shape>,
+    pub(super) shapes: Lazy<TriangleShape>,
     /// In space, how its edges stand out by number.
-    pub(super) ridges: Kept<Ridge>,
+    pub(super) ridges: Lazy<EdgeShape>,
 }
 
 /// How a triangle lies, and how large it is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape {
+pub(crate) struct TriangleShape {
     /// Outward unit normal.
     pub(super) normal: [f64; 3],
     /// Twice its area, m².
@@ -31,7 +31,7 @@ pub(crate) struct Shape {
 
 /// How an edge between two triangles stands out.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ridge {
+pub(crate) struct EdgeShape {
     /// How far a straight line laid across it, between the far corners of both
     /// triangles, is below it, m: ≤ 0 where it is re-entrant, infinite where it is
     /// clearly sharp, or between more than two triangles.
@@ -44,13 +44,13 @@ pub(crate) struct Ridge {
     pub(crate) least_height: f64,
 }
 
-impl<const D: usize> Formed<D> {
+impl<const D: usize> GeometryCache<D> {
     /// Of a surface with so many points, triangles and edges, of which nothing is known.
     pub(super) fn new([points, triangles, edges]: [usize; 3]) -> Self {
         Self {
-            points: Kept::new(points),
-            shapes: Kept::new(triangles),
-            ridges: Kept::new(edges),
+            points: Lazy::new(points),
+            shapes: Lazy::new(triangles),
+            ridges: Lazy::new(edges),
         }
     }
 
@@ -64,17 +64,17 @@ impl<const D: usize> Formed<D> {
 
 /// Values by number, each from when it is first asked for.
 #[derive(Debug)]
-pub(super) struct Kept<T>(Vec<Few<T>>);
+pub(super) struct Lazy<T>(Vec<LazyChunk<T>>);
 
 /// Values that are cleared together.
 #[derive(Debug)]
-struct Few<T> {
+struct LazyChunk<T> {
     /// Whether there may be any.
     is_used: AtomicBool,
     values: [OnceLock<T>; TOGETHER],
 }
 
-impl<T> Default for Few<T> {
+impl<T> Default for LazyChunk<T> {
     fn default() -> Self {
         Self {
             is_used: AtomicBool::new(false),
@@ -83,10 +83,10 @@ impl<T> Default for Few<T> {
     }
 }
 
-impl<T: Copy> Kept<T> {
+impl<T: Copy> Lazy<T> {
     /// None yet of so many.
     fn new(count: usize) -> Self {
-        let all = std::iter::repeat_with(Few::default);
+        let all = std::iter::repeat_with(LazyChunk::default);
         Self(all.take(count.div_ceil(TOGETHER)).collect())
     }
 
@@ -104,7 +104,7 @@ impl<T: Copy> Kept<T> {
     fn clear(&mut self) {
         for few in &mut self.0 {
             if *few.is_used.get_mut() {
-                *few = Few::default();
+                *few = LazyChunk::default();
             }
         }
     }
@@ -116,17 +116,17 @@ mod tests {
 
     #[test]
     fn a_value_is_worked_out_once_until_it_is_forgotten() {
-        let mut formed = Formed::<3>::new([100; 3]);
-        let ask = |formed: &Formed<3>, x: f64| {
+        let mut formed = GeometryCache::<3>::new([100; 3]);
+        let ask = |formed: &GeometryCache<3>, x: f64| {
             for number in [0, 31, 32, 99] {
                 let x = x + f64::from(number);
                 let point = formed.points.get(number, || [x; 3]);
-                let shape = formed.shapes.get(number, || Shape {
+                let shape = formed.shapes.get(number, || TriangleShape {
                     normal: [x; 3],
                     twice_area: x,
                     least_height: x,
                 });
-                let ridge = formed.ridges.get(number, || Ridge {
+                let ridge = formed.ridges.get(number, || EdgeShape {
                     height: x,
                     arm: x,
                     least_height: x,

@@ -13,7 +13,7 @@ pub(crate) const MAX_NODES: usize = 8;
 /// of the feature included; impulses act by the transpose, so that neither
 /// momentum changes at any gap (design, section 5).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Operator<const D: usize> {
+pub(crate) struct ContactJacobian<const D: usize> {
     /// Nodes in use.
     pub(crate) count: usize,
     /// Their numbers.
@@ -26,7 +26,7 @@ pub(crate) struct Operator<const D: usize> {
     pub(crate) offset: [f64; D],
 }
 
-impl<const D: usize> Default for Operator<D> {
+impl<const D: usize> Default for ContactJacobian<D> {
     /// Of no nodes.
     fn default() -> Self {
         Self {
@@ -39,7 +39,7 @@ impl<const D: usize> Default for Operator<D> {
     }
 }
 
-impl<const D: usize> Operator<D> {
+impl<const D: usize> ContactJacobian<D> {
     /// The nodes in use.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes[..self.count]

@@ -1,6 +1,6 @@
 //! Marks on a block with a crack: what is on one lip is not found on the other.
 
-use crate::contact::detection::candidates::Patches;
+use crate::contact::detection::candidates::Clusters;
 use crate::contact::surface::Configuration;
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 use crate::refinement::dimension::{PLANE, SOLID, Space};
@@ -60,7 +60,7 @@ fn are_found_again<const D: usize>(space: Space<D>, kind: ElementKind) {
     let blocks: Vec<u32> = (0..mesh.nodes.len() as u32).map(block_of).collect();
     let still = vec![[0.0; D]; mesh.nodes.len()];
     let rest = Configuration::new(&mesh.nodes, &still);
-    let patches = Patches::new(&*surface, &blocks, &mesh.nodes);
+    let patches = Clusters::new(&*surface, &blocks, &mesh.nodes);
     let pairs = patches.overlapping(&*surface, rest, &|_| ALL, &|[a, b]| a != b);
     assert!(pairs.len() > 8 * D);
     for pair in pairs {

@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 pub(crate) use crate::contact::surface::configuration::Configuration;
-pub(crate) use crate::contact::surface::jacobian::Operator;
-pub(crate) use crate::contact::surface::material_point::{Feature, Mark};
+pub(crate) use crate::contact::surface::jacobian::ContactJacobian;
+pub(crate) use crate::contact::surface::material_point::{FeatureKind, MaterialPoint};
 pub(crate) use crate::contact::surface::traits::{
     ContactGeometry, Distance, Surface, TimeOfImpact, Topology,
 };
@@ -57,7 +57,7 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
 
 /// Whether two features may touch within some reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Nearness {
+pub(crate) enum CullingResult {
     /// They may.
     Near,
     /// They are too far from each other, at least by a little.
@@ -98,7 +98,7 @@ pub(crate) struct Projection {
 
 /// What of a gap is none.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slack {
+pub(crate) struct GapAllowance {
     /// Of a pair that touches at the start of a drift, or that was left to sink in, m.
     pub(crate) within: f64,
     /// How deep it may be at the end, m.

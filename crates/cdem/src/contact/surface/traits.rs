@@ -5,10 +5,10 @@ use std::ops::Range;
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::configuration::Configuration;
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::geometry_cache::Formed;
-use crate::contact::surface::jacobian::Operator;
-use crate::contact::surface::material_point::Mark;
-use crate::contact::surface::{Nearness, Pair, Pairs, Projection, Slack};
+use crate::contact::surface::geometry_cache::GeometryCache;
+use crate::contact::surface::jacobian::ContactJacobian;
+use crate::contact::surface::material_point::MaterialPoint;
+use crate::contact::surface::{CullingResult, GapAllowance, Pair, Pairs, Projection};
 
 /// Features of the boundaries of all blocks, by number.
 pub(crate) trait Topology<const D: usize>: Send + Sync {
@@ -19,7 +19,7 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
     /// Room for what so many `pairs` have in common of it at some positions, if that pays: `old`
     /// room of this surface, emptied, is used in any case. What is asked with that has the same
     /// bits.
-    fn form(&self, _pairs: usize, _old: Option<Formed<D>>) -> Option<Formed<D>> {
+    fn form(&self, _pairs: usize, _old: Option<GeometryCache<D>>) -> Option<GeometryCache<D>> {
         None
     }
     /// Numbers of the main and of the target features that are looked at against
@@ -54,13 +54,19 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
     /// is what they may lie in each other. Only asked of features no farther
     /// [`apart`](Self::apart) than 1.5 of both together.
-    fn nearness(&self, pair: Pair, at: Configuration<D>, reach: f64, tolerance: f64) -> Nearness {
+    fn nearness(
+        &self,
+        pair: Pair,
+        at: Configuration<D>,
+        reach: f64,
+        tolerance: f64,
+    ) -> CullingResult {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
         if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
-            Nearness::Near
+            CullingResult::Near
         } else {
-            Nearness::Apart
+            CullingResult::Apart
         }
     }
     /// Whether a pair that touches at rest presses. Edges within a flat face do not
@@ -123,7 +129,7 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
         at: Configuration<D>,
         velocity: &[[f64; D]],
         duration: f64,
-        slack: Slack,
+        slack: GapAllowance,
     ) -> bool;
 }
 
@@ -150,24 +156,24 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     /// are large, and kept where solvers find them.
     fn relate(
         &self,
-        operator: &mut Operator<D>,
+        operator: &mut ContactJacobian<D>,
         pair: Pair,
         foot: &[f64; 2],
         at: Configuration<D>,
         along: Option<&[f64; D]>,
     );
     /// A new one, whose normal goes the way that the surface says.
-    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Operator<D> {
-        let mut operator = Operator::default();
+    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> ContactJacobian<D> {
+        let mut operator = ContactJacobian::default();
         self.relate(&mut operator, pair, foot, at, None);
         operator
     }
     /// Where the points of a pair with this `foot` are: on the main and on the target.
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<D>) -> [Mark<D>; 2];
+    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<D>) -> [MaterialPoint<D>; 2];
     /// The pair with its points there, on blocks of these nodes, and its foot.
     fn at_marks(
         &self,
-        marks: &[Mark<D>; 2],
+        marks: &[MaterialPoint<D>; 2],
         nodes: [Range<u32>; 2],
         rest: Configuration<D>,
     ) -> Option<(Pair, [f64; 2])>;

@@ -3,8 +3,8 @@
 
 use crate::contact::surface::Configuration;
 use crate::contact::surface::aabb::Aabb;
-use crate::contact::surface::geometry_cache::{Formed, Ridge, Shape};
-use crate::math::adjacency::Around;
+use crate::contact::surface::geometry_cache::{EdgeShape, GeometryCache, TriangleShape};
+use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{Block, Mesh};
 
@@ -102,7 +102,7 @@ pub(crate) struct Edge {
 
 /// The boundary of all blocks in space.
 #[derive(Clone, Debug)]
-pub(crate) struct Skin {
+pub(crate) struct Triangulation {
     /// Vertices first: one a boundary node.
     corners: Vec<Corner>,
     pub(crate) vertex_count: u32,
@@ -111,15 +111,15 @@ pub(crate) struct Skin {
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) edges: Vec<Edge>,
     /// Edges and triangles around corners.
-    edges_at: Around,
-    triangles_at: Around,
+    edges_at: Adjacency,
+    triangles_at: Adjacency,
     /// How far each block is across at the start, m.
     sizes: Vec<f64>,
     /// Tolerance of contact, m.
     pub(crate) tolerance: f64,
 }
 
-impl Skin {
+impl Triangulation {
     /// The boundary of `mesh`, for contact within `tolerance`, m.
     ///
     /// A quadrilateral becomes four triangles about the mean of its nodes: blocks
@@ -177,8 +177,8 @@ impl Skin {
             sizes: mesh.blocks.iter().map(size).collect(),
             vertex_count: nodes.len() as u32,
             facets: facets.iter().map(of_vertices).collect(),
-            edges_at: Around::new(edges.iter().map(|e| e.ends.as_slice()), count),
-            triangles_at: Around::new(triangles.iter().map(|t| t.corners.as_slice()), count),
+            edges_at: Adjacency::new(edges.iter().map(|e| e.ends.as_slice()), count),
+            triangles_at: Adjacency::new(triangles.iter().map(|t| t.corners.as_slice()), count),
             corners,
             triangles,
             edges,
@@ -278,7 +278,7 @@ impl Skin {
 
     /// How a triangle lies.
     #[inline]
-    fn shape(&self, triangle: u32, at: Configuration<3>) -> Shape {
+    fn shape(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         match at.cache() {
             Some(formed) => formed.shapes.get(triangle, || self.shape_of(triangle, at)),
             None => self.shape_of(triangle, at),
@@ -286,13 +286,13 @@ impl Skin {
     }
 
     /// The same, whether it is kept or not.
-    fn shape_of(&self, triangle: u32, at: Configuration<3>) -> Shape {
+    fn shape_of(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
         let [a, b, c] = corners;
         let sides = [sub(&b, &a), sub(&c, &b), sub(&a, &c)];
         let longest = sides.iter().map(|side| dot(side, side)).fold(0.0, f64::max);
-        Shape {
+        TriangleShape {
             normal,
             twice_area,
             least_height: twice_area / longest.sqrt(),
@@ -300,8 +300,8 @@ impl Skin {
     }
 
     /// Room for all points, shapes and ridges.
-    pub(super) fn form(&self) -> Formed<3> {
-        Formed::new([self.corners.len(), self.triangles.len(), self.edges.len()])
+    pub(super) fn form(&self) -> GeometryCache<3> {
+        GeometryCache::new([self.corners.len(), self.triangles.len(), self.edges.len()])
     }
 
     /// Direction from `corner` along an edge that ends there, of its length.
@@ -408,9 +408,9 @@ impl Skin {
     }
 
     /// What times its turn is how far a straight edge of a length, m, laid across an edge
-    /// is below it, m: the [arm](Ridge::arm) a, or, over the many edges of a face of curvature
+    /// is below it, m: the [arm](EdgeShape::arm) a, or, over the many edges of a face of curvature
     /// turn/2a, the sagitta of its length, no more than the block is across.
-    fn arm_under(&self, edge: u32, ridge: &Ridge, length: f64) -> f64 {
+    fn arm_under(&self, edge: u32, ridge: &EdgeShape, length: f64) -> f64 {
         let length = length.min(self.sizes[self.block(self.edges[edge as usize].ends[0]) as usize]);
         f64::max(ridge.arm, length * length / (16.0 * ridge.arm))
     }
@@ -444,7 +444,7 @@ impl Skin {
 
     /// How an edge stands out.
     #[inline]
-    pub(crate) fn ridge(&self, edge: u32, at: Configuration<3>) -> Ridge {
+    pub(crate) fn ridge(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         match at.cache() {
             Some(formed) => formed.ridges.get(edge, || self.ridge_of(edge, at)),
             None => self.ridge_of(edge, at),
@@ -452,7 +452,7 @@ impl Skin {
     }
 
     /// The same, whether it is kept or not.
-    fn ridge_of(&self, edge: u32, at: Configuration<3>) -> Ridge {
+    fn ridge_of(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);
         let length = norm(&along);
@@ -467,7 +467,7 @@ impl Skin {
         let turned = sides.map(|sides| self.turned(sides, &along, length, at));
         // What is not a number is not sharp.
         let below = turned.filter(|[sine, cosine]| !(*sine >= 0.0 && *cosine <= COSINE_OF_SHARP));
-        Ridge {
+        EdgeShape {
             height: below.map_or(f64::INFINITY, |[sine, cosine]| angle(sine, cosine) * arm),
             arm,
             least_height,

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::element::mass::SMALLEST_FACTOR;
-use crate::element::mass::inertia::Inertia;
+use crate::element::mass::inertia::SecondMoments;
 
 /// Moments that the nodes cannot carry, as a share of those they can: below
 /// this a quadratic function is linear on the nodes but for round-off.
@@ -17,7 +17,7 @@ const RANK_TOLERANCE: f64 = 1e-10;
 /// the linear ones, and only second moments remain as equations. Those that
 /// the nodes cannot carry, as through one layer of elements, are left out in
 /// the least-squares sense without harm to mass and centre.
-pub(super) struct Fit {
+pub(super) struct MassFit {
     /// One factor a node; each above [`SMALLEST_FACTOR`].
     pub(super) factors: Vec<f64>,
     /// Smallest factor of the fit to all moments that the nodes can carry. If
@@ -25,14 +25,14 @@ pub(super) struct Fit {
     pub(super) smallest_full_factor: f64,
 }
 
-impl Fit {
+impl MassFit {
     /// The fit for nodes at `rest` with the masses `lumped`, kg.
     pub(super) fn new<const D: usize>(
-        inertia: &Inertia<D>,
+        inertia: &SecondMoments<D>,
         rest: &[[f64; D]],
         lumped: &[f64],
     ) -> Self {
-        let system = System::new(inertia, rest, lumped);
+        let system = FitEquations::new(inertia, rest, lumped);
         let eigen = (system.quadratic.transpose() * &system.quadratic).symmetric_eigen();
         let mut carried: Vec<usize> = (0..eigen.eigenvalues.len())
             .filter(|&k| eigen.eigenvalues[k] > RANK_TOLERANCE)
@@ -62,7 +62,7 @@ impl Fit {
 }
 
 /// The equations of a fit: Qᵀ Q y = missing, factors 1 + Q y / √w.
-struct System {
+struct FitEquations {
     /// √w·g̃ of each node (rows) and quadratic function (columns), w being
     /// the node's share of the block's mass.
     quadratic: DMatrix<f64>,
@@ -72,8 +72,8 @@ struct System {
     root: DVector<f64>,
 }
 
-impl System {
-    fn new<const D: usize>(inertia: &Inertia<D>, rest: &[[f64; D]], lumped: &[f64]) -> Self {
+impl FitEquations {
+    fn new<const D: usize>(inertia: &SecondMoments<D>, rest: &[[f64; D]], lumped: &[f64]) -> Self {
         let local: Vec<[f64; D]> = rest.iter().map(|point| inertia.local(point)).collect();
         let root = DVector::from_fn(rest.len(), |a, _| (lumped[a] / inertia.mass()).sqrt());
         let linear = DMatrix::from_fn(rest.len(), D + 1, |a, k| {

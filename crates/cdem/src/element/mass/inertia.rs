@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 /// second moments over mass are near the unit tensor however thin or oblique
 /// the block is. In 2-D, where only the polar moment counts, both axes take
 /// the polar radius of gyration.
-pub(super) struct Inertia<const D: usize> {
+pub(super) struct SecondMoments<const D: usize> {
     mass: f64,
     centre: [f64; D],
     axes: [[f64; D]; D],
@@ -26,13 +26,13 @@ pub(super) fn exact<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
     lumped: &[f64],
-) -> Vec<Inertia<D>> {
+) -> Vec<SecondMoments<D>> {
     (0..mesh.blocks.len())
-        .map(|block| Inertia::new(mesh, sets, lumped, block))
+        .map(|block| SecondMoments::new(mesh, sets, lumped, block))
         .collect()
 }
 
-impl<const D: usize> Inertia<D> {
+impl<const D: usize> SecondMoments<D> {
     fn new(mesh: &Mesh<D>, sets: &[Box<dyn ElementSet<D>>], lumped: &[f64], block: usize) -> Self {
         // Row sums have the exact mass and centre.
         let (mut mass, mut first) = (0.0, [0.0; D]);

@@ -15,8 +15,8 @@ use thiserror::Error;
 
 use crate::element::ElementSet;
 pub(crate) use crate::element::mass::consistent::ConsistentMass;
-use crate::element::mass::fit::Fit;
-use crate::element::mass::inertia::Inertia;
+use crate::element::mass::fit::MassFit;
+use crate::element::mass::inertia::SecondMoments;
 use crate::mesh::Mesh;
 use crate::scene::Mass;
 
@@ -145,7 +145,7 @@ impl Masses {
         mesh: &Mesh<D>,
         sets: &[Box<dyn ElementSet<D>>],
         block: usize,
-        inertia: &Inertia<D>,
+        inertia: &SecondMoments<D>,
         requested: Mass,
     ) -> Result<(), MassFault> {
         let range = mesh.blocks[block].nodes.start as usize..mesh.blocks[block].nodes.end as usize;
@@ -159,7 +159,7 @@ impl Masses {
             Mass::Lumped => (MassKind::Lumped, plain),
             Mass::Consistent => (MassKind::Consistent, 0.0),
             Mass::Fitted | Mass::Auto => {
-                let fit = Fit::new(inertia, rest, lumped);
+                let fit = MassFit::new(inertia, rest, lumped);
                 if requested == Mass::Fitted && fit.smallest_full_factor <= SMALLEST_FACTOR {
                     let factor = fit.smallest_full_factor;
                     return Err(MassFault::SmallFactor { factor });

@@ -1,6 +1,6 @@
 //! Shape functions, quadrature and volumes.
 
-use crate::element::shape::{Point, mass_rule, shape, stiffness_rule};
+use crate::element::shape::{QuadraturePoint, mass_rule, shape, stiffness_rule};
 use crate::element::tests::*;
 
 const ALL: [ElementKind; 5] = [
@@ -111,8 +111,8 @@ fn quadrature_is_as_exact_as_it_says() {
                 }
             };
             let exact = monomial(kind, powers);
-            let integral = |rule: Vec<Point>| -> f64 {
-                let at = |p: &Point| {
+            let integral = |rule: Vec<QuadraturePoint>| -> f64 {
+                let at = |p: &QuadraturePoint| {
                     let x = p.position;
                     p.weight * (0..3).map(|k| x[k].powi(powers[k] as i32)).product::<f64>()
                 };

@@ -13,7 +13,7 @@ use crate::scene::{Block, Geometry, KeyPath, Problem, Rotation};
 pub(crate) const MOST_ELEMENTS: f64 = 2e7;
 
 impl Check {
-    pub(super) fn block(&mut self, at: &KeyPath, input: &input::Block) -> Option<Block> {
+    pub(super) fn block(&mut self, at: &KeyPath, input: &input::BlockInput) -> Option<Block> {
         let name = self.name(at, input.name.as_deref(), "name = \"left\"");
         let geometry = self.geometry(at, input);
         let material = self.required(
@@ -63,7 +63,7 @@ impl Check {
         Some(())
     }
 
-    fn geometry(&mut self, at: &KeyPath, input: &input::Block) -> Option<Geometry> {
+    fn geometry(&mut self, at: &KeyPath, input: &input::BlockInput) -> Option<Geometry> {
         let mesh = ("mesh", input.mesh.as_deref());
         match self.one_of(at, mesh, ("shape", input.shape.as_ref()))? {
             OneOf::First(path) => {
@@ -119,7 +119,7 @@ impl Check {
     fn shape(
         &mut self,
         at: &KeyPath,
-        input: &input::Shape,
+        input: &input::ShapeInput,
         element: Option<ElementKind>,
     ) -> Option<Geometry> {
         let cuboid = ("box", input.cuboid.as_ref());
@@ -248,7 +248,7 @@ impl Check {
     }
 
     /// One component about z in 2-D, three in 3-D.
-    fn angular_velocity(&mut self, at: &KeyPath, input: &input::Block) -> Option<Vec<f64>> {
+    fn angular_velocity(&mut self, at: &KeyPath, input: &input::BlockInput) -> Option<Vec<f64>> {
         let path = at.key("angular_velocity");
         match (&input.angular_velocity, self.dimension) {
             (None, 2) => Some(vec![0.0]),

@@ -9,7 +9,11 @@ use crate::scene::{
 };
 
 impl Check {
-    pub(super) fn boundary(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<Boundary> {
+    pub(super) fn boundary(
+        &mut self,
+        at: &KeyPath,
+        input: &input::BoundaryInput,
+    ) -> Option<Boundary> {
         let target = self.target(at, input);
         let motion = self.motion(at, input);
         let interval = self.interval(at, input.start, input.end);
@@ -22,7 +26,7 @@ impl Check {
         })
     }
 
-    fn target(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<BoundaryTarget> {
+    fn target(&mut self, at: &KeyPath, input: &input::BoundaryInput) -> Option<BoundaryTarget> {
         let group = ("group", input.group.as_deref());
         match self.one_of(at, group, ("block", input.block.as_deref()))? {
             OneOf::First(group) => self
@@ -43,7 +47,7 @@ impl Check {
         }
     }
 
-    fn motion(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<Motion> {
+    fn motion(&mut self, at: &KeyPath, input: &input::BoundaryInput) -> Option<Motion> {
         let velocity = ("velocity", input.velocity.as_ref());
         let turn = ("angular_velocity", input.angular_velocity.as_ref());
         match self.one_of(at, velocity, turn)? {
@@ -77,7 +81,7 @@ impl Check {
     fn turn(
         &mut self,
         at: &KeyPath,
-        input: &input::Boundary,
+        input: &input::BoundaryInput,
         angular_velocity: &Varying<input::AngularVelocity>,
     ) -> Option<Motion> {
         let axis = self.turn_axis(at, input);
@@ -95,7 +99,7 @@ impl Check {
     }
 
     /// +z in 2-D, where it goes without saying.
-    fn turn_axis(&mut self, at: &KeyPath, input: &input::Boundary) -> Option<[f64; 3]> {
+    fn turn_axis(&mut self, at: &KeyPath, input: &input::BoundaryInput) -> Option<[f64; 3]> {
         if self.dimension == 2 {
             self.only_in(3, at, "axis", input.axis.is_some());
             return Some([0.0, 0.0, 1.0]);
@@ -104,7 +108,7 @@ impl Check {
         self.axis(&at.key("axis"), axis)
     }
 
-    pub(super) fn load(&mut self, at: &KeyPath, input: &input::Load) -> Option<Load> {
+    pub(super) fn load(&mut self, at: &KeyPath, input: &input::LoadInput) -> Option<Load> {
         let group = self.required(at, "group", input.group.as_deref(), "group = \"top\"");
         let group = group.and_then(|group| self.not_empty(&at.key("group"), group));
         let kind = self.load_kind(at, input);
@@ -118,7 +122,7 @@ impl Check {
         })
     }
 
-    fn load_kind(&mut self, at: &KeyPath, input: &input::Load) -> Option<LoadKind> {
+    fn load_kind(&mut self, at: &KeyPath, input: &input::LoadInput) -> Option<LoadKind> {
         let pressure = ("pressure", input.pressure.as_ref());
         match self.one_of(at, pressure, ("traction", input.traction.as_ref()))? {
             OneOf::First(pressure) => {

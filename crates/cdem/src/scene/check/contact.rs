@@ -11,7 +11,7 @@ use crate::scene::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strengt
 const DEEPEST_LEVEL: u32 = 16;
 
 impl Check {
-    pub(super) fn contact(&mut self, at: &KeyPath, scene: &input::Scene) -> Option<Contact> {
+    pub(super) fn contact(&mut self, at: &KeyPath, scene: &input::SceneInput) -> Option<Contact> {
         let input = &scene.contact;
         let tolerance = self.optional(&at.key("tolerance"), input.tolerance, POSITIVE);
         let strength = self.strength(at, input);
@@ -33,7 +33,7 @@ impl Check {
         })
     }
 
-    fn strength(&mut self, at: &KeyPath, input: &input::Contact) -> Option<Strength> {
+    fn strength(&mut self, at: &KeyPath, input: &input::ContactInput) -> Option<Strength> {
         let friction_angle = self.friction(at, input.friction_angle);
         let cohesion = self.number(&at.key("cohesion"), input.cohesion, NOT_NEGATIVE);
         let tensile = self.number(
@@ -49,7 +49,7 @@ impl Check {
     }
 
     /// Accepted loss and deepest level.
-    fn two_scale(&mut self, at: &KeyPath, input: &input::Contact) -> Option<(f64, u32)> {
+    fn two_scale(&mut self, at: &KeyPath, input: &input::ContactInput) -> Option<(f64, u32)> {
         if input.model != ContactModel::TwoScale {
             for (key, given) in [
                 ("energy_loss", input.energy_loss.is_some()),
@@ -78,7 +78,7 @@ impl Check {
     fn stiffness(
         &mut self,
         at: &KeyPath,
-        scene: &input::Scene,
+        scene: &input::SceneInput,
     ) -> Option<(Option<f64>, Option<f64>)> {
         let input = &scene.contact;
         let (normal, shear) = self.stiffnesses(
@@ -118,7 +118,7 @@ impl Check {
         Some((normal?, shear?))
     }
 
-    fn pairs(&mut self, at: &KeyPath, input: &input::Contact) -> Option<Vec<ContactPair>> {
+    fn pairs(&mut self, at: &KeyPath, input: &input::ContactInput) -> Option<Vec<ContactPair>> {
         let pairs = input.pair.iter().enumerate();
         let checked: Vec<_> = pairs
             .map(|(i, pair)| self.pair(&at.index(i), input.model, pair))
@@ -130,7 +130,7 @@ impl Check {
         &mut self,
         at: &KeyPath,
         model: ContactModel,
-        input: &input::ContactPair,
+        input: &input::ContactPairInput,
     ) -> Option<ContactPair> {
         let between = self.between(at, input.between.as_deref());
         let friction_angle = match input.friction_angle {
@@ -215,7 +215,7 @@ impl Check {
 }
 
 /// A usual stiffness: that of the stiffest block, to the order of magnitude.
-fn stiffness_hint(scene: &input::Scene) -> String {
+fn stiffness_hint(scene: &input::SceneInput) -> String {
     let moduli = scene.material.iter().filter_map(|m| m.young_modulus);
     let stiffest = moduli.map(Quantity::si).fold(0.0, f64::max);
     if scene.dimension == Some(2) {

@@ -20,7 +20,7 @@ use crate::scene::{
 ///
 /// # Errors
 /// All that is wrong with it.
-pub(super) fn check(input: &input::Scene) -> Result<Scene, Vec<Problem>> {
+pub(super) fn check(input: &input::SceneInput) -> Result<Scene, Vec<Problem>> {
     let mut check = Check {
         dimension: 0,
         problems: Vec::new(),
@@ -47,7 +47,7 @@ struct Check {
 }
 
 impl Check {
-    fn scene(&mut self, input: &input::Scene) -> Option<Scene> {
+    fn scene(&mut self, input: &input::SceneInput) -> Option<Scene> {
         let at = KeyPath::root();
         let version = self.required(&at, "version", input.version, "version = 1");
         let dimension = self.dimension(&at, input.dimension);
@@ -107,7 +107,7 @@ impl Check {
         }
     }
 
-    fn plane(&mut self, at: &KeyPath, input: &input::Scene) -> (Plane, Option<f64>) {
+    fn plane(&mut self, at: &KeyPath, input: &input::SceneInput) -> (Plane, Option<f64>) {
         self.only_in(2, at, "plane", input.plane.is_some());
         self.only_in(2, at, "thickness", input.thickness.is_some());
         let thickness = match input.thickness {
@@ -117,7 +117,7 @@ impl Check {
         (input.plane.unwrap_or(Plane::Strain), thickness)
     }
 
-    fn time(&mut self, at: &KeyPath, input: &input::Time) -> Option<Time> {
+    fn time(&mut self, at: &KeyPath, input: &input::TimeInput) -> Option<Time> {
         let end = self.required(at, "end", input.end, "end = 1.0");
         let end = end.and_then(|end| self.number(&at.key("end"), end, POSITIVE));
         let step = self.optional(&at.key("step"), input.step, POSITIVE);
@@ -144,7 +144,7 @@ impl Check {
     fn stop_when(
         &mut self,
         at: &KeyPath,
-        input: &input::StopWhen,
+        input: &input::StopWhenInput,
         end: Option<f64>,
     ) -> Option<StopWhen> {
         let key = "kinetic_energy_below";
@@ -170,7 +170,7 @@ impl Check {
         })
     }
 
-    fn material(&mut self, at: &KeyPath, input: &input::Material) -> Option<Material> {
+    fn material(&mut self, at: &KeyPath, input: &input::MaterialInput) -> Option<Material> {
         let name = self.name(at, input.name.as_deref(), "name = \"rock\"");
         let (young, poisson, density) = ("young_modulus", "poisson_ratio", "density");
         let young_modulus =
@@ -191,7 +191,7 @@ impl Check {
         })
     }
 
-    fn damping(&mut self, at: &KeyPath, input: &input::Damping) -> Option<Damping> {
+    fn damping(&mut self, at: &KeyPath, input: &input::DampingInput) -> Option<Damping> {
         let mass = self.number(&at.key("mass"), input.mass, NOT_NEGATIVE);
         let stiffness = self.number(&at.key("stiffness"), input.stiffness, NOT_NEGATIVE);
         let local = self.number(&at.key("local"), input.local, BELOW_ONE);

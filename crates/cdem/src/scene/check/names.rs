@@ -30,7 +30,7 @@ impl Sort {
 }
 
 impl Names {
-    pub(super) fn new(input: &input::Scene) -> Self {
+    pub(super) fn new(input: &input::SceneInput) -> Self {
         let blocks = input.block.iter();
         let fixed = input.block.iter().filter(|block| block.fixed);
         let materials = input.material.iter();
@@ -124,7 +124,7 @@ impl Check {
     }
 
     /// Reports names that are given twice, or that parts of a split may get.
-    pub(super) fn unique_names(&mut self, input: &input::Scene) {
+    pub(super) fn unique_names(&mut self, input: &input::SceneInput) {
         let blocks: Vec<_> = input.block.iter().map(|b| b.name.as_deref()).collect();
         let materials: Vec<_> = input.material.iter().map(|m| m.name.as_deref()).collect();
         let probes: Vec<_> = input.probe.iter().map(|p| p.name.as_deref()).collect();

@@ -9,7 +9,7 @@ use crate::scene::input::{self, Duration, Quantity};
 use crate::scene::{Cadence, Field, KeyPath, Output, Probe};
 
 impl Check {
-    pub(super) fn output(&mut self, at: &KeyPath, input: &input::Output) -> Option<Output> {
+    pub(super) fn output(&mut self, at: &KeyPath, input: &input::OutputInput) -> Option<Output> {
         let frames = ("frames", input.frames, 100);
         let frames = self.cadence(at, frames, ("frame_interval", input.frame_interval));
         let history = ("history", input.history, 1000);
@@ -82,7 +82,7 @@ impl Check {
         Some(fields.to_vec())
     }
 
-    pub(super) fn probe(&mut self, at: &KeyPath, input: &input::Probe) -> Option<Probe> {
+    pub(super) fn probe(&mut self, at: &KeyPath, input: &input::ProbeInput) -> Option<Probe> {
         let name = self.name(at, input.name.as_deref(), "name = \"tip\"");
         let block = self.required(at, "block", input.block.as_deref(), "block = \"left\"");
         let block = block.and_then(|block| self.reference(&at.key("block"), Sort::Block, block));

@@ -3,7 +3,7 @@
 
 use crate::scene::check::Check;
 use crate::scene::input::{
-    Angle, Dimension, Duration, Quantity, QuantityOr, Ratio, Row, Varying, VaryingVector,
+    Angle, Dimension, Duration, Quantity, QuantityOr, Ratio, TimeRow, Varying, VaryingVector,
 };
 use crate::scene::{Help, KeyPath, Problem, Schedule};
 
@@ -219,7 +219,7 @@ impl Check {
     fn table<T, U>(
         &mut self,
         path: &KeyPath,
-        rows: &[Row<T>],
+        rows: &[TimeRow<T>],
         value: fn(&mut Self, &KeyPath, &T) -> Option<U>,
     ) -> Option<Vec<(f64, U)>> {
         if rows.is_empty() {

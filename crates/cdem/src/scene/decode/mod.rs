@@ -266,7 +266,7 @@ mod tests {
     use serde_json::json;
 
     fn problems(value: Value) -> Vec<String> {
-        let read: Result<input::Scene, _> = decode(value);
+        let read: Result<input::SceneInput, _> = decode(value);
         let problems = read.expect_err("wrong");
         problems.iter().map(ToString::to_string).collect()
     }
@@ -314,7 +314,7 @@ mod tests {
 
     #[test]
     fn nothing_is_read_as_left_out() {
-        let read: Result<input::Scene, _> = decode(json!({ "plane": null }));
+        let read: Result<input::SceneInput, _> = decode(json!({ "plane": null }));
         assert_eq!(read.map(|scene| scene.plane), Ok(None));
     }
 }

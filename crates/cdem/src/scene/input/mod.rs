@@ -14,7 +14,7 @@ pub(crate) use crate::scene::input::quantity::{
     Quantity, Rate, Ratio, Stiffness, Velocity,
 };
 pub(crate) use crate::scene::input::varying::{
-    AxisAngle, NumberOrVector, QuantityOr, Rotate, Row, Varying, VaryingVector,
+    AxisAngle, NumberOrVector, QuantityOr, Rotate, TimeRow, Varying, VaryingVector,
 };
 
 use crate::scene::element_kind::ElementKind;
@@ -25,7 +25,8 @@ use crate::scene::{ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["version", "dimension", "time", "block"]))]
-pub(crate) struct Scene {
+#[schemars(rename = "Scene")]
+pub(crate) struct SceneInput {
     /// Version of the scene format: 1.
     #[schemars(extend("const" = 1))]
     pub(crate) version: Option<u32>,
@@ -45,33 +46,34 @@ pub(crate) struct Scene {
     /// that is linear between its rows and held beyond its ends. Left out: none.
     pub(crate) gravity: Option<VaryingVector<Acceleration>>,
     /// Duration and steps.
-    pub(crate) time: Option<Time>,
+    pub(crate) time: Option<TimeInput>,
     /// Materials.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) material: Vec<Material>,
+    pub(crate) material: Vec<MaterialInput>,
     /// Deformable bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) block: Vec<Block>,
+    pub(crate) block: Vec<BlockInput>,
     /// Prescribed velocities.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) boundary: Vec<Boundary>,
+    pub(crate) boundary: Vec<BoundaryInput>,
     /// Pressures and tractions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) load: Vec<Load>,
+    pub(crate) load: Vec<LoadInput>,
     /// Contact between blocks. Blocks do not touch themselves.
-    pub(crate) contact: Contact,
+    pub(crate) contact: ContactInput,
     /// What is written, and how often. Never changes the steps.
-    pub(crate) output: Output,
+    pub(crate) output: OutputInput,
     /// Points to watch, in probes.csv.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) probe: Vec<Probe>,
+    pub(crate) probe: Vec<ProbeInput>,
 }
 
 /// Duration and steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["end"]))]
-pub(crate) struct Time {
+#[schemars(rename = "Time")]
+pub(crate) struct TimeInput {
     /// End of the run, s; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) end: Option<Quantity<Duration>>,
@@ -89,10 +91,10 @@ pub(crate) struct Time {
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub(crate) safety: Quantity<Ratio>,
     /// Stop before the end, once nothing moves any more. Left out: never.
-    pub(crate) stop_when: Option<StopWhen>,
+    pub(crate) stop_when: Option<StopWhenInput>,
 }
 
-impl Default for Time {
+impl Default for TimeInput {
     fn default() -> Self {
         Self {
             end: None,
@@ -108,7 +110,8 @@ impl Default for Time {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["kinetic_energy_below"]))]
-pub(crate) struct StopWhen {
+#[schemars(rename = "StopWhen")]
+pub(crate) struct StopWhenInput {
     /// Threshold of the kinetic energy ½vMv of the half step, J; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) kinetic_energy_below: Option<Quantity<Energy>>,
@@ -123,7 +126,8 @@ pub(crate) struct StopWhen {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["name", "young_modulus", "poisson_ratio", "density"]))]
-pub(crate) struct Material {
+#[schemars(rename = "Material")]
+pub(crate) struct MaterialInput {
     /// Name that blocks refer to.
     pub(crate) name: Option<String>,
     /// Constitutive law.
@@ -138,13 +142,14 @@ pub(crate) struct Material {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) density: Option<Quantity<Density>>,
     /// Damping of blocks of this material.
-    pub(crate) damping: Damping,
+    pub(crate) damping: DampingInput,
 }
 
 /// Damping; none by default.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Damping {
+#[schemars(rename = "Damping")]
+pub(crate) struct DampingInput {
     /// Mass-proportional, 1/s; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) mass: Quantity<Rate>,
@@ -160,7 +165,8 @@ pub(crate) struct Damping {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["name", "material"]))]
-pub(crate) struct Block {
+#[schemars(rename = "Block")]
+pub(crate) struct BlockInput {
     /// Name. Parts of a split block are named name.1, name.2, …
     pub(crate) name: Option<String>,
     /// Gmsh file (4.1 or 2.2, text or binary), relative to the scene.
@@ -168,7 +174,7 @@ pub(crate) struct Block {
     /// Physical group of the mesh. Left out: the whole mesh.
     pub(crate) group: Option<String>,
     /// A simple shape instead of a mesh.
-    pub(crate) shape: Option<Shape>,
+    pub(crate) shape: Option<ShapeInput>,
     /// Element shape of a `shape`. Left out: tri3 in 2-D, tet4 in 3-D.
     pub(crate) element: Option<ElementKind>,
     /// Into how many blocks the mesh falls.
@@ -196,7 +202,7 @@ pub(crate) struct Block {
     pub(crate) fixed: bool,
 }
 
-impl Default for Block {
+impl Default for BlockInput {
     fn default() -> Self {
         Self {
             name: None,
@@ -222,7 +228,8 @@ impl Default for Block {
 /// groups: of a block `floor`, floor.xmin, floor.xmax, floor.ymin, …
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Shape {
+#[schemars(rename = "Shape")]
+pub(crate) struct ShapeInput {
     /// A box with sides along the axes.
     #[serde(rename = "box")]
     pub(crate) cuboid: Option<Cuboid>,
@@ -250,7 +257,8 @@ pub(crate) struct Cuboid {
 /// about an axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Boundary {
+#[schemars(rename = "Boundary")]
+pub(crate) struct BoundaryInput {
     /// Physical group of nodes, edges or faces. `block.group`: what one block has of it.
     pub(crate) group: Option<String>,
     /// Instead of a group: a block, with all its parts.
@@ -289,7 +297,8 @@ pub(crate) struct Components {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["group"]))]
-pub(crate) struct Load {
+#[schemars(rename = "Load")]
+pub(crate) struct LoadInput {
     /// Physical group of edges (2-D) or faces (3-D), or of elements: their sides on the boundary.
     /// `block.group`: what one block has of it.
     pub(crate) group: Option<String>,
@@ -309,7 +318,8 @@ pub(crate) struct Load {
 /// Contact between blocks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Contact {
+#[schemars(rename = "Contact")]
+pub(crate) struct ContactInput {
     /// Contact model.
     pub(crate) model: ContactModel,
     /// Distance within which points touch, m; larger than 0. Left out: 1e-4 of
@@ -352,10 +362,10 @@ pub(crate) struct Contact {
     /// rank that gives it: pairs of blocks rank above pairs of materials, later
     /// ones above earlier ones, and all above `[contact]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) pair: Vec<ContactPair>,
+    pub(crate) pair: Vec<ContactPairInput>,
 }
 
-impl Default for Contact {
+impl Default for ContactInput {
     fn default() -> Self {
         Self {
             model: ContactModel::TwoScale,
@@ -378,7 +388,8 @@ impl Default for Contact {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["between"]))]
-pub(crate) struct ContactPair {
+#[schemars(rename = "ContactPair")]
+pub(crate) struct ContactPairInput {
     /// Two blocks or two materials; the block "i" stands for i.1, i.2, … too.
     #[schemars(extend("minItems" = 2, "maxItems" = 2))]
     pub(crate) between: Option<Vec<String>>,
@@ -404,7 +415,8 @@ pub(crate) struct ContactPair {
 /// What is written, and how often.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct Output {
+#[schemars(rename = "Output")]
+pub(crate) struct OutputInput {
     /// Frames for ParaView: so many intervals over the run.
     #[schemars(extend("default" = 100))]
     #[schemars(extend("minimum" = 1))]
@@ -436,7 +448,7 @@ pub(crate) struct Output {
     pub(crate) checkpoint: Quantity<Duration>,
 }
 
-impl Default for Output {
+impl Default for OutputInput {
     fn default() -> Self {
         use Field::{Displacement, Level, Stress, Velocity};
         Self {
@@ -457,7 +469,8 @@ impl Default for Output {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["name", "block", "point"]))]
-pub(crate) struct Probe {
+#[schemars(rename = "Probe")]
+pub(crate) struct ProbeInput {
     /// Name.
     pub(crate) name: Option<String>,
     /// Its block.

@@ -41,10 +41,10 @@ impl<M: Dimension, T: JsonSchema + OtherForm> JsonSchema for QuantityOr<M, T> {
 }
 
 /// A row `[time, value]` of a table.
-pub(crate) type Row<T> = (Quantity<Duration>, T);
+pub(crate) type TimeRow<T> = (Quantity<Duration>, T);
 
 /// A number, or a table of `[time, number]`.
-pub(crate) type Varying<M> = QuantityOr<M, Vec<Row<Quantity<M>>>>;
+pub(crate) type Varying<M> = QuantityOr<M, Vec<TimeRow<Quantity<M>>>>;
 
 /// A number (2-D) or a vector (3-D).
 pub(crate) type NumberOrVector<M> = QuantityOr<M, Vec<Quantity<M>>>;
@@ -69,7 +69,7 @@ pub(crate) enum VaryingVector<M> {
     /// The same at all times.
     Constant(Vec<Quantity<M>>),
     /// Rows of time and vector.
-    Table(Vec<Row<Vec<Quantity<M>>>>),
+    Table(Vec<TimeRow<Vec<Quantity<M>>>>),
 }
 
 impl<M: Dimension> JsonSchema for VaryingVector<M> {
@@ -85,7 +85,7 @@ impl<M: Dimension> JsonSchema for VaryingVector<M> {
         let mut constant = Vec::<Quantity<M>>::json_schema(generator);
         let text = format!("A vector in {}, the same at all times.", M::UNIT);
         constant.insert("description".to_owned(), text.into());
-        let mut table = Vec::<Row<Vec<Quantity<M>>>>::json_schema(generator);
+        let mut table = Vec::<TimeRow<Vec<Quantity<M>>>>::json_schema(generator);
         let text = format!(
             "A table [[time, vector], …] in s and {}: linear between its rows, held beyond \
              its ends.",
@@ -120,7 +120,7 @@ impl<M: Dimension> OtherForm for Vec<Quantity<M>> {
     }
 }
 
-impl<M: Dimension> OtherForm for Vec<Row<Quantity<M>>> {
+impl<M: Dimension> OtherForm for Vec<TimeRow<Quantity<M>>> {
     const FORM: &'static str = "a table [[time, value], …]";
 
     fn description() -> String {
@@ -132,7 +132,7 @@ impl<M: Dimension> OtherForm for Vec<Row<Quantity<M>>> {
     }
 }
 
-impl<M: Dimension> OtherForm for Row<Vec<Quantity<M>>> {
+impl<M: Dimension> OtherForm for TimeRow<Vec<Quantity<M>>> {
     const FORM: &'static str = "a row [time, [x, y, …]]";
 
     fn description() -> String {
@@ -211,7 +211,7 @@ where
 
 impl<'de, M: Dimension> Deserialize<'de> for VaryingVector<M> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let items = Vec::<QuantityOr<M, Row<Vec<Quantity<M>>>>>::deserialize(deserializer)?;
+        let items = Vec::<QuantityOr<M, TimeRow<Vec<Quantity<M>>>>>::deserialize(deserializer)?;
         let (mut constant, mut table) = (Vec::new(), Vec::new());
         for item in items {
             match item {

@@ -3,17 +3,17 @@
 
 use crate::element::MAX_NODES;
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
-use crate::refinement::{Body, Momenta, Twists};
+use crate::refinement::{MovingBody, RigidModes, RigidMomenta};
 use crate::step::Run;
 
 /// A block before a change of its mesh.
-pub(super) struct Before<const D: usize> {
-    momenta: Momenta,
+pub(super) struct BlockBefore<const D: usize> {
+    momenta: RigidMomenta,
     centre: [f64; D],
     energy: f64,
 }
 
-impl<const D: usize> Before<D> {
+impl<const D: usize> BlockBefore<D> {
     /// The same with less energy, by so many J.
     pub(super) fn less(self, energy: f64) -> Self {
         Self {
@@ -46,9 +46,9 @@ impl<const D: usize> Run<D> {
         &'a self,
         block: usize,
         points: &'a [[f64; D]],
-    ) -> Body<'a, D, impl Fn(usize, &[[f64; D]]) -> [f64; D] + 'a> {
+    ) -> MovingBody<'a, D, impl Fn(usize, &[[f64; D]]) -> [f64; D] + 'a> {
         let first = self.model.nodes(block).start;
-        Body {
+        MovingBody {
             points,
             momentum: move |node: usize, velocities: &[[f64; D]]| {
                 let inertia = &self.model.inertia;
@@ -64,11 +64,11 @@ impl<const D: usize> Run<D> {
     }
 
     /// Momenta and energy of a block, to be had again in another mesh.
-    pub(super) fn before(&self, block: usize) -> Before<D> {
+    pub(super) fn before(&self, block: usize) -> BlockBefore<D> {
         let (points, velocities) = self.motion_of(block);
         let body = self.body(block, &points);
         let (_, centre) = body.centre();
-        Before {
+        BlockBefore {
             momenta: body.momenta(&velocities, &centre),
             centre,
             energy: self.energy_of(block),
@@ -76,7 +76,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Work of gravity on a block whose centre has moved since, J.
-    pub(super) fn work_of_gravity(&self, block: usize, before: &Before<D>) -> f64 {
+    pub(super) fn work_of_gravity(&self, block: usize, before: &BlockBefore<D>) -> f64 {
         let (points, _) = self.motion_of(block);
         let (mass, centre) = self.body(block, &points).centre();
         let gravity = self.model.gravity_at(self.time());
@@ -134,7 +134,7 @@ impl<const D: usize> Run<D> {
     /// Gives a block its momenta back, and takes what energy it has gained; returns how much
     /// more that was than it can give now, J. What holds a block gives it the momentum that
     /// it lacks then.
-    pub(super) fn give_back(&mut self, block: usize, before: &Before<D>) -> f64 {
+    pub(super) fn give_back(&mut self, block: usize, before: &BlockBefore<D>) -> f64 {
         let nodes = self.model.nodes(block);
         let motion = self.with_momenta(block, before);
         self.state.velocity[nodes].copy_from_slice(&motion.velocities);
@@ -144,7 +144,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Books what a block that is held has been given of momentum, and had not before.
-    fn bear(&mut self, block: usize, before: &Momenta) {
+    fn bear(&mut self, block: usize, before: &RigidMomenta) {
         if self.held(block).iter().any(|held| held.contains(&true)) {
             let given = sub(&self.before(block).momenta.linear, &before.linear);
             self.ledger.impulse.add_scaled(1.0, &given);
@@ -174,7 +174,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Motion of a block that has been given the momenta it had, as far as it is not held.
-    pub(super) fn with_momenta(&self, block: usize, before: &Before<D>) -> BlockMotion<D> {
+    pub(super) fn with_momenta(&self, block: usize, before: &BlockBefore<D>) -> BlockMotion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
         let held = self.held(block);
@@ -192,7 +192,7 @@ impl<const D: usize> Run<D> {
                 velocities,
             };
         }
-        let twists = Twists::new(&body, before.centre, &held);
+        let twists = RigidModes::new(&body, before.centre, &held);
         twists.give_back(&mut velocities, &wanted);
         let mut bound = carried(&velocities, &held);
         twists.give_back(&mut bound, &wanted);

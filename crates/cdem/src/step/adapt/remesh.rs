@@ -1,18 +1,18 @@
 //! The model of a refined mesh.
 
-use crate::element::Places;
+use crate::element::ElementNumbering;
 use crate::mesh::Mesh;
-use crate::model::inverse_mass::Inertia;
+use crate::model::inverse_mass::InverseMass;
 use crate::model::{Model, block_of};
-use crate::refinement::{Cover, Foundation, SecondScale};
+use crate::refinement::{Adaptivity, BaseModel, RefinedBlock};
 
 impl<const D: usize> Model<D> {
     /// Makes the model anew for a refined mesh of the same blocks, at `time`.
-    pub(crate) fn remesh(&mut self, second_scale: &SecondScale<D>, time: f64) {
+    pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) {
         let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
         let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
         self.sets = foundation.all_sets(&self.mesh);
-        self.place = Places::new(&self.sets, self.mesh.elements.len());
+        self.place = ElementNumbering::new(&self.sets, self.mesh.elements.len());
         self.block_of = block_of(&self.mesh);
         let meshes = [&old, &self.mesh];
         remesh_inertia(&mut self.inertia, foundation, covers, meshes);
@@ -27,9 +27,9 @@ impl<const D: usize> Model<D> {
 /// Gives the nodes of a mesh with covers over some blocks their masses, after those of
 /// another such mesh.
 fn remesh_inertia<const D: usize>(
-    inertia: &mut Inertia<D>,
-    foundation: &Foundation<D>,
-    covers: &[Option<Cover<D>>],
+    inertia: &mut InverseMass<D>,
+    foundation: &BaseModel<D>,
+    covers: &[Option<RefinedBlock<D>>],
     meshes: [&Mesh<D>; 2],
 ) {
     let mut nodal = Vec::with_capacity(meshes[1].nodes.len());
@@ -51,8 +51,8 @@ fn remesh_inertia<const D: usize>(
 
 /// Levels of the elements of such a mesh by their own stable steps.
 fn refined_levels<const D: usize>(
-    foundation: &Foundation<D>,
-    covers: &[Option<Cover<D>>],
+    foundation: &BaseModel<D>,
+    covers: &[Option<RefinedBlock<D>>],
     mesh: &Mesh<D>,
 ) -> Vec<u8> {
     let roots = mesh.parts.iter().flat_map(|parts| &parts.root);

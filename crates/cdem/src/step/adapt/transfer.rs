@@ -3,25 +3,25 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::contact::remap::Sight;
-use crate::element::{ElementSet, Past, Places};
-use crate::math::adjacency::Around;
+use crate::contact::remap::MeshConfiguration;
+use crate::element::{ElementNumbering, ElementSet, StressHistory};
+use crate::math::adjacency::Adjacency;
 use crate::math::vector::sub;
 use crate::mesh::{Element, Mesh};
 use crate::model::positions::Positions;
 use crate::model::{Model, State};
-use crate::refinement::{Change, Cover, SecondScale, Transfer, predecessors};
+use crate::refinement::{Adaptivity, BlockChange, MeshTransfer, RefinedBlock, predecessors};
 use crate::step::Run;
-use crate::step::adapt::conserve::Before;
+use crate::step::adapt::conserve::BlockBefore;
 use crate::step::adapt::when::ROUND_OFF;
-use crate::step::kick::Impulses;
-use crate::step::schedule::Plan;
+use crate::step::kick::KickImpulses;
+use crate::step::schedule::KickSchedule;
 
 impl<const D: usize> Run<D> {
     /// Gives blocks other covers, and all that moves to their new nodes.
-    pub(super) fn remesh(&mut self, second: &mut SecondScale<D>, changes: Vec<Change<D>>) {
+    pub(super) fn remesh(&mut self, second: &mut Adaptivity<D>, changes: Vec<BlockChange<D>>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
-        let before: Vec<Before<D>> = blocks.iter().map(|&block| self.before(block)).collect();
+        let before: Vec<BlockBefore<D>> = blocks.iter().map(|&block| self.before(block)).collect();
         let bound = blocks.iter().zip(&before).map(|(&block, before)| {
             let bound = self.with_momenta(block, before).but_loose(1.0);
             (block, bound)
@@ -48,9 +48,9 @@ impl<const D: usize> Run<D> {
             self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
         }
         let mesh = &self.model.mesh;
-        self.around = Around::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
+        self.around = Adjacency::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
         self.touched = (0..mesh.nodes.len() as u32).collect();
-        self.plan = Plan::default();
+        self.plan = KickSchedule::default();
     }
 
     /// Exchanges covers, and carries over model and state: velocities of blocks that are
@@ -58,8 +58,8 @@ impl<const D: usize> Run<D> {
     /// Returns the state as it was, and what the last kick has made of velocities, m/s.
     fn carry_over(
         &mut self,
-        second: &mut SecondScale<D>,
-        changes: Vec<Change<D>>,
+        second: &mut Adaptivity<D>,
+        changes: Vec<BlockChange<D>>,
         bound: &BTreeMap<usize, Vec<[f64; D]>>,
         old_mesh: &Mesh<D>,
     ) -> (State<D>, Vec<[f64; D]>) {
@@ -75,7 +75,7 @@ impl<const D: usize> Run<D> {
         }
         let old_state = std::mem::take(&mut self.state);
         self.bring_up(&blocks, &old_state);
-        let old_elements = Elements {
+        let old_elements = MeshElements {
             mesh: old_mesh,
             sets: std::mem::take(&mut self.model.sets),
             place: std::mem::take(&mut self.model.place),
@@ -86,13 +86,13 @@ impl<const D: usize> Run<D> {
             let covers = [old.as_ref(), second.covers()[block].as_ref()];
             (block, covers)
         });
-        let covers: BTreeMap<usize, [Option<&Cover<D>>; 2]> = covers.collect();
+        let covers: BTreeMap<usize, [Option<&RefinedBlock<D>>; 2]> = covers.collect();
         let transfers = covers.iter().map(|(&block, &[old, new])| {
-            let transfer = Transfer::between(old, new, second.foundation.lame(block));
+            let transfer = MeshTransfer::between(old, new, second.foundation.lame(block));
             (block, transfer.expect("zones come or go, not both"))
         });
-        let transfers: BTreeMap<usize, Transfer<D>> = transfers.collect();
-        let carry = Carry {
+        let transfers: BTreeMap<usize, MeshTransfer<D>> = transfers.collect();
+        let carry = StateTransfer {
             old: old_mesh,
             new: &self.model.mesh,
             transfers: &transfers,
@@ -123,7 +123,7 @@ impl<const D: usize> Run<D> {
 
     /// Takes some energy, J, of the deformation of a block that is refined; returns how much
     /// it has too much yet.
-    fn pay_of_deformation(&mut self, second: &SecondScale<D>, block: usize, energy: f64) -> f64 {
+    fn pay_of_deformation(&mut self, second: &Adaptivity<D>, block: usize, energy: f64) -> f64 {
         match &second.covers()[block] {
             Some(cover) if energy > ROUND_OFF * self.energy_of(block) => {
                 let lame = second.foundation.lame(block);
@@ -136,7 +136,7 @@ impl<const D: usize> Run<D> {
     /// Contact goes on with blocks that have had another mesh and other displacements, m.
     fn remesh_contacts(
         &mut self,
-        second: &SecondScale<D>,
+        second: &Adaptivity<D>,
         blocks: &[usize],
         (old_mesh, old_displacement): (&Mesh<D>, &[[f64; D]]),
     ) {
@@ -144,11 +144,11 @@ impl<const D: usize> Run<D> {
             return;
         };
         let mesh = &self.model.mesh;
-        let old = Sight {
+        let old = MeshConfiguration {
             at: Positions::new(&old_mesh.nodes, old_displacement).into(),
             rest: Positions::at_rest(&old_mesh.nodes).into(),
         };
-        let new = Sight {
+        let new = MeshConfiguration {
             at: Positions::new(&mesh.nodes, &self.state.displacement).into(),
             rest: Positions::at_rest(&mesh.nodes).into(),
         };
@@ -188,14 +188,14 @@ impl<const D: usize> Run<D> {
 }
 
 /// Elements of a mesh: sets, and the place of each in them.
-struct Elements<'a, const D: usize> {
+struct MeshElements<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     sets: Vec<Box<dyn ElementSet<D>>>,
-    place: Places,
+    place: ElementNumbering,
 }
 
-impl<const D: usize> Elements<'_, D> {
-    fn past(&self, element: u32) -> Option<Past<D>> {
+impl<const D: usize> MeshElements<'_, D> {
+    fn past(&self, element: u32) -> Option<StressHistory<D>> {
         let (set, i) = self.place.of(element as usize);
         self.sets[set].past(i)
     }
@@ -208,18 +208,23 @@ impl<const D: usize> Elements<'_, D> {
 
 impl<const D: usize> Model<D> {
     /// Gives elements the pasts of those that they have come of.
-    fn remember(&mut self, old: &Elements<D>, origins: &Origins, displacement: &[[f64; D]]) {
+    fn remember(
+        &mut self,
+        old: &MeshElements<D>,
+        origins: &SourceElements,
+        displacement: &[[f64; D]],
+    ) {
         for (element, of) in origins.iter().enumerate() {
             let (set, i) = self.place.of(element);
             let set = &mut self.sets[set];
-            let own = Elements::corners(&self.mesh, element);
-            if own.eq(Elements::corners(old.mesh, of[0] as usize)) {
+            let own = MeshElements::corners(&self.mesh, element);
+            if own.eq(MeshElements::corners(old.mesh, of[0] as usize)) {
                 let (old_set, old_i) = old.place.of(of[0] as usize);
                 set.set_record(i, &old.sets[old_set].record(old_i));
                 continue;
             }
-            let known: Vec<Past<D>> = of.iter().filter_map(|&e| old.past(e)).collect();
-            if let Some(past) = Past::of_all(&known) {
+            let known: Vec<StressHistory<D>> = of.iter().filter_map(|&e| old.past(e)).collect();
+            if let Some(past) = StressHistory::of_all(&known) {
                 set.set_past(i, &past, displacement);
             }
         }
@@ -227,21 +232,21 @@ impl<const D: usize> Model<D> {
 }
 
 /// Arrays of one mesh to those of another.
-struct Carry<'a, const D: usize> {
+struct StateTransfer<'a, const D: usize> {
     old: &'a Mesh<D>,
     new: &'a Mesh<D>,
-    transfers: &'a BTreeMap<usize, Transfer<'a, D>>,
+    transfers: &'a BTreeMap<usize, MeshTransfer<'a, D>>,
     base: &'a Mesh<D>,
     /// Of blocks that change, before and after.
-    covers: BTreeMap<usize, [Option<&'a Cover<D>>; 2]>,
+    covers: BTreeMap<usize, [Option<&'a RefinedBlock<D>>; 2]>,
 }
 
-impl<'a, const D: usize> Carry<'a, D> {
+impl<'a, const D: usize> StateTransfer<'a, D> {
     /// Block by block: `of` it and its transfer where there is one, else as it is.
     fn vectors<const C: usize>(
         &self,
         all: &[[f64; C]],
-        of: impl Fn(usize, &Transfer<'a, D>, &[[f64; C]]) -> Vec<[f64; C]>,
+        of: impl Fn(usize, &MeshTransfer<'a, D>, &[[f64; C]]) -> Vec<[f64; C]>,
     ) -> Vec<[f64; C]> {
         let mut new = Vec::with_capacity(self.new.nodes.len());
         for (number, block) in self.old.blocks.iter().enumerate() {
@@ -268,7 +273,7 @@ impl<'a, const D: usize> Carry<'a, D> {
     fn state(
         &self,
         old: &State<D>,
-        origins: &Origins,
+        origins: &SourceElements,
         coarser: &BTreeMap<usize, Vec<[f64; D]>>,
     ) -> State<D> {
         State {
@@ -287,16 +292,16 @@ impl<'a, const D: usize> Carry<'a, D> {
     }
 
     /// What a report between two steps needs of the last kick.
-    fn impulses(&self, old: &Impulses<D>) -> Impulses<D> {
-        let mut impulses = Impulses::new(self.new.nodes.len());
+    fn impulses(&self, old: &KickImpulses<D>) -> KickImpulses<D> {
+        let mut impulses = KickImpulses::new(self.new.nodes.len());
         impulses.before = self.vectors(&old.before, |_, transfer, of| transfer.velocities(of));
         impulses.interval = self.scalars(&old.interval);
         impulses
     }
 
     /// For each new element, the old ones that it has come of.
-    fn origins(&self) -> Origins {
-        let mut origins = Origins::default();
+    fn origins(&self) -> SourceElements {
+        let mut origins = SourceElements::default();
         for (number, block) in self.old.blocks.iter().enumerate() {
             if !self.transfers.contains_key(&number) {
                 block.elements.clone().for_each(|e| origins.push(&[e]));
@@ -315,12 +320,12 @@ impl<'a, const D: usize> Carry<'a, D> {
 
 /// For each element of a mesh, those of another that it has come of.
 #[derive(Debug, Default)]
-struct Origins {
+struct SourceElements {
     all: Vec<u32>,
     end: Vec<usize>,
 }
 
-impl Origins {
+impl SourceElements {
     fn push(&mut self, of: &[u32]) {
         self.all.extend(of);
         self.end.push(self.all.len());

@@ -4,12 +4,12 @@
 use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
-use crate::contact::remap::{Foreseen, Place};
+use crate::contact::remap::{PredictedImpact, PredictedImpacts};
 use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
 use crate::model::positions::Positions;
-use crate::refinement::{Change, Encounter, SecondScale, Transfer, Twists};
+use crate::refinement::{Adaptivity, BlockChange, ImpactPrediction, MeshTransfer, RigidModes};
 use crate::step::Run;
 
 /// How far collisions are foreseen, in coarse steps: velocities change by less than half
@@ -88,20 +88,24 @@ impl<const D: usize> Run<D> {
 
     /// How many blocks are refined now.
     pub(crate) fn refined_blocks(&self) -> u64 {
-        let covers = self.second_scale.iter().flat_map(SecondScale::covers);
+        let covers = self.second_scale.iter().flat_map(Adaptivity::covers);
         covers.filter(|cover| cover.is_some()).count() as u64
     }
 
     /// Changes but those to coarser meshes that would move a surface into, or away from,
     /// what is beside it, or would need more energy than there is.
-    fn without_harm(&self, second: &SecondScale<D>, changes: Vec<Change<D>>) -> Vec<Change<D>> {
+    fn without_harm(
+        &self,
+        second: &Adaptivity<D>,
+        changes: Vec<BlockChange<D>>,
+    ) -> Vec<BlockChange<D>> {
         let Some(contacts) = self.contacts.as_ref().filter(|_| !changes.is_empty()) else {
             return changes;
         };
         let at = self.model.positions(&self.state);
         let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
-        let can_be = |change: Change<D>| self.settled(second, change, contacts, &mut moves);
-        let mut changes: Vec<Change<D>> = changes.into_iter().filter_map(can_be).collect();
+        let can_be = |change: BlockChange<D>| self.settled(second, change, contacts, &mut moves);
+        let mut changes: Vec<BlockChange<D>> = changes.into_iter().filter_map(can_be).collect();
         if changes.iter().any(|change| change.displacement.is_some()) {
             let harmed = contacts.harmed(at.into(), &moves);
             changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
@@ -114,14 +118,14 @@ impl<const D: usize> Run<D> {
     /// its faces would come into as they become plane.
     fn settled(
         &self,
-        second: &SecondScale<D>,
-        mut change: Change<D>,
+        second: &Adaptivity<D>,
+        mut change: BlockChange<D>,
         contacts: &Contacts<D>,
         moves: &mut [[f64; D]],
-    ) -> Option<Change<D>> {
+    ) -> Option<BlockChange<D>> {
         let (block, cover) = (change.block, change.cover.as_ref());
         let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
-        let transfer = Transfer::between(old, cover, foundation.lame(block))?;
+        let transfer = MeshTransfer::between(old, cover, foundation.lame(block))?;
         if transfer.is_finer() {
             return Some(change);
         }
@@ -159,7 +163,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Asks for zones where blocks are about to collide, and keeps them where they do.
-    fn ask_for_zones(&mut self, second: &mut SecondScale<D>) {
+    fn ask_for_zones(&mut self, second: &mut Adaptivity<D>) {
         let mut foreseen = std::mem::take(&mut self.foreseen);
         if let Some(contacts) = &self.contacts {
             self.ask_where_touching(second, contacts, &mut foreseen);
@@ -170,9 +174,9 @@ impl<const D: usize> Run<D> {
     /// The same where blocks touch, and will.
     fn ask_where_touching(
         &self,
-        second: &mut SecondScale<D>,
+        second: &mut Adaptivity<D>,
         contacts: &Contacts<D>,
-        foreseen: &mut Foreseen<D>,
+        foreseen: &mut PredictedImpacts<D>,
     ) {
         let at = self.model.positions(&self.state).into();
         let velocity = &self.state.velocity;
@@ -204,7 +208,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Time that waves take across the larger of two blocks, s.
-    fn transit(&self, second: &SecondScale<D>, blocks: [u32; 2]) -> f64 {
+    fn transit(&self, second: &Adaptivity<D>, blocks: [u32; 2]) -> f64 {
         let of = |block: u32| second.crossing(block as usize);
         let moves = blocks.into_iter().filter(|&b| !second.is_still(b as usize));
         moves.map(of).fold(0.0, f64::max)
@@ -212,9 +216,9 @@ impl<const D: usize> Run<D> {
 
     fn ask_for_encounter(
         &self,
-        second: &mut SecondScale<D>,
+        second: &mut Adaptivity<D>,
         blocks: [u32; 2],
-        places: &[Place<D>],
+        places: &[PredictedImpact<D>],
         tolerance: f64,
     ) {
         let transit = self.transit(second, blocks);
@@ -224,10 +228,10 @@ impl<const D: usize> Run<D> {
             SLIGHT * tolerance / transit,
         );
         let mut nodes = BTreeSet::new();
-        let encounters: Vec<Encounter<D>> = places
+        let encounters: Vec<ImpactPrediction<D>> = places
             .iter()
             .filter(|place| place.speed > slight)
-            .map(|place| Encounter {
+            .map(|place| ImpactPrediction {
                 is_first_of_node: nodes.insert(place.nodes[0]),
                 ..self.encounter(second, place)
             })
@@ -240,7 +244,7 @@ impl<const D: usize> Run<D> {
         let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
         let depth = second.depth(&encounters, energy);
         second.look(blocks, &depth, [self.time(), fastest]);
-        let are_flush = Encounter::are_flush(&encounters);
+        let are_flush = ImpactPrediction::are_flush(&encounters);
         for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
             second.ask(encounter, sizes, are_flush, until);
         }
@@ -249,7 +253,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    fn encounter(&self, second: &SecondScale<D>, place: &Place<D>) -> Encounter<D> {
+    fn encounter(&self, second: &Adaptivity<D>, place: &PredictedImpact<D>) -> ImpactPrediction<D> {
         let root = |element: u32| {
             let parts = self.model.mesh.parts.as_ref();
             parts.map_or(element, |parts| parts.root[element as usize])
@@ -264,7 +268,7 @@ impl<const D: usize> Run<D> {
             let of = (roots, place.are_edges[side]);
             second.base_mass(blocks[side], number, &place.rest[side], of)
         };
-        Encounter {
+        ImpactPrediction {
             blocks,
             masses: [mass(0), mass(1)],
             is_first_of_node: true,
@@ -280,7 +284,7 @@ impl<const D: usize> Run<D> {
 
     /// Inverse mass seen by both blocks as rigid bodies in the middle of some encounters,
     /// along their mean normal, 1/kg; of none, nothing.
-    fn mobility(&self, encounters: &[Encounter<D>]) -> Option<f64> {
+    fn mobility(&self, encounters: &[ImpactPrediction<D>]) -> Option<f64> {
         let first = encounters.first()?;
         let count = encounters.len() as f64;
         let (mut point, mut normal) = ([0.0; D], [0.0; D]);
@@ -334,7 +338,7 @@ impl<const D: usize> Run<D> {
         } else {
             self.held(block)
         };
-        Twists::new(&body, centre, &held).mobility(point, normal)
+        RigidModes::new(&body, centre, &held).mobility(point, normal)
     }
 
     /// Blocks that do not move, or move as is prescribed in all their nodes.

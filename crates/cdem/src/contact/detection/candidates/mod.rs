@@ -33,15 +33,15 @@ mod study;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use crate::contact::detection::clusters::Patches;
+pub(crate) use crate::contact::detection::clusters::Clusters;
 
-use crate::contact::detection::active_candidates::Soon;
-use crate::contact::surface::{Configuration, Nearness, Pair, STEEP, Surface};
+use crate::contact::detection::active_candidates::ActiveCandidates;
+use crate::contact::surface::{Configuration, CullingResult, Pair, STEEP, Surface};
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::serde_pod;
 use crate::math::vector::{dot, norm, sub};
-use crate::model::block_max::Largest;
-use crate::model::time_levels::Joined;
+use crate::model::block_max::BlockMax;
+use crate::model::time_levels::DisjointSets;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -98,7 +98,7 @@ pub(crate) struct Candidate {
 
 /// Numbers of candidates, rising.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Glance {
+pub(crate) struct ActiveSubset {
     /// Near for as far as their blocks have gone.
     held: Vec<u32>,
     /// To be looked at.
@@ -106,9 +106,9 @@ pub(crate) struct Glance {
 }
 
 /// What a search needs to know of the blocks.
-pub(crate) struct Blocks<'a, const D: usize> {
+pub(crate) struct SearchContext<'a, const D: usize> {
     pub(crate) surface: &'a dyn Surface<D>,
-    pub(crate) patches: &'a Patches,
+    pub(crate) patches: &'a Clusters,
     /// Block of each node; nodes of a block follow each other.
     pub(crate) block_of: &'a [u32],
     /// Blocks that never move.
@@ -119,7 +119,7 @@ pub(crate) struct Blocks<'a, const D: usize> {
 
 /// The search for pairs that may come in contact.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Search<const D: usize> {
+pub(crate) struct CandidateSearch<const D: usize> {
     /// Sorted by pair.
     pub(crate) candidates: Vec<Candidate>,
     /// Where those of each main feature begin.
@@ -132,38 +132,38 @@ pub(crate) struct Search<const D: usize> {
     start: Vec<u32>,
     /// Those of the candidates that are looked at for now.
     #[serde(skip)]
-    pub(crate) soon: Soon,
+    pub(crate) soon: ActiveCandidates,
     /// Where the nodes were in the last broad phase and in the last step, m.
     #[serde(with = "serde_pod")]
     origin: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
     last: Vec<[f64; D]>,
-    pub(crate) blocks: Vec<Reach>,
+    pub(crate) blocks: Vec<MotionBound>,
     /// Whether each candidate is near, and those that are.
     #[serde(skip)]
     pub(crate) near: Vec<bool>,
     pub(crate) found: Vec<u32>,
     #[serde(skip)]
-    pub(crate) lists: Lists,
+    pub(crate) lists: SearchWorkspace,
     /// Whether blocks may have gone through others before the last search.
     outrun: bool,
 }
 
 /// Lists of a search, which are made anew in each: kept for their storage.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lists {
+pub(crate) struct SearchWorkspace {
     /// Squares of the longest ways of a node of each block since the last search and since the
     /// last broad phase, m².
-    squares: Largest<2>,
+    squares: BlockMax<2>,
     /// What each block has ahead.
-    pub(crate) ahead: Vec<Ahead>,
+    pub(crate) ahead: Vec<BlockTravel>,
     /// What ways tell of candidates, some after the other; which are to be looked at, and what
     /// has been seen of these.
-    pub(crate) glances: Vec<Glance>,
+    pub(crate) glances: Vec<ActiveSubset>,
     pub(crate) open: Vec<u32>,
     looked: Vec<(f64, f64, f64)>,
     /// Blocks that may touch each other, of pairs near, and the largest share among them, m.
-    pub(crate) together: Joined,
+    pub(crate) together: DisjointSets,
     pub(crate) largest: Vec<f64>,
     pub(crate) of_near: Vec<[u32; 2]>,
     /// Blocks that get more.
@@ -172,7 +172,7 @@ pub(crate) struct Lists {
 
 /// How a block moves, m.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Reach {
+pub(crate) struct MotionBound {
     /// How far nodes may move in the step.
     pub(crate) share: f64,
     /// How far they lie from where they were in the last broad phase.
@@ -183,19 +183,20 @@ pub(crate) struct Reach {
     allowance: f64,
 }
 
-impl<const D: usize> Search<D> {
+impl<const D: usize> CandidateSearch<D> {
     /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted, of blocks
     /// that may come to these speeds in it, m/s.
     /// `may_meet` says the pairs of which blocks are wanted.
     pub(crate) fn near(
         &mut self,
-        blocks: &Blocks<D>,
+        blocks: &SearchContext<D>,
         at: Configuration<D>,
         (speeds, step): (&[f64], f64),
         may_meet: &dyn Fn([u32; 2]) -> bool,
         near: &mut Vec<Pair>,
     ) {
-        self.blocks.resize(blocks.fixed.len(), Reach::default());
+        self.blocks
+            .resize(blocks.fixed.len(), MotionBound::default());
         self.follow(blocks, at);
         let speeds = speeds.iter().zip(blocks.fixed);
         for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
@@ -205,7 +206,7 @@ impl<const D: usize> Search<D> {
                 GAIN * speed * step + LEAST * blocks.tolerance
             };
         }
-        let exceeds = |reach: &Reach| reach.moved + reach.share > reach.allowance;
+        let exceeds = |reach: &MotionBound| reach.moved + reach.share > reach.allowance;
         loop {
             if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
                 self.broad_phase(blocks, at, may_meet);
@@ -251,7 +252,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// How far the blocks have moved, and whether farther than was reckoned with.
-    fn follow(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
+    fn follow(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.measure(blocks, at);
         self.outrun = self.let_through(blocks, at);
         let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
@@ -266,7 +267,7 @@ impl<const D: usize> Search<D> {
 
     /// Finds the longest ways of a node of each block since the last search and since the last
     /// broad phase.
-    fn measure(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
+    fn measure(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let block_of = &blocks.block_of[..self.last.len()];
         let gone = |node: u32| {
             let n = node as usize;
@@ -280,7 +281,7 @@ impl<const D: usize> Search<D> {
     /// Whether blocks that have gone farther than their share since the
     /// last search may have gone through others: with these for shares, pairs would have
     /// been near that were not, and their own nodes have gone as far as they were apart.
-    fn let_through(&self, blocks: &Blocks<D>, at: Configuration<D>) -> bool {
+    fn let_through(&self, blocks: &SearchContext<D>, at: Configuration<D>) -> bool {
         let gone = |block: usize| self.lists.squares.of_blocks()[block][0].sqrt();
         let way = |nodes: &[u32]| {
             let ways = nodes.iter();
@@ -302,7 +303,7 @@ impl<const D: usize> Search<D> {
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
             !self.near[*number as usize]
                 && surface.apart(pair, before) <= own + blocks.tolerance
-                && surface.nearness(pair, before, a + b, blocks.tolerance) == Nearness::Near
+                && surface.nearness(pair, before, a + b, blocks.tolerance) == CullingResult::Near
         };
         fast.into_iter().any(|block| {
             let reach = self.blocks[block];
@@ -313,7 +314,7 @@ impl<const D: usize> Search<D> {
 
     fn broad_phase(
         &mut self,
-        blocks: &Blocks<D>,
+        blocks: &SearchContext<D>,
         at: Configuration<D>,
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) {
@@ -322,14 +323,14 @@ impl<const D: usize> Search<D> {
         let mean = shares.sum::<f64>() / moving as f64;
         let least = (SERVES * mean).max(SERVES_AT_REST * blocks.tolerance);
         for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *reach = Reach {
+            *reach = MotionBound {
                 share: reach.share,
                 allowance: if fixed {
                     0.0
                 } else {
                     least.max(SERVES * reach.share)
                 },
-                ..Reach::default()
+                ..MotionBound::default()
             };
         }
         self.origin.clear();
@@ -409,13 +410,13 @@ impl<const D: usize> Search<D> {
         &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
     }
 
-    fn look_at_all(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
+    fn look_at_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.look_ahead(blocks.tolerance);
         self.glance();
         self.near.clear();
         self.near.resize(self.candidates.len(), false);
         self.found.clear();
-        let Lists { glances, open, .. } = &mut self.lists;
+        let SearchWorkspace { glances, open, .. } = &mut self.lists;
         open.clear();
         for glance in glances {
             for number in &glance.held {
@@ -443,9 +444,9 @@ impl<const D: usize> Search<D> {
 
     /// Finds out what the ways of blocks tell of the candidates, some after the other.
     fn glance(&mut self) {
-        let Lists { glances, ahead, .. } = &mut self.lists;
+        let SearchWorkspace { glances, ahead, .. } = &mut self.lists;
         let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
-        glances.resize_with(some.len(), Glance::default);
+        glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(glances).for_each(|(numbers, glance)| {
             glance.held.clear();
             glance.open.clear();
@@ -462,7 +463,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// Finds out which of the candidates to be looked at are near.
-    pub(crate) fn look(&mut self, blocks: &Blocks<D>, at: Configuration<D>) {
+    pub(crate) fn look(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let look = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
@@ -472,20 +473,20 @@ impl<const D: usize> Search<D> {
                 let surface = blocks.surface;
                 surface.nearness(candidate.pair, at, reach, blocks.tolerance)
             } else {
-                Nearness::Apart
+                CullingResult::Apart
             };
             let lacks = match nearness {
-                Nearness::Lacks(length) => length + STEEP * way - ROUND_OFF * blocks.tolerance,
-                Nearness::Near | Nearness::Apart => 0.0,
+                CullingResult::Lacks(length) => length + STEEP * way - ROUND_OFF * blocks.tolerance,
+                CullingResult::Near | CullingResult::Apart => 0.0,
             };
-            let held = if nearness == Nearness::Near {
+            let held = if nearness == CullingResult::Near {
                 way + f64::max(HELD * blocks.tolerance, HELD_IN_MOTION * reach)
             } else {
                 -1.0
             };
             (apart + way, lacks, held)
         };
-        let Lists { open, looked, .. } = &mut self.lists;
+        let SearchWorkspace { open, looked, .. } = &mut self.lists;
         let numbers = open.par_iter().with_min_len(AT_ONCE);
         numbers.map(look).collect_into_vec(looked);
         for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
@@ -501,14 +502,14 @@ impl<const D: usize> Search<D> {
 
 impl Candidate {
     /// Whether it may be near where its blocks have these ways ahead.
-    pub(crate) fn may_be_near(&self, a: Ahead, b: Ahead) -> bool {
+    pub(crate) fn may_be_near(&self, a: BlockTravel, b: BlockTravel) -> bool {
         self.until <= a.distance + b.distance && self.lacks <= a.turning + b.turning
     }
 }
 
 /// The way of a block so far and in the step, m.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ahead {
+pub(crate) struct BlockTravel {
     /// So far.
     pub(crate) way: f64,
     /// How near another may come to one that is near: half of the tolerance is either's.
@@ -517,9 +518,9 @@ pub(crate) struct Ahead {
     pub(crate) turning: f64,
 }
 
-impl Reach {
-    fn ahead(&self, tolerance: f64) -> Ahead {
-        Ahead {
+impl MotionBound {
+    fn ahead(&self, tolerance: f64) -> BlockTravel {
+        BlockTravel {
             way: self.way,
             distance: self.way + KEPT * (self.share + 0.5 * tolerance),
             turning: STEEP * self.way + self.share,
@@ -540,7 +541,7 @@ fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
     start
 }
 
-impl<const D: usize> Blocks<'_, D> {
+impl<const D: usize> SearchContext<'_, D> {
     /// Blocks of the main and the target feature of a pair.
     pub(crate) fn of(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];

@@ -2,11 +2,11 @@
 
 use proptest::prelude::*;
 
-use crate::contact::detection::candidates::{APART, Blocks, Search};
-use crate::contact::detection::clusters::Patches;
-use crate::contact::surface::boundary_2d::Outline;
-use crate::contact::surface::boundary_3d::Shell;
-use crate::contact::surface::{Configuration, Distance, Nearness, Pair, Topology};
+use crate::contact::detection::candidates::{APART, CandidateSearch, SearchContext};
+use crate::contact::detection::clusters::Clusters;
+use crate::contact::surface::boundary_2d::Boundary2d;
+use crate::contact::surface::boundary_3d::Boundary3d;
+use crate::contact::surface::{Configuration, CullingResult, Distance, Pair, Topology};
 use crate::math::vector::{add, cross, norm, scale};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -60,8 +60,8 @@ fn stones() -> impl Strategy<Value = Vec<Stone>> {
 /// The stones, and how a search sees them.
 struct Crowd {
     stones: Vec<Stone>,
-    outline: Outline,
-    patches: Patches,
+    outline: Boundary2d,
+    patches: Clusters,
     block_of: Vec<u32>,
     fixed: Vec<bool>,
     speeds: Vec<f64>,
@@ -86,11 +86,11 @@ impl Crowd {
                 elements: number..number + 1,
             });
         }
-        let outline = Outline::new(&mesh, 1.0);
+        let outline = Boundary2d::new(&mesh, 1.0);
         let block_of: Vec<u32> = (0..mesh.nodes.len() as u32).map(|node| node / 3).collect();
         let speeds: Vec<f64> = stones.iter().map(Stone::speed).collect();
         Self {
-            patches: Patches::new(&outline, &block_of, &mesh.nodes),
+            patches: Clusters::new(&outline, &block_of, &mesh.nodes),
             outline,
             block_of,
             fixed,
@@ -104,8 +104,8 @@ impl Crowd {
         self.stones.iter().flat_map(corners).collect()
     }
 
-    fn blocks(&self) -> Blocks<'_, 2> {
-        Blocks {
+    fn blocks(&self) -> SearchContext<'_, 2> {
+        SearchContext {
             surface: &self.outline,
             patches: &self.patches,
             block_of: &self.block_of,
@@ -131,18 +131,18 @@ impl Crowd {
                 .sum();
             self.may_meet(blocks.of(pair))
                 && blocks.surface.apart(pair, at) <= APART * (reach + TOLERANCE)
-                && self.outline.nearness(pair, at, reach, TOLERANCE) == Nearness::Near
+                && self.outline.nearness(pair, at, reach, TOLERANCE) == CullingResult::Near
         })
         .collect()
     }
 }
 
-fn shares(search: &Search<2>) -> Vec<f64> {
+fn shares(search: &CandidateSearch<2>) -> Vec<f64> {
     search.blocks.iter().map(|reach| reach.share).collect()
 }
 
 /// The pairs of the last search.
-fn pairs<const D: usize>(search: &Search<D>) -> Vec<Pair> {
+fn pairs<const D: usize>(search: &CandidateSearch<D>) -> Vec<Pair> {
     let found = search.found.iter();
     found
         .map(|&number| search.candidates[number as usize].pair)
@@ -166,7 +166,7 @@ proptest! {
     ) {
         let crowd = Crowd::new(stones);
         let still = vec![[0.0; 2]; crowd.block_of.len()];
-        let [mut whole, mut late] = [Search::default(), Search::default()];
+        let [mut whole, mut late] = [CandidateSearch::default(), CandidateSearch::default()];
         let (with, mut near) = ((&*crowd.speeds, step), Vec::new());
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
@@ -204,7 +204,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
         let mut crowd = Crowd::new(vec![stone(0.0, 1.0), stone(2.0, 0.5), stone(50.0, 0.5)]);
         crowd.speeds = vec![0.0, 0.1, 0.1];
         let still = vec![[0.0; 2]; crowd.block_of.len()];
-        let mut search = Search::default();
+        let mut search = CandidateSearch::default();
         for moved in [0.0, 1.0] {
             crowd.stones[1].centre[0] = 2.0 + moved * beside;
             crowd.stones[2].centre[0] = 50.0 + moved * far;
@@ -242,13 +242,13 @@ fn corner_in_corner() -> Mesh<3> {
 #[test]
 fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
     let mesh = corner_in_corner();
-    let shell = Shell::new(&mesh, TOLERANCE);
+    let shell = Boundary3d::new(&mesh, TOLERANCE);
     let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
         .map(|node| u32::from(node >= mesh.blocks[1].nodes.start))
         .collect();
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let at = Configuration::new(&mesh.nodes, &still);
-    let patches = Patches::new(&shell, &block_of, &mesh.nodes);
+    let patches = Clusters::new(&shell, &block_of, &mesh.nodes);
     for margin in [0.0, 0.02, 0.3] {
         let mut all = Vec::new();
         for [mains, targets] in shell.families() {
@@ -326,14 +326,14 @@ proptest! {
         from in 0..20_usize,
     ) {
         let mesh = &heap.mesh;
-        let shell = Shell::new(mesh, TOLERANCE);
+        let shell = Boundary3d::new(mesh, TOLERANCE);
         let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
             .map(|node| mesh.blocks.partition_point(|block| block.nodes.end <= node) as u32)
             .collect();
         let fixed = [true, false, false, false, false];
-        let blocks = Blocks {
+        let blocks = SearchContext {
             surface: &shell,
-            patches: &Patches::new(&shell, &block_of, &mesh.nodes),
+            patches: &Clusters::new(&shell, &block_of, &mesh.nodes),
             block_of: &block_of,
             fixed: &fixed,
             tolerance: TOLERANCE,
@@ -348,7 +348,7 @@ proptest! {
             let [a, b] = blocks.of(pair);
             a != b && shell.matches(pair)
         }).collect();
-        let [mut whole, mut late] = [Search::default(), Search::default()];
+        let [mut whole, mut late] = [CandidateSearch::default(), CandidateSearch::default()];
         let may_meet = |[a, b]: [u32; 2]| a != b;
         let mut displacement = vec![[0.0; 3]; mesh.nodes.len()];
         for number in 0..30 {
@@ -371,7 +371,7 @@ proptest! {
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
                     shell.apart(pair, at) <= APART * (a + b + TOLERANCE)
-                        && shell.nearness(pair, at, a + b, TOLERANCE) == Nearness::Near
+                        && shell.nearness(pair, at, a + b, TOLERANCE) == CullingResult::Near
                 }).collect();
                 prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);
             }
@@ -391,16 +391,16 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
     };
     let blocks = [[0.0; 3], [1.0, 0.3, 0.0]].map(|place| mesh::tests::block("cube", cube(place)));
     let mesh = mesh::tests::shapes(blocks.to_vec()).expect("boxes mesh");
-    let shell = Shell::new(&mesh, TOLERANCE);
+    let shell = Boundary3d::new(&mesh, TOLERANCE);
     let block_of: Vec<u32> = (0..16).map(|node| node / 8).collect();
-    let blocks = Blocks {
+    let blocks = SearchContext {
         surface: &shell,
-        patches: &Patches::new(&shell, &block_of, &mesh.nodes),
+        patches: &Clusters::new(&shell, &block_of, &mesh.nodes),
         block_of: &block_of,
         fixed: &[true, false],
         tolerance: TOLERANCE,
     };
-    let mut search = Search::default();
+    let mut search = CandidateSearch::default();
     let mut left_out: Vec<Pair> = Vec::new();
     let mut near = Vec::new();
     for number in 0..200 {

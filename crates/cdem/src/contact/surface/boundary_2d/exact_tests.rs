@@ -2,10 +2,10 @@
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
-use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
 use crate::contact::verification::exact::{
-    DEPTH, Draw, Features, Polynomial, Query, Touch, bound, difference, dot,
+    DEPTH, ExactTouch, Features, Polynomial, Query, QueryKind, bound, difference, dot,
 };
 use crate::math::vector::cross2;
 
@@ -23,7 +23,7 @@ struct Judged {
 /// Two triangles, and when their pairs are found to touch.
 struct Trial<'a> {
     query: &'a Query<2>,
-    outline: &'a Outline,
+    outline: &'a Boundary2d,
     at: Configuration<'a, 2>,
     velocity: &'a [[f64; 2]],
 }
@@ -112,7 +112,7 @@ impl Trial<'_> {
     }
 
     /// Whether a vertex is inside of the other triangle right after a touch.
-    fn comes_in(&self, vertex: u32, touch: &mut Touch) -> bool {
+    fn comes_in(&self, vertex: u32, touch: &mut ExactTouch) -> bool {
         let edges = (0..6).map(|target| Pair {
             main: vertex,
             target,
@@ -134,7 +134,7 @@ impl Trial<'_> {
     }
 }
 
-fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
+fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut judged = Judged::default();
     for _ in 0..count.div_ceil(18) {
@@ -143,7 +143,7 @@ fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
         let still = vec![[0.0; 2]; 6];
         let trial = Trial {
             query: &query,
-            outline: &Outline::new(&mesh, 1.0),
+            outline: &Boundary2d::new(&mesh, 1.0),
             at: Configuration::new(&mesh.nodes, &still),
             velocity: &velocity,
         };
@@ -159,12 +159,16 @@ fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
 /// All draws, `count` times each. Of a thousand queries so many touch at least: a half
 /// to two thirds of what was measured.
 fn judge_all(count: usize) {
-    for (seed, draw) in [Draw::Wide, Draw::Narrow, Draw::Whole]
+    for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
         .into_iter()
         .enumerate()
     {
         let judged = judge(seed as u64, count, draw);
-        let at_ends = if matches!(draw, Draw::Wide) { 0 } else { 8 };
+        let at_ends = if matches!(draw, QueryKind::Wide) {
+            0
+        } else {
+            8
+        };
         assert!(judged.within * 1000 >= 30 * count, "{judged:?}");
         assert!(judged.at_ends * 1000 >= at_ends * count, "{judged:?}");
     }

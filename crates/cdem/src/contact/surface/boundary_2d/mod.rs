@@ -22,7 +22,7 @@ pub(crate) struct Vertex {
 
 /// The boundary of all blocks in the plane.
 #[derive(Clone, Debug)]
-pub(crate) struct Outline {
+pub(crate) struct Boundary2d {
     pub(crate) vertices: Vec<Vertex>,
     /// Edges with the block to their left.
     pub(crate) edges: Vec<[u32; 2]>,
@@ -31,7 +31,7 @@ pub(crate) struct Outline {
     pub(crate) thickness: f64,
 }
 
-impl Outline {
+impl Boundary2d {
     /// The boundary of `mesh`; `thickness` in m.
     pub(crate) fn new(mesh: &Mesh<2>, thickness: f64) -> Self {
         let edges: Vec<[u32; 2]> = mesh
@@ -106,7 +106,7 @@ impl Outline {
     }
 }
 
-impl Topology<2> for Outline {
+impl Topology<2> for Boundary2d {
     fn main_nodes(&self, main: u32) -> &[u32] {
         &self.vertices[main as usize].node
     }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use crate::contact::narrow_phase::feature_selection::rightful;
-use crate::contact::surface::boundary_2d::Outline;
+use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
 use crate::math::vector::{add, scale};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
@@ -55,7 +55,7 @@ impl Meeting {
     /// The search's answer, and brute force's: the first touch that is seen
     /// between two instants, at which the foot lies on the edge.
     fn touches(&self, duration: f64, depth: f64) -> (Option<f64>, Option<f64>) {
-        let outline = Outline::new(&self.mesh, 1.0);
+        let outline = Boundary2d::new(&self.mesh, 1.0);
         let pair = (0..6)
             .map(|target| Pair { main: 0, target })
             .find(|pair| outline.target_nodes(pair.target) == [4, 3])
@@ -81,7 +81,7 @@ impl Meeting {
     }
 
     fn gap(&self, time: f64) -> f64 {
-        let outline = Outline::new(&self.mesh, 1.0);
+        let outline = Boundary2d::new(&self.mesh, 1.0);
         let still = vec![[0.0; 2]; 6];
         let at = Configuration::new(&self.mesh.nodes, &still).after(&self.velocity, time);
         let pairs = (0..6).map(|target| Pair { main: 0, target });
@@ -170,7 +170,7 @@ proptest! {
             nodes,
             ..Mesh::default()
         };
-        let outline = Outline::new(&mesh, 1.0);
+        let outline = Boundary2d::new(&mesh, 1.0);
         let down = (0..9).map(|node| if node < 3 { [c, -s] } else { [0.0; 2] });
         let (still, velocity) = (vec![[0.0; 2]; 9], down.collect::<Vec<_>>());
         let at = Configuration::new(&mesh.nodes, &still);

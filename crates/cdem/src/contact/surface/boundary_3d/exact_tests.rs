@@ -3,19 +3,19 @@
 #![allow(clippy::print_stdout)] // the figures are the report
 
 use crate::contact::surface::boundary_3d::tests::all_pairs;
-use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, Distance, FOOT_ROUND_OFF, Pair, TimeOfImpact};
 use crate::contact::verification::exact::{
-    DEPTH, Draw, FOOT, Features, Query, bound, cross, difference, dot,
+    DEPTH, FOOT, Features, Query, QueryKind, bound, cross, difference, dot,
 };
 use crate::math::vector;
 
 /// A vertex against a triangle; the normal of two edges is that of their directions.
-fn features(query: &Query<3>, shell: &Shell, pair: Pair) -> Features {
+fn features(query: &Query<3>, shell: &Boundary3d, pair: Pair) -> Features {
     let skin = &shell.skin;
     let path = |corner: u32| query.path(skin.nodes_of_corner(corner)[0]);
     match shell.meeting(pair) {
-        Meeting::Facing { vertex, triangle } => {
+        FeaturePair::Facing { vertex, triangle } => {
             let p = path(vertex);
             let abc = skin.triangles[triangle as usize].corners.map(path);
             let sides = [1, 2].map(|k| difference(&abc[k], &abc[0]));
@@ -32,7 +32,7 @@ fn features(query: &Query<3>, shell: &Shell, pair: Pair) -> Features {
                 bound: bound(&[&from, &sides[0], &sides[1]]),
             }
         }
-        Meeting::Crossing { main, target } => {
+        FeaturePair::Crossing { main, target } => {
             let [one, other] = [main, target].map(|e| skin.edges[e as usize].ends.map(path));
             let along = [&one, &other].map(|[a, b]| difference(b, a));
             let area = cross(&along[0], &along[1]);
@@ -66,7 +66,7 @@ struct Judged {
 /// A pair of two tetrahedra, and when it is found to touch.
 struct Trial<'a> {
     query: &'a Query<3>,
-    shell: &'a Shell,
+    shell: &'a Boundary3d,
     at: Configuration<'a, 3>,
     velocity: &'a [[f64; 3]],
     pair: Pair,
@@ -75,12 +75,12 @@ struct Trial<'a> {
 
 impl Trial<'_> {
     fn is_crossing(&self) -> bool {
-        matches!(self.shell.meeting(self.pair), Meeting::Crossing { .. })
+        matches!(self.shell.meeting(self.pair), FeaturePair::Crossing { .. })
     }
 
     /// Whether the normal is that of the directions of the edges, if that is clear.
     fn is_forward(&self, time: f64) -> Option<bool> {
-        let Meeting::Crossing { main, target } = self.shell.meeting(self.pair) else {
+        let FeaturePair::Crossing { main, target } = self.shell.meeting(self.pair) else {
             return Some(true);
         };
         let then = self.at.after(self.velocity, time);
@@ -169,7 +169,7 @@ impl Trial<'_> {
     }
 }
 
-fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
+fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut judged = Judged::default();
     for _ in 0..count.div_ceil(8) {
@@ -177,7 +177,7 @@ fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
             vector::dot(&a, &vector::cross(&b, &c))
         });
         let (mesh, velocity) = query.mesh();
-        let shell = Shell::new(&mesh, 1e-6);
+        let shell = Boundary3d::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
         let pairs = all_pairs(&shell);
@@ -202,12 +202,12 @@ fn judge(seed: u64, count: usize, draw: Draw) -> Judged {
 /// All draws, `count` times each. Of a thousand queries so many touch at least, within
 /// features and at rims: a half to two thirds of what was measured.
 fn judge_all(count: usize) {
-    for (seed, draw) in [Draw::Wide, Draw::Narrow, Draw::Whole]
+    for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
         .into_iter()
         .enumerate()
     {
         let judged = judge(seed as u64, count, draw);
-        let on_rims = !matches!(draw, Draw::Wide);
+        let on_rims = !matches!(draw, QueryKind::Wide);
         let least = |of_thousand: [usize; 2]| {
             let [within, on_rim] = of_thousand.map(|share| share * count / 1000);
             [within, if on_rims { on_rim } else { 0 }]

@@ -15,20 +15,20 @@ mod tests;
 use std::ops::Range;
 
 use crate::contact::surface::aabb::Aabb;
-use crate::contact::surface::geometry_cache::Formed;
-use crate::contact::surface::triangulation::Skin;
+use crate::contact::surface::geometry_cache::GeometryCache;
+use crate::contact::surface::triangulation::Triangulation;
 use crate::contact::surface::{Configuration, Pair, Topology};
 use crate::mesh::Mesh;
 
 /// The boundary of all blocks in space.
 #[derive(Clone, Debug)]
-pub(crate) struct Shell {
-    pub(crate) skin: Skin,
+pub(crate) struct Boundary3d {
+    pub(crate) skin: Triangulation,
 }
 
 /// The two features of a pair.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Meeting {
+pub(crate) enum FeaturePair {
     /// A vertex before a triangle.
     Facing { vertex: u32, triangle: u32 },
     /// Two edges.
@@ -38,23 +38,23 @@ pub(crate) enum Meeting {
 /// Triangles for each pair looked at, or contact held, at most, for which room pays.
 const PAIRS: usize = 3;
 
-impl Shell {
+impl Boundary3d {
     /// The boundary of `mesh`, for contact within `tolerance`, m.
     pub(crate) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         Self {
-            skin: Skin::new(mesh, tolerance),
+            skin: Triangulation::new(mesh, tolerance),
         }
     }
 
-    pub(crate) fn meeting(&self, pair: Pair) -> Meeting {
+    pub(crate) fn meeting(&self, pair: Pair) -> FeaturePair {
         let triangles = self.skin.triangles.len() as u32;
         if pair.main < self.skin.vertex_count {
-            Meeting::Facing {
+            FeaturePair::Facing {
                 vertex: pair.main,
                 triangle: pair.target,
             }
         } else {
-            Meeting::Crossing {
+            FeaturePair::Crossing {
                 main: pair.main - self.skin.vertex_count,
                 target: pair.target - triangles,
             }
@@ -87,7 +87,7 @@ impl Shell {
     }
 }
 
-impl Topology<3> for Shell {
+impl Topology<3> for Boundary3d {
     fn main_nodes(&self, main: u32) -> &[u32] {
         match main.checked_sub(self.skin.vertex_count) {
             None => self.skin.nodes_of_corner(main),
@@ -102,7 +102,7 @@ impl Topology<3> for Shell {
         }
     }
 
-    fn form(&self, pairs: usize, old: Option<Formed<3>>) -> Option<Formed<3>> {
+    fn form(&self, pairs: usize, old: Option<GeometryCache<3>>) -> Option<GeometryCache<3>> {
         match old {
             Some(mut old) => {
                 old.clear();
@@ -137,8 +137,8 @@ impl Topology<3> for Shell {
 
     fn matches(&self, pair: Pair) -> bool {
         match self.meeting(pair) {
-            Meeting::Facing { .. } => true,
-            Meeting::Crossing { main, target } => main < target,
+            FeaturePair::Facing { .. } => true,
+            FeaturePair::Crossing { main, target } => main < target,
         }
     }
 }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use crate::contact::surface::Configuration;
-use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::boundary_3d::tests::{mesh, vector, warped_cube};
 use crate::math::vector::{add, norm, scale};
 use crate::mesh::{self, ElementKind};
@@ -33,7 +33,7 @@ proptest! {
         for (node, warp) in mesh.nodes.iter_mut().zip(&warp) {
             *node = squeeze(add(node, warp));
         }
-        let shell = Shell::new(&mesh, tolerance * flat);
+        let shell = Boundary3d::new(&mesh, tolerance * flat);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
         for edge in 0..shell.skin.edges.len() as u32 {
@@ -73,10 +73,10 @@ proptest! {
         let cube = warped_cube([0.0; 3], &warp).into_iter();
         let cube: Vec<[f64; 3]> = cube.map(|[x, y, z]| [x, flat * y, z]).collect();
         let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
-        let shell = Shell::new(&mesh, tolerance);
+        let shell = Boundary3d::new(&mesh, tolerance);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
-        let strict = Shell::new(&mesh, tolerance / 3.0);
+        let strict = Boundary3d::new(&mesh, tolerance / 3.0);
         for edge in 0..shell.skin.edges.len() as u32 {
             let is_flat = shell.skin.is_flat_under(edge, length, at);
             prop_assert!(!(is_flat && shell.skin.is_sharp_under(edge, length, at)));

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use crate::contact::ccd::signed_volume::ROUND_OFF;
 use crate::contact::narrow_phase::feature_selection::rightful;
-use crate::contact::surface::boundary_3d::{Meeting, Shell};
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{
-    Configuration, ContactGeometry, Distance, Nearness, Operator, Pair, STEEP, Slack, TimeOfImpact,
-    Topology,
+    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, GapAllowance, Pair,
+    STEEP, TimeOfImpact, Topology,
 };
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
@@ -52,10 +52,11 @@ pub(super) fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]
     moved.map(|(x, w)| add(&add(x, w), &shift)).collect()
 }
 
-pub(super) fn all_pairs(shell: &Shell) -> Vec<Pair> {
+pub(super) fn all_pairs(shell: &Boundary3d) -> Vec<Pair> {
     let (vertices, triangles) = (shell.skin.vertex_count, shell.skin.triangles.len() as u32);
     let edges = shell.skin.edges.len() as u32;
-    let faces = (0..vertices).flat_map(|v| (0..triangles).map(move |t| Shell::face_pair(v, t)));
+    let faces =
+        (0..vertices).flat_map(|v| (0..triangles).map(move |t| Boundary3d::face_pair(v, t)));
     let crossings = (0..edges).flat_map(|a| (a + 1..edges).map(move |b| (a, b)));
     let mut pairs: Vec<Pair> = faces.collect();
     pairs.extend(crossings.map(|(a, b)| shell.edge_pair(a, b)));
@@ -67,8 +68,8 @@ pub(super) fn all_pairs(shell: &Shell) -> Vec<Pair> {
 }
 
 /// All that is asked of pairs of a drift, as text: numbers with all their digits.
-fn answers(shell: &Shell, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
-    let slack = Slack {
+fn answers(shell: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
+    let slack = GapAllowance {
         within: 1e-6,
         depth: 1e-8,
         clear: f64::INFINITY,
@@ -97,7 +98,7 @@ proptest! {
     ) {
         let cubes = [warped_cube([0.0; 3], &warp[0]), warped_cube([0.3, 0.2, 1.1], &warp[1])];
         let mesh = mesh(&cubes.each_ref().map(|cube| (ElementKind::Hex8, cube.as_slice())));
-        let shell = Shell::new(&mesh, 1e-4);
+        let shell = Boundary3d::new(&mesh, 1e-4);
         for threads in [1, 4] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let mut room = shell.form(usize::MAX, None);
@@ -129,7 +130,7 @@ proptest! {
         let upper = [[-c, -s, 0.1], [c, s, 0.1], [0.0, 1.0, 1.1], [0.0, -1.0, 1.1]];
         let [lower, upper] = [lower, upper].map(|nodes| nodes.map(|x| scale(size, &x)));
         let mesh = mesh(&[(ElementKind::Tet4, &lower), (ElementKind::Tet4, &upper)]);
-        let shell = Shell::new(&mesh, tolerance);
+        let shell = Boundary3d::new(&mesh, tolerance);
         let still = [[0.0; 3]; 8];
         let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
         let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
@@ -182,14 +183,14 @@ fn touches_bed(
         nodes: first..first + 4,
         elements: count - 1..count,
     });
-    let shell = Shell::new(&mesh, tolerance);
+    let shell = Boundary3d::new(&mesh, tolerance);
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let mut velocity = still.clone();
     velocity[first as usize..].fill(along);
     let at = Configuration::new(&mesh.nodes, &still);
     let end = at.after(&velocity, way);
     let times = all_pairs(&shell).into_iter().filter_map(|pair| {
-        let is_near = shell.nearness(pair, at, way, tolerance) == Nearness::Near;
+        let is_near = shell.nearness(pair, at, way, tolerance) == CullingResult::Near;
         let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
         let then = at.after(&velocity, time);
         let rightful = rightful(&shell, pair, [then, end], tolerance, &|_| true)?;
@@ -303,12 +304,12 @@ proptest! {
         let one = warped_cube([0.0; 3], &warp);
         let other = warped_cube(add(&[0.2, 0.1, 1.6], &shift), &warp);
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-        let shell = Shell::new(&mesh, 1e-6);
+        let shell = Boundary3d::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; mesh.nodes.len()];
         let at = Configuration::new(&mesh.nodes, &still);
         let rigid: Vec<[f64; 3]> =
             mesh.nodes.iter().map(|x| add(&velocity, &cross(&spin, x))).collect();
-        let mut used = Operator::default();
+        let mut used = ContactJacobian::default();
         for pair in all_pairs(&shell).into_iter().step_by(7) {
             let projection = shell.project(pair, at);
             if projection.outside > 1.0 {
@@ -317,7 +318,7 @@ proptest! {
             let operator = shell.operator(pair, &anchor, at);
             // Of what storage has held before nothing stays.
             shell.relate(&mut used, pair, &anchor, at, None);
-            let of = |operator: &Operator<3>| {
+            let of = |operator: &ContactJacobian<3>| {
                 let rows = operator.rows[..operator.count].to_vec();
                 (operator.nodes().to_vec(), rows, operator.frame, operator.offset)
             };
@@ -355,11 +356,11 @@ proptest! {
         let other = warped_cube(add(&[0.2, 0.1, 1.0], &shift), &warp);
         let [one, other] = [one, other].map(|cube| cube.into_iter().map(squeeze).collect::<Vec<_>>());
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-        let shell = Shell::new(&mesh, tolerance);
+        let shell = Boundary3d::new(&mesh, tolerance);
         let still = vec![[0.0; 3]; 16];
         let at = Configuration::new(&mesh.nodes, &still);
         for pair in all_pairs(&shell) {
-            let Nearness::Lacks(length) = shell.nearness(pair, at, reach, tolerance) else {
+            let CullingResult::Lacks(length) = shell.nearness(pair, at, reach, tolerance) else {
                 continue;
             };
             if length <= reach {
@@ -372,7 +373,7 @@ proptest! {
             }).collect();
             let then = Configuration::new(&mesh.nodes, &moved);
             let nearness = shell.nearness(pair, then, reach, tolerance);
-            prop_assert!(nearness != Nearness::Near, "{pair:?} {length:e}");
+            prop_assert!(nearness != CullingResult::Near, "{pair:?} {length:e}");
         }
     }
 
@@ -387,12 +388,12 @@ proptest! {
         let mut other = warped_cube(add(&[0.4, 0.3, 1.0], &shift), &warp);
         let pairs = {
             let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-            all_pairs(&Shell::new(&mesh, 1e-6))
+            all_pairs(&Boundary3d::new(&mesh, 1e-6))
         };
         for pair in pairs.into_iter().step_by(11) {
             let close = |other: &[[f64; 3]]| {
                 let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, other)]);
-                let shell = Shell::new(&mesh, 1e-6);
+                let shell = Boundary3d::new(&mesh, 1e-6);
                 let still = vec![[0.0; 3]; 16];
                 let at = Configuration::new(&mesh.nodes, &still);
                 let projection = shell.project(pair, at);
@@ -406,7 +407,7 @@ proptest! {
                 add_scaled(node, sign * projection.gap, &normal);
             }
             let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-            let shell = Shell::new(&mesh, 1e-6);
+            let shell = Boundary3d::new(&mesh, 1e-6);
             let still = vec![[0.0; 3]; 16];
             let at = Configuration::new(&mesh.nodes, &still);
             let foot = shell.project(pair, at).foot;
@@ -434,7 +435,7 @@ proptest! {
 fn a_quadrilateral_is_four_triangles_about_its_mean() {
     let cube = warped_cube([0.0; 3], &[[0.0; 3]; 8]);
     let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
-    let shell = Shell::new(&mesh, 1e-6);
+    let shell = Boundary3d::new(&mesh, 1e-6);
     let still = vec![[0.0; 3]; 8];
     let at = Configuration::new(&mesh.nodes, &still);
     assert_eq!(shell.skin.triangles.len(), 24);
@@ -452,16 +453,16 @@ fn a_quadrilateral_is_four_triangles_about_its_mean() {
 }
 
 /// Closes what touches: the contacts of two blocks, each once.
-fn contacts_of(shell: &Shell, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
+fn contacts_of(shell: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
     let mut contacts: Vec<Pair> = Vec::new();
     for pair in all_pairs(shell) {
         let projection = shell.project(pair, at);
         let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
         let counts = match shell.meeting(pair) {
-            Meeting::Crossing { main, target } => [main, target]
+            FeaturePair::Crossing { main, target } => [main, target]
                 .iter()
                 .all(|&edge| shell.skin.is_sharp(edge, at)),
-            Meeting::Facing { .. } => true,
+            FeaturePair::Facing { .. } => true,
         };
         let known = |other: &Pair| shell.same_contact(*other, pair, at, tolerance);
         if touches && counts && shell.admits(pair, at) && !contacts.iter().any(known) {
@@ -504,7 +505,7 @@ proptest! {
         }
         let still = vec![[0.0; 3]; mesh.nodes.len()];
         let at = Configuration::new(&mesh.nodes, &still);
-        let shell = Shell::new(&mesh, 1e-6);
+        let shell = Boundary3d::new(&mesh, 1e-6);
         let contacts = contacts_of(&shell, at, 1e-6);
         let sum: f64 = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).1).sum();
         let corners = |number: usize| {

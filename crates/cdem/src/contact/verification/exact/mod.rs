@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 pub(crate) use crate::contact::verification::exact::polynomial::{
     Polynomial, cross, difference, dot,
 };
-pub(crate) use crate::contact::verification::exact::query::{Draw, Query};
+pub(crate) use crate::contact::verification::exact::query::{Query, QueryKind};
 pub(crate) use crate::contact::verification::exact::root::{Dyadic, Root};
 
 use crate::contact::ccd::signed_volume::ROUND_OFF;
@@ -40,7 +40,7 @@ pub(crate) struct Features {
 
 /// An instant at which a pair touches.
 #[derive(Debug)]
-pub(crate) struct Touch {
+pub(crate) struct ExactTouch {
     pub(crate) time: Root,
     /// The foot lies at the rim of a feature.
     pub(crate) on_rim: bool,
@@ -57,7 +57,7 @@ impl Features {
 
     /// All instants of the first second at which they come to touch, in order: the
     /// measure falls through 0 or, at the start, from 0, and the foot is on them.
-    pub(crate) fn touches(&self) -> Vec<Touch> {
+    pub(crate) fn touches(&self) -> Vec<ExactTouch> {
         let roots = Root::all(&self.measure).into_iter();
         let touches = roots.filter_map(|mut time| {
             let falls = time.sign_after(&self.measure) < 0
@@ -67,7 +67,7 @@ impl Features {
             }
             let signs: Vec<i32> = self.within.iter().map(|p| time.sign_of(p)).collect();
             let on_rim = signs.contains(&0);
-            (!signs.contains(&-1)).then_some(Touch { time, on_rim })
+            (!signs.contains(&-1)).then_some(ExactTouch { time, on_rim })
         });
         touches.collect()
     }
@@ -109,7 +109,7 @@ fn has_root_within(polynomial: &Polynomial, interval: [f64; 2]) -> bool {
     })
 }
 
-impl Touch {
+impl ExactTouch {
     /// Whether what was found is no later.
     pub(crate) fn is_found_by(&self, found: Option<f64>) -> bool {
         found.is_some_and(|found| self.time.compare(&Dyadic::from(found)) != Ordering::Less)

@@ -5,7 +5,7 @@ use crate::mesh::{Block, Element, ElementKind, Mesh};
 
 /// What is drawn at random.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Draw {
+pub(crate) enum QueryKind {
     /// Places and velocities of any kind: a touch at the rim is rare.
     Wide,
     /// Few places and velocities: touches at rims and at round times are common, as
@@ -27,14 +27,18 @@ impl<const D: usize> Query<D> {
     /// first node.
     pub(crate) fn random(
         random: &mut fastrand::Rng,
-        draw: Draw,
+        draw: QueryKind,
         measure: fn([[f64; D]; D]) -> f64,
     ) -> Self {
-        let size = if matches!(draw, Draw::Wide) { 40 } else { 2 };
+        let size = if matches!(draw, QueryKind::Wide) {
+            40
+        } else {
+            2
+        };
         loop {
             let mut point = || -> [i64; D] { std::array::from_fn(|_| random.i64(-size..=size)) };
             let start: Vec<_> = (0..2 * D + 2).map(|_| point()).collect();
-            let velocity = if let Draw::Whole = draw {
+            let velocity = if let QueryKind::Whole = draw {
                 let both = [point(), point()];
                 (0..2 * D + 2).map(|node| both[node / (D + 1)]).collect()
             } else {

@@ -1,11 +1,11 @@
 //! The first touch of two blocks, by the search and by brute force.
 
-use crate::contact::detection::candidates::Patches;
+use crate::contact::detection::candidates::Clusters;
 use crate::contact::narrow_phase::feature_selection::rightful;
-use crate::contact::surface::{Configuration, Nearness, Pair, Projection, Surface};
+use crate::contact::surface::{Configuration, CullingResult, Pair, Projection, Surface};
 use crate::contact::verification::oracle::TOLERANCE;
-use crate::contact::verification::oracle::meeting::Meeting;
-use crate::contact::verification::oracle::space::Space;
+use crate::contact::verification::oracle::meeting::BlockEncounter;
+use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add_scaled, norm, scale};
 
 /// The first touch of a meeting within a second.
@@ -21,7 +21,7 @@ pub(super) struct First<const D: usize> {
 
 /// When a pair touches, and to which one that touch belongs.
 #[derive(Clone, Copy)]
-struct Touch {
+struct FirstTouch {
     pair: Pair,
     pub(crate) time: f64,
     rightful: Pair,
@@ -29,7 +29,7 @@ struct Touch {
 
 impl<const D: usize> First<D> {
     /// Of all pairs, and of those that the broad phase and nearness leave.
-    pub(super) fn of<S: Space<D>>(meeting: &Meeting<D>) -> [Option<Self>; 2] {
+    pub(super) fn of<S: OracleSpace<D>>(meeting: &BlockEncounter<D>) -> [Option<Self>; 2] {
         let surface = S::surface(&meeting.mesh);
         let still = vec![[0.0; D]; meeting.mesh.nodes.len()];
         let at = Configuration::new(&meeting.mesh.nodes, &still);
@@ -47,10 +47,10 @@ impl<const D: usize> First<D> {
         let fastest = meeting.velocity.iter().map(norm).fold(0.0, f64::max);
         let reach = 2.0 * fastest;
         let block_of: Vec<u32> = (0..still.len() as u32).map(block).collect();
-        let patches = Patches::new(&*surface, &block_of, &meeting.mesh.nodes);
+        let patches = Clusters::new(&*surface, &block_of, &meeting.mesh.nodes);
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
-        near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == Nearness::Near);
+        near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == CullingResult::Near);
         let formed = surface.form(all.len(), None);
         let at = at.with(formed.as_ref());
         let touch = |pair: &Pair| {
@@ -59,24 +59,24 @@ impl<const D: usize> First<D> {
             // A whole drift on, as for the touches of a step.
             let moments = [time, time + 1.0].map(|time| at.after(velocity, time));
             let rightful = rightful(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
-            Some(Touch {
+            Some(FirstTouch {
                 pair: *pair,
                 time,
                 rightful,
             })
         };
-        let touches: Vec<Touch> = all.iter().filter_map(touch).collect();
+        let touches: Vec<FirstTouch> = all.iter().filter_map(touch).collect();
         near.sort_unstable();
         let found = touches.iter().copied();
         let found = found.filter(|touch| near.binary_search(&touch.pair).is_ok());
-        let found: Vec<Touch> = found.collect();
+        let found: Vec<FirstTouch> = found.collect();
         [touches, found].map(|touches| Self::among(&touches, &near, (meeting, &*surface, at)))
     }
 
     fn among(
-        touches: &[Touch],
+        touches: &[FirstTouch],
         near: &[Pair],
-        (meeting, surface, at): (&Meeting<D>, &dyn Surface<D>, Configuration<D>),
+        (meeting, surface, at): (&BlockEncounter<D>, &dyn Surface<D>, Configuration<D>),
     ) -> Option<Self> {
         let first = touches
             .iter()
@@ -99,7 +99,7 @@ impl<const D: usize> First<D> {
 
     /// Whether this is what somebody sees for whom all is turned and whose blocks, of so
     /// many nodes, are the other way round.
-    pub(super) fn is_seen_as<S: Space<D>>(
+    pub(super) fn is_seen_as<S: OracleSpace<D>>(
         &self,
         other: &Self,
         angles: [f64; 3],

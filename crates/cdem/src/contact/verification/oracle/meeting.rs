@@ -2,21 +2,21 @@
 
 use fastrand::Rng;
 
-use crate::contact::verification::oracle::space::Space;
+use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add, add_scaled, dot, norm, sub};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 
 /// Two blocks, and velocities that keep each of their cells convex and its faces plane:
 /// x' = v + G (x − centre).
 #[derive(Debug, Default)]
-pub(super) struct Meeting<const D: usize> {
+pub(super) struct BlockEncounter<const D: usize> {
     pub(super) mesh: Mesh<D>,
     pub(super) velocity: Vec<[f64; D]>,
 }
 
 /// What is drawn at random.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Draw {
+pub(super) struct DrawnBlocks {
     /// Configuration, angles and velocities are few round numbers: much is parallel,
     /// flush and head-on.
     pub(super) degenerate: bool,
@@ -41,14 +41,14 @@ fn vector<const D: usize>(random: &mut Rng, size: f64) -> [f64; D] {
 }
 
 /// Nodes about 0, and cells of them.
-struct Shape<const D: usize> {
+struct ConvexShape<const D: usize> {
     nodes: Vec<[f64; D]>,
     kind: ElementKind,
     cells: Vec<Vec<u32>>,
 }
 
-impl<const D: usize> Shape<D> {
-    fn random<S: Space<D>>(random: &mut Rng, bent: bool) -> Self {
+impl<const D: usize> ConvexShape<D> {
+    fn random<S: OracleSpace<D>>(random: &mut Rng, bent: bool) -> Self {
         if bent {
             return Self::bent::<S>(random.usize(2..=3));
         }
@@ -59,7 +59,7 @@ impl<const D: usize> Shape<D> {
     }
 
     /// Two squares or cubes in a row, and one beside the first of them.
-    fn bent<S: Space<D>>(count: usize) -> Self {
+    fn bent<S: OracleSpace<D>>(count: usize) -> Self {
         let place = |x: u8, y: u8| [x, y].map(|c| 0.5 * f64::from(c) - 0.5);
         let rows = [
             [0, 0],
@@ -91,8 +91,8 @@ impl<const D: usize> Shape<D> {
     }
 }
 
-impl<const D: usize> Meeting<D> {
-    pub(super) fn random<S: Space<D>>(random: &mut Rng, draw: Draw) -> Self {
+impl<const D: usize> BlockEncounter<D> {
+    pub(super) fn random<S: OracleSpace<D>>(random: &mut Rng, draw: DrawnBlocks) -> Self {
         let mut meeting = Self::default();
         let direction: [f64; D] = vector(random, 1.0);
         let noise = if draw.noisy {
@@ -110,14 +110,14 @@ impl<const D: usize> Meeting<D> {
     }
 
     /// Adds a block, on that side of the middle; all that is round is so up to `noise`.
-    fn add<S: Space<D>>(
+    fn add<S: OracleSpace<D>>(
         &mut self,
         random: &mut Rng,
-        draw: Draw,
+        draw: DrawnBlocks,
         (direction, sign): (&[f64; D], f64),
         noise: f64,
     ) {
-        let mut shape = Shape::<D>::random::<S>(random, draw.bent);
+        let mut shape = ConvexShape::<D>::random::<S>(random, draw.bent);
         let quarter = std::f64::consts::FRAC_PI_4;
         let angles = [0; 3].map(|_| {
             if draw.degenerate {
@@ -149,7 +149,7 @@ impl<const D: usize> Meeting<D> {
         self.push(shape.kind, &shape.cells, nodes);
     }
 
-    fn centre(random: &mut Rng, draw: Draw, direction: &[f64; D], sign: f64) -> [f64; D] {
+    fn centre(random: &mut Rng, draw: DrawnBlocks, direction: &[f64; D], sign: f64) -> [f64; D] {
         let away = sign * (0.6 + 0.5 * draw.motion) / norm(direction).max(0.1);
         std::array::from_fn(|c| {
             if draw.degenerate {
@@ -162,7 +162,7 @@ impl<const D: usize> Meeting<D> {
 
     fn motion(
         random: &mut Rng,
-        draw: Draw,
+        draw: DrawnBlocks,
         direction: &[f64; D],
         sign: f64,
     ) -> ([f64; D], [[f64; D]; D]) {
@@ -206,7 +206,7 @@ impl<const D: usize> Meeting<D> {
     }
 
     /// Moves the second block to the first, to where it touches.
-    fn close<S: Space<D>>(&mut self) {
+    fn close<S: OracleSpace<D>>(&mut self) {
         let middle = |range: std::ops::Range<u32>| {
             let nodes = &self.mesh.nodes[range.start as usize..range.end as usize];
             let sum = nodes.iter().fold([0.0; D], |sum, x| add(&sum, x));
@@ -233,7 +233,7 @@ impl<const D: usize> Meeting<D> {
 
     /// The same, seen by an observer elsewhere, who may name the blocks the other
     /// way round.
-    pub(super) fn seen_from<S: Space<D>>(
+    pub(super) fn seen_from<S: OracleSpace<D>>(
         &self,
         angles: [f64; 3],
         shift: [f64; D],

@@ -12,8 +12,8 @@ pub(crate) mod space;
 use fastrand::Rng;
 
 use crate::contact::verification::oracle::first::First;
-use crate::contact::verification::oracle::meeting::{Draw, Meeting, number};
-use crate::contact::verification::oracle::space::{Plane, Solid, Space};
+use crate::contact::verification::oracle::meeting::{BlockEncounter, DrawnBlocks, number};
+use crate::contact::verification::oracle::space::{InPlane, InSpace, OracleSpace};
 
 /// Tolerance of contact of blocks of size 1, m.
 const TOLERANCE: f64 = 1e-6;
@@ -38,7 +38,7 @@ struct Tally {
 /// tolerance of each other's corners and faces may do so by it: a corner that clips the
 /// far side of a corner touches what it would meet in front a little earlier or later,
 /// and edges that are all but parallel touch by round-off over the sine of their angle.
-fn allowed(draw: Draw) -> f64 {
+fn allowed(draw: DrawnBlocks) -> f64 {
     if draw.noisy || draw.rests {
         TOLERANCE
     } else {
@@ -48,9 +48,9 @@ fn allowed(draw: Draw) -> f64 {
 
 /// Judges what is found in a meeting: search and brute force agree, the blocks do not lie
 /// in each other until then, and touch then.
-fn judge_one<const D: usize, S: Space<D>>(
-    meeting: &Meeting<D>,
-    draw: Draw,
+fn judge_one<const D: usize, S: OracleSpace<D>>(
+    meeting: &BlockEncounter<D>,
+    draw: DrawnBlocks,
     case: usize,
 ) -> Option<First<D>> {
     let [brute, found] = First::of::<S>(meeting);
@@ -75,10 +75,10 @@ fn judge_one<const D: usize, S: Space<D>>(
 }
 
 /// Judges the same meeting as somebody elsewhere sees it.
-fn judge_again<const D: usize, S: Space<D>>(
-    (meeting, found): (&Meeting<D>, Option<&First<D>>),
+fn judge_again<const D: usize, S: OracleSpace<D>>(
+    (meeting, found): (&BlockEncounter<D>, Option<&First<D>>),
     View { angles, shift }: View<D>,
-    (draw, case): (Draw, usize),
+    (draw, case): (DrawnBlocks, usize),
     tally: &mut Tally,
 ) {
     let swapped = case % 8 == 0;
@@ -113,10 +113,10 @@ struct View<const D: usize> {
 
 /// The random meetings of a seed, and views of every fourth; `None` in place of those
 /// whose blocks lie in each other.
-fn meetings<const D: usize, S: Space<D>>(
+fn meetings<const D: usize, S: OracleSpace<D>>(
     seed: u64,
-    draw: Draw,
-) -> impl Iterator<Item = Option<(Meeting<D>, Option<View<D>>)>> {
+    draw: DrawnBlocks,
+) -> impl Iterator<Item = Option<(BlockEncounter<D>, Option<View<D>>)>> {
     let mut random = Rng::with_seed(seed);
     let least = if draw.rests {
         -1e-11
@@ -124,7 +124,7 @@ fn meetings<const D: usize, S: Space<D>>(
         1e-3 * draw.thickness
     };
     (0..).map(move |case| {
-        let meeting = Meeting::<D>::random::<S>(&mut random, draw);
+        let meeting = BlockEncounter::<D>::random::<S>(&mut random, draw);
         let view = |random: &mut Rng| View {
             angles: [0; 3].map(|_| number(random, 3.0)),
             shift: std::array::from_fn(|_| number(random, 5.0)),
@@ -135,7 +135,7 @@ fn meetings<const D: usize, S: Space<D>>(
 }
 
 /// Judges `count` random meetings.
-fn judge<const D: usize, S: Space<D>>(seed: u64, count: usize, draw: Draw) -> Tally {
+fn judge<const D: usize, S: OracleSpace<D>>(seed: u64, count: usize, draw: DrawnBlocks) -> Tally {
     let mut tally = Tally::default();
     for (case, drawn) in meetings::<D, S>(seed, draw).take(count).enumerate() {
         let Some((meeting, view)) = drawn else {
@@ -151,7 +151,7 @@ fn judge<const D: usize, S: Space<D>>(seed: u64, count: usize, draw: Draw) -> Ta
     tally
 }
 
-const PLAIN: Draw = Draw {
+const PLAIN: DrawnBlocks = DrawnBlocks {
     degenerate: false,
     noisy: false,
     rests: false,
@@ -161,28 +161,28 @@ const PLAIN: Draw = Draw {
 };
 
 /// What is drawn, and how many of a hundred touch at least: half of what was measured.
-fn draws() -> Vec<(Draw, usize)> {
-    let degenerate = Draw {
+fn draws() -> Vec<(DrawnBlocks, usize)> {
+    let degenerate = DrawnBlocks {
         degenerate: true,
         ..PLAIN
     };
-    let noisy = Draw {
+    let noisy = DrawnBlocks {
         noisy: true,
         ..degenerate
     };
-    let plate = Draw {
+    let plate = DrawnBlocks {
         thickness: 0.01,
         ..PLAIN
     };
-    let shot = Draw {
+    let shot = DrawnBlocks {
         motion: 100.0,
         ..plate
     };
-    let resting = |draw| Draw {
+    let resting = |draw| DrawnBlocks {
         rests: true,
         ..draw
     };
-    let bent = |draw| Draw { bent: true, ..draw };
+    let bent = |draw| DrawnBlocks { bent: true, ..draw };
     vec![
         (PLAIN, 40),
         (degenerate, 12),
@@ -204,8 +204,8 @@ fn judge_all(count: usize) {
         let count = if draw.bent { count / 10 } else { count };
         let seed = seed as u64;
         let tallies = [
-            judge::<2, Plane>(seed, count, draw),
-            judge::<3, Solid>(seed, count, draw),
+            judge::<2, InPlane>(seed, count, draw),
+            judge::<3, InSpace>(seed, count, draw),
         ];
         println!("{draw:?}: {tallies:?}");
         for tally in tallies {
@@ -234,9 +234,11 @@ fn search_brute_force_and_separating_planes_agree() {
 fn a_corner_behind_a_rim_waits_for_its_face() {
     let (seed, case) = (5, 18_276);
     let (draw, _) = draws()[seed];
-    let drawn = meetings::<3, Solid>(seed as u64, draw).nth(case).flatten();
+    let drawn = meetings::<3, InSpace>(seed as u64, draw)
+        .nth(case)
+        .flatten();
     let (meeting, _) = drawn.expect("blocks apart");
-    assert!(judge_one::<3, Solid>(&meeting, draw, case).is_some());
+    assert!(judge_one::<3, InSpace>(&meeting, draw, case).is_some());
 }
 
 #[test]

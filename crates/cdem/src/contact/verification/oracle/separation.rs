@@ -1,7 +1,7 @@
 //! How far two blocks are apart, by separating planes, and until when they surely are.
 
-use crate::contact::verification::oracle::meeting::Meeting;
-use crate::contact::verification::oracle::space::Space;
+use crate::contact::verification::oracle::meeting::BlockEncounter;
+use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Element;
 
@@ -26,7 +26,7 @@ fn range<const D: usize>(vectors: &[[f64; D]], axis: &[f64; D]) -> [f64; 2] {
     })
 }
 
-impl<const D: usize> Meeting<D> {
+impl<const D: usize> BlockEncounter<D> {
     /// Cells of different blocks.
     fn cells(&self) -> impl Iterator<Item = [&Element; 2]> {
         let [one, other] = [0, 1].map(|block: usize| {
@@ -38,7 +38,7 @@ impl<const D: usize> Meeting<D> {
     }
 
     /// The planes between two cells, either of which may be the one in front.
-    fn gaps<S: Space<D>>(&self, cells: [&Element; 2], time: f64) -> Vec<Gap> {
+    fn gaps<S: OracleSpace<D>>(&self, cells: [&Element; 2], time: f64) -> Vec<Gap> {
         let at = |node: u32| {
             let mut x = self.mesh.nodes[node as usize];
             add_scaled(&mut x, time, &self.velocity[node as usize]);
@@ -73,7 +73,7 @@ impl<const D: usize> Meeting<D> {
 
     /// Distance of the nearest two cells along the axis that has them farthest apart,
     /// m; negative where no plane separates them.
-    pub(super) fn separation<S: Space<D>>(&self, time: f64) -> f64 {
+    pub(super) fn separation<S: OracleSpace<D>>(&self, time: f64) -> f64 {
         let apart = |cells| {
             let gaps = self.gaps::<S>(cells, time).into_iter();
             gaps.map(|gap| gap.width).fold(f64::MIN, f64::max)
@@ -85,7 +85,7 @@ impl<const D: usize> Meeting<D> {
     ///
     /// By conservative advancement: as long as a plane has cells apart they do not
     /// meet, and that one which has them apart for longest is followed for so long.
-    pub(super) fn deepens<S: Space<D>>(&self, depth: f64, until: f64) -> Option<f64> {
+    pub(super) fn deepens<S: OracleSpace<D>>(&self, depth: f64, until: f64) -> Option<f64> {
         let fastest = 2.0 * self.fastest();
         let first = |cells: [&Element; 2]| {
             let mut time = 0.0;

@@ -1,14 +1,14 @@
 //! What meetings in the plane and in space differ by.
 
 use crate::contact::surface::Surface;
-use crate::contact::surface::boundary_2d::Outline;
-use crate::contact::surface::boundary_3d::Shell;
+use crate::contact::surface::boundary_2d::Boundary2d;
+use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::verification::oracle::TOLERANCE;
 use crate::math::vector::{cross, sub};
 use crate::mesh::{ElementKind, Mesh};
 
 /// A dimension: its cells, surfaces and the axes that may separate.
-pub(super) trait Space<const D: usize> {
+pub(super) trait OracleSpace<const D: usize> {
     const KINDS: &'static [ElementKind];
     /// That of squares and cubes.
     const BOX: ElementKind;
@@ -25,14 +25,14 @@ pub(super) trait Space<const D: usize> {
 const SQUARE: [[f64; 2]; 4] = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
 const TRIANGLE: [[f64; 2]; 3] = [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5]];
 
-pub(super) struct Plane;
+pub(super) struct InPlane;
 
-impl Space<2> for Plane {
+impl OracleSpace<2> for InPlane {
     const KINDS: &'static [ElementKind] = &[ElementKind::Tri3, ElementKind::Quad4];
     const BOX: ElementKind = ElementKind::Quad4;
 
     fn surface(mesh: &Mesh<2>) -> Box<dyn Surface<2>> {
-        Box::new(Outline::new(mesh, 1.0))
+        Box::new(Boundary2d::new(mesh, 1.0))
     }
 
     fn layers(base: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -58,15 +58,15 @@ impl Space<2> for Plane {
     }
 }
 
-pub(super) struct Solid;
+pub(super) struct InSpace;
 
-impl Space<3> for Solid {
+impl OracleSpace<3> for InSpace {
     const KINDS: &'static [ElementKind] =
         &[ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8];
     const BOX: ElementKind = ElementKind::Hex8;
 
     fn surface(mesh: &Mesh<3>) -> Box<dyn Surface<3>> {
-        Box::new(Shell::new(mesh, TOLERANCE))
+        Box::new(Boundary3d::new(mesh, TOLERANCE))
     }
 
     fn layers(base: &[[f64; 2]]) -> Vec<[f64; 3]> {
