@@ -32,14 +32,14 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn saved(&self) -> SavedContacts<'_, D> {
         SavedContacts {
             search: Cow::Borrowed(&self.search),
-            outrun: self.outrun,
-            near: Cow::Borrowed(&self.near),
+            outrun: self.search_overrun,
+            near: Cow::Borrowed(&self.candidates),
             joins: Cow::Borrowed(&self.joins),
             islands: Cow::Borrowed(&self.islands),
             left: self.left,
             ended: Cow::Borrowed(&self.ended),
             ended_before: self.ended_before,
-            books: self.books,
+            books: self.energies,
         }
     }
 
@@ -48,13 +48,13 @@ impl<const D: usize> Contacts<D> {
     /// # Errors
     /// When that is not of these blocks.
     pub(crate) fn restore(&mut self, saved: SavedContacts<D>) -> Result<(), ResumeError> {
-        let nodes = self.terms.block_of.len();
+        let nodes = self.model_data.block_of.len();
         self.check(&saved)?;
-        let watch = self.books.watch;
+        let watch = self.energies.watch;
         self.search = saved.search.into_owned();
         self.search.restore();
-        self.outrun = saved.outrun;
-        self.near = saved.near.into_owned();
+        self.search_overrun = saved.outrun;
+        self.candidates = saved.near.into_owned();
         self.joins = saved.joins.into_owned();
         self.islands = saved.islands.into_owned();
         self.in_island = vec![false; nodes];
@@ -66,7 +66,7 @@ impl<const D: usize> Contacts<D> {
         }
         (self.grouped, self.left) = (true, saved.left);
         (self.ended, self.ended_before) = (saved.ended.into_owned(), saved.ended_before);
-        self.books = ContactEnergies {
+        self.energies = ContactEnergies {
             watch,
             ..saved.books
         };
@@ -76,8 +76,8 @@ impl<const D: usize> Contacts<D> {
 
     /// Whether all that is saved is of these nodes, features and blocks.
     fn check(&self, saved: &SavedContacts<D>) -> Result<(), ResumeError> {
-        let (nodes, blocks) = (self.terms.block_of.len(), self.fixed.len());
-        let families = self.terms.surface.families();
+        let (nodes, blocks) = (self.model_data.block_of.len(), self.fixed.len());
+        let families = self.model_data.surface.families();
         let has = |pair: Pair| {
             let mut families = families.iter();
             families
@@ -87,7 +87,12 @@ impl<const D: usize> Contacts<D> {
             let mut of = record.blocks.iter();
             of.all(|&block| (block as usize) < blocks)
         };
-        let live = || saved.islands.iter().flat_map(|island| &island.live);
+        let live = || {
+            saved
+                .islands
+                .iter()
+                .flat_map(|island| &island.contact_points)
+        };
         let pairs = live().map(|live| live.pair);
         let pairs = pairs.chain(saved.joins.iter().map(|&(pair, _)| pair));
         let mut pairs = pairs.chain(saved.near.iter().copied());
@@ -95,7 +100,7 @@ impl<const D: usize> Contacts<D> {
             pairs.all(has) && saved.search.is_of(nodes, blocks, &has),
             "its contacts",
         )?;
-        let records = live().map(|live| &live.record);
+        let records = live().map(|live| &live.history);
         require(records.chain(&*saved.ended).all(is_known), "its blocks")?;
         let is_node = |&node: &u32| (node as usize) < nodes;
         let are_sorted = |island: &Island<D>| {

@@ -12,12 +12,12 @@ pub(crate) struct ContactEnergies {
     pub(crate) impact_loss: f64,
     pub(crate) friction_loss: f64,
     pub(crate) fracture_loss: f64,
-    pub(crate) touches: u64,
+    pub(crate) touch_count: u64,
     /// Solves that ended with a residual above [`UNSOLVED`], and the worst.
-    pub(crate) unsolved: u64,
+    pub(crate) unsolved_count: u64,
     pub(crate) residual: f64,
     /// Steps of contacts that went farther in them than their target is across.
-    pub(crate) hurried: u64,
+    pub(crate) overtravel_count: u64,
     /// Deepest penetration at the start of a kick, m.
     pub(crate) penetration: f64,
     /// At which velocity impulses work.
@@ -41,26 +41,26 @@ impl ContactEnergies {
     /// What to say of solves that have not got to their residual, and of contacts that
     /// slid too fast.
     pub(crate) fn warnings(&self) -> impl Iterator<Item = String> {
-        let unsolved = (self.unsolved > 0).then(|| {
+        let unsolved = (self.unsolved_count > 0).then(|| {
             format!(
                 "contact impulses: solves that ended with a relative residual above {UNSOLVED:e}: {}, \
                  the worst {:.1e}; contacts press on each other through very different masses, or \
                  wedge: judge forces there with care",
-                self.unsolved, self.residual
+                self.unsolved_count, self.residual
             )
         });
-        let hurried = (self.hurried > 0).then(|| {
+        let hurried = (self.overtravel_count > 0).then(|| {
             format!(
                 "contacts that slid farther in a step than the face is across that they were on: {} \
                  times; where such faces bend, contacts may be lost: try a smaller `time.step`",
-                self.hurried
+                self.overtravel_count
             )
         });
         unsolved.into_iter().chain(hurried)
     }
 
     /// Empty ones of the same kind, for another thread.
-    pub(super) fn beside(&self) -> Self {
+    pub(super) fn empty_copy(&self) -> Self {
         Self {
             at: self.at,
             watch: self.watch.beside(),
@@ -74,17 +74,17 @@ impl ContactEnergies {
             self.impact_loss += other.impact_loss;
             self.friction_loss += other.friction_loss;
             self.fracture_loss += other.fracture_loss;
-            self.touches += other.touches;
-            self.unsolved += other.unsolved;
+            self.touch_count += other.touch_count;
+            self.unsolved_count += other.unsolved_count;
             self.residual = self.residual.max(other.residual);
-            self.hurried += other.hurried;
+            self.overtravel_count += other.overtravel_count;
             self.penetration = self.penetration.max(other.penetration);
         }
         self.watch.lap_as(others.map(|other| &other.watch));
     }
 
     /// Counts the time of work for a solve.
-    pub(super) fn solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
+    pub(super) fn time_solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
         self.watch.lap(Stage::Geometry);
         let done = work();
         self.watch.lap(Stage::Solution);
@@ -92,16 +92,16 @@ impl ContactEnergies {
     }
 
     /// Counts a solve, and its time; it returns its residual.
-    pub(super) fn count(&mut self, solve: impl FnOnce() -> f64) {
-        let residual = self.solution(solve);
-        self.unsolved += u64::from(residual > UNSOLVED);
+    pub(super) fn count_solve(&mut self, solve: impl FnOnce() -> f64) {
+        let residual = self.time_solution(solve);
+        self.unsolved_count += u64::from(residual > UNSOLVED);
         self.residual = self.residual.max(residual);
     }
 
     /// Books what impulses take whose points had the relative velocity `old` and
     /// have `new`, m/s. Those of closed points take nothing along the normal;
     /// points that an impact elsewhere has parted in a drift meet anew.
-    pub(super) fn spend<const D: usize>(
+    pub(super) fn book_work<const D: usize>(
         &mut self,
         impulse: &[f64; D],
         old: &[f64; D],

@@ -30,23 +30,23 @@ impl<const D: usize> Contacts<D> {
     /// Takes the pairs found near at the start of a coarse step. Islands stay that have all of
     /// them, and of those that have left for no more than [`STAY`] steps.
     pub(crate) fn regroup(&mut self, number: u64) {
-        std::mem::swap(&mut self.near, &mut self.lists.near);
+        std::mem::swap(&mut self.candidates, &mut self.lists.near);
         let before = std::mem::take(&mut self.lists.near);
-        if self.grouped && before != self.near {
+        if self.grouped && before != self.candidates {
             let known = |pair: &Pair| before.binary_search(pair).is_ok();
-            let mut anew = self.near.iter().filter(|pair| !known(pair));
+            let mut anew = self.candidates.iter().filter(|pair| !known(pair));
             self.grouped = anew.all(|&pair| self.island_of_pair(pair).is_some());
             if self.grouped {
                 self.update_near();
             }
-            let stays = |pair: &Pair| self.near.binary_search(pair).is_ok();
+            let stays = |pair: &Pair| self.candidates.binary_search(pair).is_ok();
             if !before.iter().all(stays) {
                 self.left.get_or_insert(number);
             }
         }
         self.lists.near = before;
         let has_its_own = |(number, island): (usize, &Island<D>)| {
-            let mut live = island.live.iter();
+            let mut live = island.contact_points.iter();
             live.all(|live| self.island_of_pair(live.pair) == Some(number))
         };
         let is_late = self.left.is_some_and(|left| number > left + STAY);
@@ -70,21 +70,27 @@ impl<const D: usize> Contacts<D> {
         &'a self,
         islands: &'a mut Vec<Option<usize>>,
     ) -> impl Iterator<Item = (Pair, usize, f64)> + 'a {
-        let pairs = self.near.par_iter().with_min_len(AT_ONCE);
+        let pairs = self.candidates.par_iter().with_min_len(AT_ONCE);
         let of_pairs = pairs.map(|&pair| self.island_of_pair(pair));
         of_pairs.collect_into_vec(islands);
-        let near = self.near.iter().zip(islands).zip(self.search.distances());
+        let near = self
+            .candidates
+            .iter()
+            .zip(islands)
+            .zip(self.search.distances());
         near.filter_map(|((&pair, island), apart)| island.map(|island| (pair, island, apart)))
     }
 
     /// Gives islands the pairs near; what is known of those they had stays.
     fn update_near(&mut self) {
         let mut islands = std::mem::take(&mut self.islands);
-        islands.iter_mut().for_each(|island| island.near.restart());
-        let blocks = self.terms.blocks(&self.fixed);
+        islands
+            .iter_mut()
+            .for_each(|island| island.separation_bounds.restart());
+        let blocks = self.model_data.blocks(&self.fixed);
         let mut list = std::mem::take(&mut self.lists.islands);
         for (pair, island, apart) in self.near_in_islands(&mut list) {
-            let near = &mut islands[island].near;
+            let near = &mut islands[island].separation_bounds;
             if !near.keep(pair) {
                 near.push(blocks.surface, pair, blocks.of(pair), apart);
             }
@@ -96,7 +102,7 @@ impl<const D: usize> Contacts<D> {
         let mut live: Vec<_> = self
             .islands
             .iter_mut()
-            .flat_map(|i| i.live.drain(..))
+            .flat_map(|i| i.contact_points.drain(..))
             .collect();
         live.sort_by_key(|live| live.pair);
         live
@@ -133,7 +139,7 @@ impl<const D: usize> Contacts<D> {
     /// Lists all pairs that are near or closed, sorted.
     fn list_near_or_closed(&mut self) {
         let mut closed = std::mem::take(&mut self.lists.closed_beyond);
-        let pairs = self.live().map(|live| live.pair);
+        let pairs = self.contact_points().map(|live| live.pair);
         closed.clear();
         closed.extend(pairs.filter(|pair| !self.search.is_near(*pair)));
         closed.sort_unstable();
@@ -141,7 +147,7 @@ impl<const D: usize> Contacts<D> {
         let mut others = closed.iter().copied().peekable();
         let listed = &mut self.lists.near_or_closed;
         listed.clear();
-        for &near in &self.near {
+        for &near in &self.candidates {
             while let Some(closed) = others.next_if(|closed| *closed < near) {
                 listed.push(closed);
             }
@@ -154,23 +160,23 @@ impl<const D: usize> Contacts<D> {
     /// Nodes that count as one in the levels.
     pub(crate) fn joined_nodes(&self, joined: &mut DisjointSets) {
         for &(pair, _) in &self.joins {
-            let first = self.terms.surface.main_nodes(pair.main)[0];
-            let main = self.terms.surface.main_nodes(pair.main).iter();
-            for &node in main.chain(self.terms.surface.target_nodes(pair.target)) {
+            let first = self.model_data.surface.main_nodes(pair.main)[0];
+            let main = self.model_data.surface.main_nodes(pair.main).iter();
+            for &node in main.chain(self.model_data.surface.target_nodes(pair.target)) {
                 joined.join(first, node);
             }
         }
     }
 
     fn nodes_of(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
-        let main = self.terms.surface.main_nodes(pair.main).iter();
-        main.chain(self.terms.surface.target_nodes(pair.target))
+        let main = self.model_data.surface.main_nodes(pair.main).iter();
+        main.chain(self.model_data.surface.target_nodes(pair.target))
             .copied()
     }
 
     /// Nodes of a pair that may move.
     fn moving_nodes(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
-        let moves = |node: &u32| !self.fixed[self.terms.block_of[*node as usize] as usize];
+        let moves = |node: &u32| !self.fixed[self.model_data.block_of[*node as usize] as usize];
         self.nodes_of(pair).filter(moves)
     }
 
@@ -214,7 +220,7 @@ impl<const D: usize> Contacts<D> {
         }
         for live in live {
             if let Some(island) = self.island_of_pair(live.pair) {
-                islands[island].live.push(live);
+                islands[island].contact_points.push(live);
             }
         }
         self.islands = islands;
@@ -224,15 +230,15 @@ impl<const D: usize> Contacts<D> {
     /// Gives new islands the pairs near.
     pub(crate) fn give_near(&mut self) {
         let mut islands = std::mem::take(&mut self.islands);
-        let terms = &self.terms;
+        let terms = &self.model_data;
         for island in &mut islands {
-            island.near =
+            island.separation_bounds =
                 SeparationBounds::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
         }
         let blocks = terms.blocks(&self.fixed);
         let mut list = std::mem::take(&mut self.lists.islands);
         for (pair, island, apart) in self.near_in_islands(&mut list) {
-            let near = &mut islands[island].near;
+            let near = &mut islands[island].separation_bounds;
             near.push(blocks.surface, pair, blocks.of(pair), apart);
         }
         (self.islands, self.lists.islands) = (islands, list);
@@ -244,7 +250,7 @@ impl<const D: usize> Contacts<D> {
         let mut taken = std::mem::take(&mut self.in_island);
         let mut nodes: Vec<u32> = Vec::new();
         let closed = live.iter().map(|live| live.pair);
-        for pair in self.near.iter().copied().chain(closed) {
+        for pair in self.candidates.iter().copied().chain(closed) {
             for node in self.moving_nodes(pair) {
                 for coupled in inertia.coupled(node as usize) {
                     if !std::mem::replace(&mut taken[coupled], true) {
@@ -256,7 +262,7 @@ impl<const D: usize> Contacts<D> {
         self.in_island = taken;
         nodes.sort_unstable();
         for (place, &node) in (0..).zip(&nodes) {
-            self.place[node as usize] = place;
+            self.predicted_impact[node as usize] = place;
         }
         nodes
     }
@@ -271,19 +277,19 @@ impl<const D: usize> Contacts<D> {
     ) -> DisjointSets {
         let mut sets = DisjointSets::new(nodes.len());
         let closed = live.iter().map(|live| live.pair);
-        for pair in self.near.iter().copied().chain(closed) {
+        for pair in self.candidates.iter().copied().chain(closed) {
             let mut first = None;
             for node in self.moving_nodes(pair) {
-                let first = *first.get_or_insert(self.place[node as usize]);
+                let first = *first.get_or_insert(self.predicted_impact[node as usize]);
                 for coupled in inertia.coupled(node as usize) {
-                    sets.join(first, self.place[coupled]);
+                    sets.join(first, self.predicted_impact[coupled]);
                 }
             }
         }
         for (place, &node) in (0..).zip(nodes) {
             beside(node, &mut |other| {
                 if self.in_island[other as usize] {
-                    sets.join(place, self.place[other as usize]);
+                    sets.join(place, self.predicted_impact[other as usize]);
                 }
             });
         }

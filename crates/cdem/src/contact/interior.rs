@@ -22,7 +22,7 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
 
     /// A touch has changed the velocities of an island: takes it in hand. Nodes beyond the
     /// island that it may move are on the trail then.
-    fn split(
+    fn begin_impact(
         &self,
         motion: &mut NodalMotion<D>,
         jump: &VelocityJump<D>,
@@ -40,7 +40,7 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
     /// The same touch so many seconds before the end of the drift, with these impulses so many
     /// times; tells the impulses on nodes that are held. Returns how much less it has taken
     /// than the impulses of the contacts have, J.
-    fn settle(
+    fn finish_impact(
         &self,
         touch: &Self::Touch,
         motion: &mut NodalMotion<D>,

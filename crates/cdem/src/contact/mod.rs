@@ -52,16 +52,16 @@ const STAY: u64 = 32;
 
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {
-    terms: ContactModelData<D>,
+    model_data: ContactModelData<D>,
     model: ContactModel,
     /// Blocks that never move.
     fixed: Vec<bool>,
     search: CandidateSearch<D>,
     /// Whether nodes have moved farther in any step than its search had reached
     /// since last asked.
-    outrun: bool,
+    search_overrun: bool,
     /// Pairs that may touch in this coarse step, sorted.
-    near: Vec<Pair>,
+    candidates: Vec<Pair>,
     /// Distance of open pairs up to which none is left out in a drift, m: the
     /// tolerance, unless a test wants all of them looked at.
     within: f64,
@@ -77,15 +77,15 @@ pub(crate) struct Contacts<const D: usize> {
     in_island: Vec<bool>,
     island_of: Vec<u32>,
     /// Where a node that does is among those that do.
-    place: Vec<u32>,
+    predicted_impact: Vec<u32>,
     ended: Vec<ContactHistory>,
     /// How many of these ended before this coarse step.
     ended_before: usize,
-    books: ContactEnergies,
+    energies: ContactEnergies,
     /// Velocities for threads to work with in a kick, for their storage.
-    copies: VelocityCopies<D>,
+    velocity_copies: VelocityCopies<D>,
     /// What is known of the surface in a kick, for its storage.
-    formed: Option<GeometryCache<D>>,
+    geometry_cache: Option<GeometryCache<D>>,
 }
 
 /// Lists of a step, for their storage.
@@ -103,7 +103,7 @@ struct StepLists {
 /// What does not change but with the mesh, once contacts are closed for t = 0.
 struct ContactModelData<const D: usize> {
     surface: Box<dyn Surface<D>>,
-    patches: Clusters,
+    clusters: Clusters,
     laws: ContactLaws,
     /// Block of each node, and how often the elements around it have been halved.
     block_of: Vec<u32>,
@@ -113,14 +113,14 @@ struct ContactModelData<const D: usize> {
     /// d_tol, m.
     tolerance: f64,
     /// Of blocks at t = 0.
-    overlaps: InitialOverlaps,
+    initial_overlaps: InitialOverlaps,
 }
 
 impl<const D: usize> ContactModelData<D> {
     fn blocks<'a>(&'a self, fixed: &'a [bool]) -> SearchContext<'a, D> {
         SearchContext {
             surface: &*self.surface,
-            patches: &self.patches,
+            clusters: &self.clusters,
             block_of: &self.block_of,
             fixed,
             tolerance: self.tolerance,
@@ -128,13 +128,13 @@ impl<const D: usize> ContactModelData<D> {
     }
 
     /// Whether contact between two blocks is wanted.
-    fn may_meet<'a>(&'a self, fixed: &'a [bool]) -> impl Fn([u32; 2]) -> bool + 'a {
+    fn may_touch<'a>(&'a self, fixed: &'a [bool]) -> impl Fn([u32; 2]) -> bool + 'a {
         move |[a, b]| {
             a != b && !(fixed[a as usize] && fixed[b as usize]) && self.laws.between(a, b).enabled
         }
     }
 
-    fn setting<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
+    fn context<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
         ContactContext {
             surface: &*self.surface,
             laws: &self.laws,
@@ -142,7 +142,7 @@ impl<const D: usize> ContactModelData<D> {
             inertia,
             damping: &self.damping,
             tolerance: self.tolerance,
-            overlaps: &self.overlaps,
+            initial_overlaps: &self.initial_overlaps,
             halvings: &self.halvings,
         }
     }
@@ -183,8 +183,8 @@ impl<const D: usize> Contacts<D> {
             block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
         }
         Self {
-            terms: ContactModelData {
-                patches: Clusters::new(&*surface, &block_of, &mesh.nodes),
+            model_data: ContactModelData {
+                clusters: Clusters::new(&*surface, &block_of, &mesh.nodes),
                 surface,
                 laws: ContactLaws::new(scene, mesh),
                 halvings: vec![0; mesh.nodes.len()],
@@ -195,7 +195,7 @@ impl<const D: usize> Contacts<D> {
                     .map(|block| damping_of(scene, block.source))
                     .collect(),
                 tolerance,
-                overlaps: InitialOverlaps::default(),
+                initial_overlaps: InitialOverlaps::default(),
             },
             model: scene.contact.model,
             fixed: mesh
@@ -204,9 +204,9 @@ impl<const D: usize> Contacts<D> {
                 .map(|block| scene.block[block.source].fixed)
                 .collect(),
             search: CandidateSearch::default(),
-            outrun: false,
+            search_overrun: false,
             lists: StepLists::default(),
-            near: Vec::new(),
+            candidates: Vec::new(),
             within: tolerance,
             joins: Vec::new(),
             islands: Vec::new(),
@@ -214,35 +214,37 @@ impl<const D: usize> Contacts<D> {
             left: None,
             in_island: vec![false; mesh.nodes.len()],
             island_of: vec![0; mesh.nodes.len()],
-            place: vec![0; mesh.nodes.len()],
+            predicted_impact: vec![0; mesh.nodes.len()],
             ended: Vec::new(),
             ended_before: 0,
-            books: ContactEnergies::default(),
-            copies: VelocityCopies::default(),
-            formed: None,
+            energies: ContactEnergies::default(),
+            velocity_copies: VelocityCopies::default(),
+            geometry_cache: None,
         }
     }
 
     /// Closes the pairs within the tolerance at t = 0: joints, with the gap
     /// they have.
     pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &InverseMass<D>) {
-        let within = self.terms.tolerance;
-        let blocks = self.terms.blocks(&self.fixed);
-        let mut pairs = blocks.pairs_within(at, within, &self.terms.may_meet(&self.fixed));
-        let surface = &*self.terms.surface;
+        let within = self.model_data.tolerance;
+        let blocks = self.model_data.blocks(&self.fixed);
+        let mut pairs = blocks.pairs_within(at, within, &self.model_data.may_touch(&self.fixed));
+        let surface = &*self.model_data.surface;
         pairs.retain(|&pair| {
             let projection = surface.project(pair, at);
             projection.gap.abs() <= within
                 && projection.outside <= within
-                && surface.admits(pair, at)
+                && surface.in_normal_cone(pair, at)
         });
-        self.terms.overlaps = InitialOverlaps::of(&self.terms.setting(inertia), &pairs, at);
-        let setting = self.terms.setting(inertia);
-        pairs.retain(|&pair| setting.surface.presses(pair, at, within));
+        self.model_data.initial_overlaps =
+            InitialOverlaps::of(&self.model_data.context(inertia), &pairs, at);
+        let setting = self.model_data.context(inertia);
+        pairs.retain(|&pair| setting.surface.can_transmit_load(pair, at, within));
         let mut island = Island::default();
-        self.books.touches += island.touch(&setting, DriftInterval::still(at), &pairs, 0.0);
-        for live in &mut island.live {
-            live.joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
+        self.energies.touch_count +=
+            island.activate_pairs(&setting, DriftInterval::at_rest(at), &pairs, 0.0);
+        for live in &mut island.contact_points {
+            live.is_joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
         }
         self.islands = vec![island];
     }
@@ -255,14 +257,14 @@ impl<const D: usize> Contacts<D> {
         speeds: &[f64],
         (step, number): (f64, u64),
     ) -> bool {
-        let blocks = self.terms.blocks(&self.fixed);
+        let blocks = self.model_data.blocks(&self.fixed);
         {
-            let may_meet = self.terms.may_meet(&self.fixed);
+            let may_meet = self.model_data.may_touch(&self.fixed);
             let near = &mut self.lists.near;
             let with = (speeds, step);
-            self.search.near(&blocks, at, with, &may_meet, near);
+            self.search.find_near(&blocks, at, with, &may_meet, near);
         }
-        self.outrun |= self.search.was_outrun();
+        self.search_overrun |= self.search.was_overrun();
         self.regroup(number);
         self.join(number)
     }
@@ -273,7 +275,7 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Whether a node is moved by [`Self::drift`].
-    pub(crate) fn moves(&self, node: u32) -> bool {
+    pub(crate) fn moves_node(&self, node: u32) -> bool {
         self.in_island[node as usize]
     }
 
@@ -288,17 +290,17 @@ impl<const D: usize> Contacts<D> {
         if self.model == ContactModel::Penalty {
             return;
         }
-        self.books.watch.skip();
-        let setting = self.terms.setting(inertia);
+        self.energies.watch.skip();
+        let setting = self.model_data.context(inertia);
         for island in &mut self.islands {
-            island.meet_initial(&setting, motion, step, receive, &mut self.books);
+            island.solve_initial_impact(&setting, motion, step, receive, &mut self.energies);
         }
-        self.books.watch.lap(Stage::Geometry);
+        self.energies.watch.lap(Stage::Geometry);
     }
 
     /// Contact forces of the islands that are due, after their kick.
     /// `timing` gives kick interval and drift of a node that is due, s.
-    pub(crate) fn hold(
+    pub(crate) fn kick(
         &mut self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
@@ -307,22 +309,27 @@ impl<const D: usize> Contacts<D> {
         timing: KickTiming,
         receive: ImpulseReceiver<D>,
     ) {
-        self.books.watch.skip();
-        let contacts = self.live().count();
-        let setting = self.terms.setting(inertia);
+        self.energies.watch.skip();
+        let contacts = self.contact_points().count();
+        let setting = self.model_data.context(inertia);
         let kick = (before, time, timing);
-        let (islands, books) = ((&mut *self.islands, &self.copies), &mut self.books);
-        self.formed = setting.surface.form(contacts, self.formed.take());
-        let motion = &mut KickedView::new(motion, self.formed.as_ref());
-        let ended = hold_all(self.model, islands, &setting, motion, kick, receive, books);
+        let (islands, books) = (
+            (&mut *self.islands, &self.velocity_copies),
+            &mut self.energies,
+        );
+        self.geometry_cache = setting
+            .surface
+            .geometry_cache(contacts, self.geometry_cache.take());
+        let motion = &mut KickedView::new(motion, self.geometry_cache.as_ref());
+        let ended = kick_islands(self.model, islands, &setting, motion, kick, receive, books);
         self.ended
             .extend(ended.into_iter().map(|record| record.ended(time)));
-        self.books.watch.lap(Stage::Geometry);
+        self.energies.watch.lap(Stage::Geometry);
     }
 
     /// The same without leaving a trace; returns what it would have cost, as
     /// works done at the velocities before.
-    pub(crate) fn peek(
+    pub(crate) fn preview_kick(
         &self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
@@ -330,18 +337,20 @@ impl<const D: usize> Contacts<D> {
         timing: KickTiming,
         receive: ImpulseReceiver<D>,
     ) -> ContactEnergies {
-        let setting = self.terms.setting(inertia);
+        let setting = self.model_data.context(inertia);
         let mut books = ContactEnergies {
             at: WorkVelocity::Before,
             ..ContactEnergies::default()
         };
         let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
-        let formed = setting.surface.form(self.live().count(), None);
+        let formed = setting
+            .surface
+            .geometry_cache(self.contact_points().count(), None);
         let motion = &mut KickedView::new(motion, formed.as_ref());
-        hold_all(
+        kick_islands(
             self.model,
-            (islands, &self.copies),
+            (islands, &self.velocity_copies),
             &setting,
             motion,
             kick,
@@ -361,12 +370,12 @@ impl<const D: usize> Contacts<D> {
         interior: &impl BodyCoupling<D>,
         receivers: &mut ImpulseReceivers<D>,
     ) {
-        self.books.watch.skip();
-        let setting = &self.terms.setting(inertia);
+        self.energies.watch.skip();
+        let setting = &self.model_data.context(inertia);
         let bodies = (interior, &*self.in_island);
-        let (islands, books) = (&mut self.islands, &mut self.books);
+        let (islands, books) = (&mut self.islands, &mut self.energies);
         parallel::drift(islands, setting, motion, (bodies, timing), receivers, books);
-        self.books.watch.lap(Stage::Geometry);
+        self.energies.watch.lap(Stage::Geometry);
     }
 
     /// After a coarse step: forces of the step.
@@ -377,49 +386,55 @@ impl<const D: usize> Contacts<D> {
             }
         }
         self.ended_before = self.ended.len();
-        for live in self.islands.iter_mut().flat_map(|island| &mut island.live) {
-            live.record.end_step(step);
+        for live in self
+            .islands
+            .iter_mut()
+            .flat_map(|island| &mut island.contact_points)
+        {
+            live.history.end_step(step);
         }
     }
 
     /// Takes penetration out of the positions, velocities untouched: moves
     /// by M⁻¹∇g so that closed pairs that overlap touch. Returns the nodal
     /// moves, m.
-    pub(crate) fn part(
+    pub(crate) fn correct_positions(
         &mut self,
         at: Configuration<D>,
         inertia: &InverseMass<D>,
     ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
-        let limit = PENETRATION * self.terms.tolerance;
-        let is_deep = self.live().any(|live| live.penetration() > limit);
+        let limit = PENETRATION * self.model_data.tolerance;
+        let is_deep = self.contact_points().any(|live| live.penetration() > limit);
         if self.model == ContactModel::Penalty || !is_deep {
             return moves;
         }
         // The next kick sees it no more.
-        self.books.penetration = self.max_penetration(at);
-        let setting = self.terms.setting(inertia);
+        self.energies.penetration = self.max_penetration(at);
+        let setting = self.model_data.context(inertia);
         for island in &mut self.islands {
             let deepest = island
-                .live
+                .contact_points
                 .iter()
                 .map(ContactPoint::penetration)
                 .fold(0.0, f64::max);
             if deepest > limit {
-                moves.extend(island.part(&setting, at));
+                moves.extend(island.project_positions(&setting, at));
             }
         }
         if !moves.is_empty() {
             for island in &mut self.islands {
-                island.near.forget();
+                island.separation_bounds.forget();
             }
         }
         moves
     }
 
     /// All live contacts.
-    pub(crate) fn live(&self) -> impl Iterator<Item = &ContactPoint<D>> {
-        self.islands.iter().flat_map(|island| &island.live)
+    pub(crate) fn contact_points(&self) -> impl Iterator<Item = &ContactPoint<D>> {
+        self.islands
+            .iter()
+            .flat_map(|island| &island.contact_points)
     }
 
     /// Contacts that have ended since the last call.
@@ -430,57 +445,57 @@ impl<const D: usize> Contacts<D> {
 
     /// Whether nodes have moved farther in a step than its search had reached
     /// since the last call.
-    pub(crate) fn take_outrun(&mut self) -> bool {
-        std::mem::take(&mut self.outrun)
+    pub(crate) fn take_search_overrun(&mut self) -> bool {
+        std::mem::take(&mut self.search_overrun)
     }
 
     /// Whether two blocks may never lie in each other.
     pub(crate) fn keeps_apart(&self, a: u32, b: u32) -> bool {
         self.model != ContactModel::Penalty
             && !(self.fixed[a as usize] && self.fixed[b as usize])
-            && self.terms.laws.between(a, b).enabled
+            && self.model_data.laws.between(a, b).enabled
     }
 
     /// d_tol, m.
     pub(crate) fn tolerance(&self) -> f64 {
-        self.terms.tolerance
+        self.model_data.tolerance
     }
 
     /// Energies so far, J.
-    pub(crate) fn books(&self) -> &ContactEnergies {
-        &self.books
+    pub(crate) fn energies(&self) -> &ContactEnergies {
+        &self.energies
     }
 
     /// Counts the time that contact takes from now on.
     pub(crate) fn time_stages(&mut self) {
-        self.books.watch.start();
+        self.energies.watch.start();
     }
 
     /// Contacts that have begun so far.
-    pub(crate) fn begun(&self) -> u64 {
-        self.books.touches
+    pub(crate) fn contacts_begun(&self) -> u64 {
+        self.energies.touch_count
     }
 
     /// Deepest penetration at the start of a kick so far, and now, m.
     pub(crate) fn max_penetration(&self, now: Configuration<D>) -> f64 {
-        let surface = &*self.terms.surface;
+        let surface = &*self.model_data.surface;
         let depths = self
-            .live()
-            .map(|live| live.given - surface.project(live.pair, now).gap);
-        depths.fold(self.books.penetration, f64::max)
+            .contact_points()
+            .map(|live| live.initial_gap - surface.project(live.pair, now).gap);
+        depths.fold(self.energies.penetration, f64::max)
     }
 
     /// The surfaces.
     pub(crate) fn surface(&self) -> &dyn Surface<D> {
-        &*self.terms.surface
+        &*self.model_data.surface
     }
 
     /// Energy of the penalty springs, J.
     pub(crate) fn spring_energy(&self, at: Configuration<D>) -> f64 {
         match self.model {
             ContactModel::Penalty => self
-                .live()
-                .map(|live| live.spring_energy(&*self.terms.surface, at))
+                .contact_points()
+                .map(|live| live.spring_energy(&*self.model_data.surface, at))
                 .sum(),
             _ => 0.0,
         }
@@ -489,7 +504,7 @@ impl<const D: usize> Contacts<D> {
 
 /// Contact forces of the islands that are due in a kick: velocities before it, its time, s, and
 /// timing. Returns the contacts that have ended.
-fn hold_all<const D: usize>(
+fn kick_islands<const D: usize>(
     model: ContactModel,
     (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
     setting: &ContactContext<D>,
@@ -502,7 +517,7 @@ fn hold_all<const D: usize>(
         let press = |island: &mut Island<D>| {
             let (interval, _) = island.timing(timing)?;
             let interval = (time, interval);
-            Some(island.press(setting, motion, before, interval, &mut *receive, books))
+            Some(island.kick_penalty(setting, motion, before, interval, &mut *receive, books))
         };
         return islands.iter_mut().filter_map(press).flatten().collect();
     }

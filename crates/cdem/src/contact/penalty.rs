@@ -24,7 +24,7 @@ impl<const D: usize> ContactPoint<D> {
 
 impl<const D: usize> Island<D> {
     /// Spring forces over `interval` seconds on the pairs that overlap now.
-    pub(crate) fn press(
+    pub(crate) fn kick_penalty(
         &mut self,
         setting: &ContactContext<D>,
         motion: &mut KickedView<D>,
@@ -37,18 +37,18 @@ impl<const D: usize> Island<D> {
         let at = motion.positions();
         let overlaps = |&pair: &Pair| {
             let projection = surface.project(pair, at);
-            projection.gap < 0.0 && projection.outside <= 0.0 && surface.admits(pair, at)
+            projection.gap < 0.0 && projection.outside <= 0.0 && surface.in_normal_cone(pair, at)
         };
-        let pairs: Vec<Pair> = self.near.pairs().filter(overlaps).collect();
-        let known = self.live.len();
-        books.touches += self.touch(setting, DriftInterval::still(at), &pairs, time);
-        for live in &mut self.live[known..] {
+        let pairs: Vec<Pair> = self.separation_bounds.pairs().filter(overlaps).collect();
+        let known = self.contact_points.len();
+        books.touch_count += self.activate_pairs(setting, DriftInterval::at_rest(at), &pairs, time);
+        for live in &mut self.contact_points[known..] {
             live.offset[0] = 0.0;
         }
         let mut ended = Vec::new();
-        self.live.retain_mut(|live| {
-            live.sticks = false; // the foot follows the point; springs remember
-            let followed = live.follow(surface, motion.positions(), tolerance, |_| false);
+        self.contact_points.retain_mut(|live| {
+            live.is_sticking = false; // the foot follows the point; springs remember
+            let followed = live.track_target(surface, motion.positions(), tolerance, |_| false);
             let closed = followed != TargetTracking::Beyond
                 && live.spring(
                     surface,
@@ -60,7 +60,7 @@ impl<const D: usize> Island<D> {
                     books,
                 );
             if !closed {
-                ended.push(live.record.clone());
+                ended.push(live.history.clone());
             }
             closed
         });
@@ -81,16 +81,20 @@ impl<const D: usize> ContactPoint<D> {
         receive: ImpulseReceiver<D>,
         books: &mut ContactEnergies,
     ) -> bool {
-        let operator = self.operator(surface, motion.positions());
+        let operator = self.jacobian(surface, motion.positions());
         self.normal = operator.frame[0];
         let overlap = self.offset[0] - operator.offset[0];
         books.penetration = books.penetration.max(self.depth(&operator));
-        let bond = if self.joint { self.record.area } else { 0.0 };
+        let bond = if self.is_joint {
+            self.history.area
+        } else {
+            0.0
+        };
         let normal = self.law.normal_stiffness * overlap;
         if normal <= -self.law.tensile_strength * bond {
             // What the springs hold goes with the contact.
             let left = self.spring_energy(surface, motion.positions());
-            *books.slip_loss(self.joint) += left;
+            *books.slip_loss(self.is_joint) += left;
             return false;
         }
         let stiffness = self.law.shear_stiffness;
@@ -108,8 +112,8 @@ impl<const D: usize> ContactPoint<D> {
         }
         self.impulse = force.map(|force| force * interval);
         self.interval = interval;
-        self.record.count(&[0.0; D], &self.impulse);
-        operator.deliver(&self.impulse, |node, impulse| {
+        self.history.count(&[0.0; D], &self.impulse);
+        operator.apply_transpose(&self.impulse, |node, impulse| {
             mobility.push(node, impulse, motion.velocity);
             receive(node, impulse);
         });
@@ -120,10 +124,10 @@ impl<const D: usize> ContactPoint<D> {
     /// `last` are their elongations before, m.
     fn slip_springs(&mut self, force: &mut [f64; D], last: &[f64; D], books: &mut ContactEnergies) {
         let stiffness = self.law.shear_stiffness;
-        let was_joint = std::mem::take(&mut self.joint);
+        let was_joint = std::mem::take(&mut self.is_joint);
         let bound = (force[0] * self.law.friction).max(0.0);
         let kept = (bound / shear_norm(force)).min(1.0);
-        self.record.slip += (1.0 - kept) * shear_norm(&self.shear_spring);
+        self.history.slip += (1.0 - kept) * shear_norm(&self.shear_spring);
         for r in 1..D {
             let [old, trial] = [last[r], self.shear_spring[r]];
             let new = kept * trial;

@@ -60,7 +60,7 @@ pub(crate) struct PredictedImpacts<const D: usize> {
 
 impl<const D: usize> PredictedImpacts<D> {
     /// The places of any two blocks that will touch.
-    pub(crate) fn of_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[PredictedImpact<D>])> {
+    pub(crate) fn by_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[PredictedImpact<D>])> {
         let same = |one: &PredictedImpact<D>, other: &PredictedImpact<D>| {
             ordered(one.blocks) == ordered(other.blocks)
         };
@@ -71,7 +71,7 @@ impl<const D: usize> PredictedImpacts<D> {
 
 impl<const D: usize> Contacts<D> {
     /// Finds where open pairs will touch within `duration` seconds at constant velocities.
-    pub(crate) fn foresee(
+    pub(crate) fn predict_impacts(
         &self,
         at: Configuration<D>,
         velocity: &[[f64; D]],
@@ -81,30 +81,30 @@ impl<const D: usize> Contacts<D> {
     ) {
         let closed = &mut foreseen.closed;
         closed.clear();
-        closed.extend(self.live().map(|live| live.pair));
+        closed.extend(self.contact_points().map(|live| live.pair));
         closed.sort_unstable();
-        let surface = &*self.terms.surface;
+        let surface = &*self.model_data.surface;
         let wait = |&pair: &Pair| {
             let is_closed = closed.binary_search(&pair).is_ok();
-            if is_closed || !surface.may_touch(pair, at, at.after(velocity, duration)) {
+            if is_closed || !surface.may_touch_in_drift(pair, at, at.after(velocity, duration)) {
                 return None;
             }
-            surface.time_of_impact(pair, at, velocity, duration, self.terms.tolerance)
+            surface.time_of_impact(pair, at, velocity, duration, self.model_data.tolerance)
         };
-        let near = self.near.par_iter().with_min_len(FORESEEN);
+        let near = self.candidates.par_iter().with_min_len(FORESEEN);
         near.map(wait).collect_into_vec(&mut foreseen.waits);
         let place = |&(pair, wait): &(Pair, f64)| {
             let then = at.after(velocity, wait);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
-            let operator = surface.operator(pair, &foot, then);
+            let operator = surface.jacobian(pair, &foot, then);
             let speed = -operator.relative_velocity(0, velocity);
             PredictedImpact {
                 speed,
                 wait,
-                ..self.place(pair, &foot, (then, rest), operator.frame[0])
+                ..self.predicted_impact(pair, &foot, (then, rest), operator.frame[0])
             }
         };
-        let near = self.near.iter().zip(&foreseen.waits);
+        let near = self.candidates.iter().zip(&foreseen.waits);
         foreseen.touching.clear();
         let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
         foreseen.touching.extend(touching);
@@ -114,42 +114,42 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Where closed pairs touch.
-    pub(crate) fn present<'a>(
+    pub(crate) fn touching_pairs<'a>(
         &'a self,
         at: Configuration<'a, D>,
         velocity: &'a [[f64; D]],
         rest: Configuration<'a, D>,
     ) -> impl Iterator<Item = PredictedImpact<D>> + 'a {
-        let surface = &*self.terms.surface;
+        let surface = &*self.model_data.surface;
         let place = move |live: &ContactPoint<D>| {
-            let operator = live.operator(surface, at);
+            let operator = live.jacobian(surface, at);
             PredictedImpact {
-                since: Some(live.record.time_on),
-                slip: live.record.slip,
+                since: Some(live.history.time_on),
+                slip: live.history.slip,
                 slip_rate: shear_norm(&operator.relative_velocities(velocity)),
-                ..self.place(live.pair, &live.foot, (at, rest), operator.frame[0])
+                ..self.predicted_impact(live.pair, &live.foot, (at, rest), operator.frame[0])
             }
         };
-        self.live().map(place)
+        self.contact_points().map(place)
     }
 
-    fn place(
+    fn predicted_impact(
         &self,
         pair: Pair,
         foot: &[f64; 2],
         (at, rest): (Configuration<D>, Configuration<D>),
         normal: [f64; D],
     ) -> PredictedImpact<D> {
-        let surface = &*self.terms.surface;
+        let surface = &*self.model_data.surface;
         let nodes = [
             surface.main_nodes(pair.main),
             surface.target_nodes(pair.target),
         ];
         let nodes = nodes.map(|nodes| nodes[0]);
-        let marks = surface.marks(pair, foot, rest);
+        let marks = surface.material_points(pair, foot, rest);
         PredictedImpact {
-            blocks: nodes.map(|node| self.terms.block_of[node as usize]),
-            are_edges: marks.map(|mark| matches!(mark.on, FeatureKind::Edge(_))),
+            blocks: nodes.map(|node| self.model_data.block_of[node as usize]),
+            are_edges: marks.map(|mark| matches!(mark.kind, FeatureKind::Edge(_))),
             rest: marks.map(|mark| mark.place),
             nodes,
             point: surface.point(pair, at),
@@ -164,21 +164,21 @@ impl<const D: usize> Contacts<D> {
 
     /// Nodes of features that would come into what is beside them by these `moves` of all
     /// nodes, m, or leave what they touch.
-    pub(crate) fn harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
-        let tolerance = self.terms.tolerance;
+    pub(crate) fn blocks_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
+        let tolerance = self.model_data.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
         let mut margins = vec![tolerance; self.fixed.len()];
-        for (way, &block) in ways.iter().zip(&self.terms.block_of) {
+        for (way, &block) in ways.iter().zip(&self.model_data.block_of) {
             let margin = &mut margins[block as usize];
             *margin = margin.max(way + tolerance);
         }
         let margin = |block: u32| margins[block as usize];
-        let may_meet = self.terms.may_meet(&self.fixed);
+        let may_meet = self.model_data.may_touch(&self.fixed);
         let goes = |block: u32| margin(block) > tolerance;
         let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
-        let surface = &*self.terms.surface;
-        let patches = &self.terms.patches;
-        let mut closed: Vec<Pair> = self.live().map(|live| live.pair).collect();
+        let surface = &*self.model_data.surface;
+        let patches = &self.model_data.clusters;
+        let mut closed: Vec<Pair> = self.contact_points().map(|live| live.pair).collect();
         closed.sort_unstable();
         let mut harmed = vec![false; moves.len()];
         for pair in patches.overlapping(surface, at, &margin, &wanted) {
@@ -192,13 +192,13 @@ impl<const D: usize> Contacts<D> {
             };
             let of_sides = sides.map(longest);
             let reach = of_sides[0] + of_sides[1] + 2.0 * tolerance;
-            if of_sides == [0.0; 2] || surface.apart(pair, at) > reach {
+            if of_sides == [0.0; 2] || surface.distance_lower_bound(pair, at) > reach {
                 continue;
             }
             let projection = surface.project(pair, at);
             let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
             let change = surface
-                .operator(pair, &foot, at)
+                .jacobian(pair, &foot, at)
                 .relative_velocity(0, moves);
             let after = projection.gap + change;
             let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
@@ -223,12 +223,12 @@ impl<const D: usize> Contacts<D> {
         moves: &[[f64; D]],
     ) -> Option<[f64; D]> {
         let of_block = self
-            .live()
-            .filter(|live| live.record.blocks.contains(&block));
+            .contact_points()
+            .filter(|live| live.history.blocks.contains(&block));
         let gaps = of_block.map(|live| {
-            let operator = live.operator(&*self.terms.surface, at);
-            let main = self.terms.surface.main_nodes(live.pair.main)[0];
-            let is_main = self.terms.block_of[main as usize] == block;
+            let operator = live.jacobian(&*self.model_data.surface, at);
+            let main = self.model_data.surface.main_nodes(live.pair.main)[0];
+            let is_main = self.model_data.block_of[main as usize] == block;
             let out = scale(if is_main { 1.0 } else { -1.0 }, &operator.frame[0]);
             (operator.relative_velocity(0, moves), out)
         });
@@ -240,9 +240,9 @@ impl<const D: usize> Contacts<D> {
                 .map(|(change, out)| (change + dot(out, &shift), out));
             match after.min_by(|a, b| a.0.total_cmp(&b.0)) {
                 Some((least, out)) if least < 0.0 => add_scaled(&mut shift, -least, out),
-                _ => return (norm(&shift) <= self.terms.tolerance).then_some(shift),
+                _ => return (norm(&shift) <= self.model_data.tolerance).then_some(shift),
             }
-            if norm(&shift) > self.terms.tolerance {
+            if norm(&shift) > self.model_data.tolerance {
                 return None;
             }
         }
@@ -263,17 +263,19 @@ impl<const D: usize> Contacts<D> {
         time: f64,
     ) {
         // The next kick sees another surface.
-        self.books.penetration = self.max_penetration(old.at);
+        self.energies.penetration = self.max_penetration(old.at);
         let before = self.exchange_surface(mesh, surface);
         self.search = CandidateSearch::default();
-        self.near.clear();
+        self.candidates.clear();
         self.joins.clear();
         self.grouped = false;
         let all = self.islands.iter_mut();
-        let all: Vec<ContactPoint<D>> = all.flat_map(|island| island.live.drain(..)).collect();
+        let all: Vec<ContactPoint<D>> = all
+            .flat_map(|island| island.contact_points.drain(..))
+            .collect();
         let carry = ContactRemap {
             before: &*before,
-            after: &*self.terms.surface,
+            after: &*self.model_data.surface,
             sights: [old, new],
             mesh,
             changed,
@@ -286,16 +288,16 @@ impl<const D: usize> Contacts<D> {
             }
         }
         // Of several that are one now, one that still holds by its strength goes on.
-        kept.sort_by_key(|live| (live.pair, !live.joint));
+        kept.sort_by_key(|live| (live.pair, !live.is_joint));
         kept.dedup_by(|next, first| {
             let same = next.pair == first.pair;
             if same {
-                self.ended.push(next.record.ended(time));
+                self.ended.push(next.history.ended(time));
             }
             same
         });
         self.islands = vec![Island {
-            live: kept,
+            contact_points: kept,
             ..Island::default()
         }];
         self.begin_anew(lost, new.at, inertia, time);
@@ -307,18 +309,22 @@ impl<const D: usize> Contacts<D> {
         mesh: &Mesh<D>,
         surface: Box<dyn Surface<D>>,
     ) -> Box<dyn Surface<D>> {
-        let before = std::mem::replace(&mut self.terms.surface, surface);
-        self.formed = None;
+        let before = std::mem::replace(&mut self.model_data.surface, surface);
+        self.geometry_cache = None;
         let nodes = mesh.nodes.len();
-        self.terms.block_of = vec![0; nodes];
+        self.model_data.block_of = vec![0; nodes];
         for (number, block) in (0..).zip(&mesh.blocks) {
             let nodes = block.nodes.start as usize..block.nodes.end as usize;
-            self.terms.block_of[nodes].fill(number);
+            self.model_data.block_of[nodes].fill(number);
         }
-        self.terms.halvings = mesh.halvings_at_nodes();
-        self.terms.patches = Clusters::new(&*self.terms.surface, &self.terms.block_of, &mesh.nodes);
+        self.model_data.halvings = mesh.halvings_at_nodes();
+        self.model_data.clusters = Clusters::new(
+            &*self.model_data.surface,
+            &self.model_data.block_of,
+            &mesh.nodes,
+        );
         self.in_island = vec![false; nodes];
-        (self.place, self.island_of) = (vec![0; nodes], vec![0; nodes]);
+        (self.predicted_impact, self.island_of) = (vec![0; nodes], vec![0; nodes]);
         before
     }
 
@@ -336,37 +342,37 @@ impl<const D: usize> Contacts<D> {
         }
         let mut blocks: Vec<[u32; 2]> = lost
             .iter()
-            .map(|of| ordered(of.live.record.blocks))
+            .map(|of| ordered(of.live.history.blocks))
             .collect();
         blocks.sort_unstable();
         blocks.dedup();
-        let within = self.terms.tolerance;
+        let within = self.model_data.tolerance;
         let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
         let mut pairs = self
-            .terms
+            .model_data
             .blocks(&self.fixed)
             .pairs_within(at, within, &wanted);
-        let setting = self.terms.setting(inertia);
+        let setting = self.model_data.context(inertia);
         let surface = setting.surface;
         pairs.retain(|&pair| {
             let projection = surface.project(pair, at);
             projection.gap.abs() <= within
                 && projection.outside <= within
-                && surface.admits(pair, at)
-                && surface.presses(pair, at, within)
+                && surface.in_normal_cone(pair, at)
+                && surface.can_transmit_load(pair, at, within)
         });
         let island = &mut self.islands[0];
-        let kept = island.live.len();
-        island.touch(&setting, DriftInterval::still(at), &pairs, time);
-        for live in &mut island.live[kept..] {
-            live.fresh = false;
+        let kept = island.contact_points.len();
+        island.activate_pairs(&setting, DriftInterval::at_rest(at), &pairs, time);
+        for live in &mut island.contact_points[kept..] {
+            live.is_new = false;
             match LostContact::nearest(&lost, live, surface.point(live.pair, at)) {
                 Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
-                None => self.books.touches += 1,
+                None => self.energies.touch_count += 1,
             }
         }
         self.ended
-            .extend(lost.into_iter().map(|of| of.live.record.ended(time)));
+            .extend(lost.into_iter().map(|of| of.live.history.ended(time)));
     }
 }
 
@@ -380,8 +386,8 @@ struct LostContact<const D: usize> {
 impl<const D: usize> LostContact<D> {
     /// The nearest to a contact of the same blocks at a point, m.
     fn nearest(all: &[Self], live: &ContactPoint<D>, point: [f64; D]) -> Option<usize> {
-        let blocks = ordered(live.record.blocks);
-        let same = (0..all.len()).filter(|&i| ordered(all[i].live.record.blocks) == blocks);
+        let blocks = ordered(live.history.blocks);
+        let same = (0..all.len()).filter(|&i| ordered(all[i].live.history.blocks) == blocks);
         let apart = |i: usize| norm(&sub(&all[i].point, &point));
         same.min_by(|&i, &j| apart(i).total_cmp(&apart(j)))
     }
@@ -390,11 +396,11 @@ impl<const D: usize> LostContact<D> {
 impl<const D: usize> ContactPoint<D> {
     /// Is another from now on, at a point and in a direction of its own.
     fn follow_on(&mut self, other: &Self) {
-        self.joint = other.joint;
-        self.record = ContactHistory {
-            area: self.record.area,
-            blocks: self.record.blocks,
-            ..other.record.clone()
+        self.is_joint = other.is_joint;
+        self.history = ContactHistory {
+            area: self.history.area,
+            blocks: self.history.blocks,
+            ..other.history.clone()
         };
     }
 }
@@ -415,18 +421,18 @@ impl<const D: usize> ContactRemap<'_, D> {
     /// A contact where it was, if its point is still there.
     fn carried(&self, mut live: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
         let [old, new] = self.sights;
-        let blocks = live.record.blocks;
+        let blocks = live.history.blocks;
         let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
-        let marks = self.before.marks(live.pair, &live.foot, old.rest);
-        let Some((pair, foot)) = self.after.at_marks(&marks, nodes, new.rest) else {
+        let marks = self.before.material_points(live.pair, &live.foot, old.rest);
+        let Some((pair, foot)) = self.after.locate(&marks, nodes, new.rest) else {
             let point = self.before.point(live.pair, old.at);
             return Err(LostContact { live, point });
         };
         let frames = [
-            live.operator(self.before, old.at).frame,
-            self.after.operator(pair, &foot, new.at).frame,
+            live.jacobian(self.before, old.at).frame,
+            self.after.jacobian(pair, &foot, new.at).frame,
         ];
-        for vector in live.in_frame() {
+        for vector in live.frame_vectors() {
             *vector = turned(vector, &frames);
         }
         live.offset = turned(&live.offset, &frames);

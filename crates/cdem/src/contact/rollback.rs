@@ -30,7 +30,7 @@ impl<const D: usize> Rollback<D> {
     }
 
     /// Goes on to nodes, of which those that are new have not been moved yet.
-    pub(crate) fn reach(&mut self, nodes: &[u32], motion: &NodalMotion<D>) {
+    pub(crate) fn track(&mut self, nodes: &[u32], motion: &NodalMotion<D>) {
         for &node in nodes {
             let is_own = self.nodes[..self.own].binary_search(&node).is_ok();
             if !is_own && self.beyond.insert(node) {
@@ -104,14 +104,14 @@ mod tests {
         let mut motion = NodalMotion {
             rest: &rest,
             displacement,
-            carry,
+            compensation: carry,
             velocity,
         };
         let mut trails: Vec<Rollback<2>> = Vec::new();
         for own in [0, 3] {
             let mut trail = Rollback::new(&[own], &motion);
-            trail.reach(&[own, 2], &motion);
-            trail.reach(&[2], &motion);
+            trail.track(&[own, 2], &motion);
+            trail.track(&[2], &motion);
             for node in [own, 2] {
                 motion.set_state(node, moved(node, 1.0));
             }

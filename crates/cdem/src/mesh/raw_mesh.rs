@@ -4,7 +4,7 @@ use crate::mesh::{ElementKind, MeshError};
 
 /// Points, cells of dimension 0 to 3, and the physical groups they lie in.
 ///
-/// Built by a file reader or a shape, consumed by [`assemble`](crate::mesh::assemble).
+/// Built by a file reader or a shape, consumed by [`assemble`](fn@crate::mesh::assemble).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawMesh {
     /// What messages call it: a file name, or the shape of a block.

@@ -4,7 +4,7 @@ use crate::mesh::{Facet, Mesh};
 
 impl<const D: usize> Mesh<D> {
     /// What is wrong with it as the mesh of a scene of so many blocks, if anything: one that is
-    /// read from files and [assembled](crate::mesh::assemble) is sound.
+    /// read from files and [assembled](fn@crate::mesh::assemble) is sound.
     pub(crate) fn fault(&self, sources: usize) -> Option<&'static str> {
         let rules: [(bool, &'static str); 5] = [
             (self.has_blocks(sources), "its blocks do not divide it"),

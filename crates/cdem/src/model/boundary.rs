@@ -27,7 +27,7 @@ impl PrescribedMotion {
     }
 
     /// Components that it holds.
-    pub(crate) fn holds<const D: usize>(&self) -> [bool; D] {
+    pub(crate) fn components<const D: usize>(&self) -> [bool; D] {
         match &self.boundary.motion {
             Motion::Velocity(components) => std::array::from_fn(|c| components[c].is_some()),
             Motion::Turn { .. } => [true; D],
@@ -41,7 +41,7 @@ impl PrescribedMotion {
         if !begins_before_end(a, b) || !begins_before_end(b, a) || a.motion == b.motion {
             return None;
         }
-        let held: [[bool; D]; 2] = [self.holds(), other.holds()];
+        let held: [[bool; D]; 2] = [self.components(), other.components()];
         let same = |c: usize| match (&a.motion, &b.motion) {
             (Motion::Velocity(a), Motion::Velocity(b)) => a[c] == b[c],
             _ => false,
@@ -181,21 +181,21 @@ impl<const D: usize> Model<D> {
 
     /// Takes the components that are prescribed from `time` on out of the
     /// equations of motion.
-    pub(crate) fn hold(&mut self, time: f64) {
+    pub(crate) fn set_prescribed_nodes(&mut self, time: f64) {
         let mut held = vec![[false; D]; self.mesh.nodes.len()];
         for (number, block) in self.blocks.iter().enumerate() {
             if block.fixed {
                 held[self.nodes(number)].fill([true; D]);
             }
         }
-        for motion in self.prescribed.iter().filter(|motion| motion.acts(time)) {
-            let components: [bool; D] = motion.holds();
+        for motion in self.boundaries.iter().filter(|motion| motion.acts(time)) {
+            let components: [bool; D] = motion.components();
             for &node in &motion.nodes {
                 for c in 0..D {
                     held[node as usize][c] |= components[c];
                 }
             }
         }
-        self.inertia.hold(&held);
+        self.inertia.set_prescribed(&held);
     }
 }

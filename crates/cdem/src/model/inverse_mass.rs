@@ -33,7 +33,7 @@ impl<const D: usize> Dense<D> {
     }
 
     /// Takes `held` components out of the inverse: made anew only where these are others.
-    fn hold(&mut self, held: &[[bool; D]]) {
+    fn set_prescribed(&mut self, held: &[[bool; D]]) {
         if self.held == held {
             return;
         }
@@ -96,7 +96,7 @@ pub(crate) struct InverseMass<const D: usize> {
     dense_of: Vec<u32>,
     most_coupled: usize,
     /// Components of nodes that are held, and how often that has changed.
-    held: Vec<[bool; D]>,
+    prescribed: Vec<[bool; D]>,
     changes: u64,
 }
 
@@ -110,7 +110,7 @@ impl<const D: usize> InverseMass<D> {
     pub(crate) fn new(mass: Vec<f64>, dense: Vec<(usize, Vec<f64>)>) -> Self {
         let mut inertia = Self {
             inverse: Vec::new(),
-            held: Vec::new(),
+            prescribed: Vec::new(),
             changes: 0,
             dense: Vec::new(),
             dense_of: vec![LUMPED; mass.len()],
@@ -121,7 +121,7 @@ impl<const D: usize> InverseMass<D> {
             inertia.add(Dense::new(first, matrix));
         }
         let free = vec![[false; D]; inertia.mass.len()];
-        inertia.hold(&free);
+        inertia.set_prescribed(&free);
         inertia
     }
 
@@ -155,15 +155,15 @@ impl<const D: usize> InverseMass<D> {
     }
 
     /// Takes `held` components of nodes out of the equations of motion.
-    pub(crate) fn hold(&mut self, held: &[[bool; D]]) {
-        self.held.clear();
-        self.held.extend(held);
+    pub(crate) fn set_prescribed(&mut self, held: &[[bool; D]]) {
+        self.prescribed.clear();
+        self.prescribed.extend(held);
         self.changes += 1;
         let inverse =
             |(mass, held): (&f64, &[bool; D])| held.map(|held| if held { 0.0 } else { 1.0 / mass });
         self.inverse = self.mass.iter().zip(held).map(inverse).collect();
         for dense in &mut self.dense {
-            dense.hold(&held[dense.first..dense.first + dense.size]);
+            dense.set_prescribed(&held[dense.first..dense.first + dense.size]);
         }
     }
 
@@ -184,13 +184,13 @@ impl<const D: usize> InverseMass<D> {
     }
 
     /// Components of a node that are held.
-    pub(crate) fn held(&self, node: usize) -> [bool; D] {
-        self.held[node]
+    pub(crate) fn prescribed(&self, node: usize) -> [bool; D] {
+        self.prescribed[node]
     }
 
     /// Whether all components of a node are held.
-    pub(crate) fn is_held(&self, node: usize) -> bool {
-        self.held[node] == [true; D]
+    pub(crate) fn is_prescribed(&self, node: usize) -> bool {
+        self.prescribed[node] == [true; D]
     }
 
     /// How often other components than before have been held.
@@ -303,7 +303,7 @@ impl<const D: usize> InverseMass<D> {
         velocity: &mut [[f64; D]],
     ) {
         for (k, of_node) in velocity.iter_mut().enumerate() {
-            let held = self.held(first + k);
+            let held = self.prescribed(first + k);
             let mut wanted = beside[k];
             for c in 0..D {
                 let others = self.coupled(first + k).zip(self.column(first + k, c));
@@ -419,14 +419,14 @@ pub(crate) struct KickMobility<'a, const D: usize> {
 
 impl<const D: usize> KickMobility<'_, D> {
     /// What damping leaves of an impulse on a node.
-    pub(crate) fn share(&self, node: u32) -> f64 {
+    pub(crate) fn damping_factor(&self, node: u32) -> f64 {
         let alpha = self.damping[self.block_of[node as usize] as usize];
         1.0 / (1.0 + 0.5 * alpha * self.interval)
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
     pub(crate) fn push(&self, node: u32, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
-        let share = self.share(node);
+        let share = self.damping_factor(node);
         let impulse = impulse.map(|x| share * x);
         self.inertia.push(node as usize, &impulse, velocity);
     }
@@ -468,7 +468,7 @@ mod tests {
                 })
                 .collect();
             for held in [vec![[false; 3]; mass.len()], held] {
-                inertia.hold(&held);
+                inertia.set_prescribed(&held);
                 let [mut kicked, mut pushed] = [start.clone(), start.clone()];
                 inertia.kick(0, &impulse, &mut kicked);
                 for (node, impulse) in impulse.iter().enumerate() {

@@ -12,7 +12,7 @@ pub(crate) struct NodalMotion<'a, const D: usize> {
     /// Displacements, m.
     pub(crate) displacement: &'a mut [[f64; D]],
     /// What round-off has kept from the displacements, m.
-    pub(crate) carry: &'a mut [[f64; D]],
+    pub(crate) compensation: &'a mut [[f64; D]],
     /// Velocities, m/s.
     pub(crate) velocity: &'a mut [[f64; D]],
 }
@@ -23,7 +23,7 @@ pub(crate) type NodeState<const D: usize> = [[f64; D]; 3];
 /// A copy of all that [`NodalMotion`] changes.
 pub(crate) struct MotionCopy<const D: usize> {
     displacement: Vec<[f64; D]>,
-    carry: Vec<[f64; D]>,
+    compensation: Vec<[f64; D]>,
     velocity: Vec<[f64; D]>,
 }
 
@@ -33,7 +33,7 @@ impl<const D: usize> MotionCopy<D> {
         NodalMotion {
             rest,
             displacement: &mut self.displacement,
-            carry: &mut self.carry,
+            compensation: &mut self.compensation,
             velocity: &mut self.velocity,
         }
     }
@@ -44,7 +44,7 @@ impl<const D: usize> NodalMotion<'_, D> {
     pub(crate) fn copied(&self) -> MotionCopy<D> {
         MotionCopy {
             displacement: self.displacement.to_vec(),
-            carry: self.carry.to_vec(),
+            compensation: self.compensation.to_vec(),
             velocity: self.velocity.to_vec(),
         }
     }
@@ -54,7 +54,7 @@ impl<const D: usize> NodalMotion<'_, D> {
         let node = node as usize;
         [
             self.displacement[node],
-            self.carry[node],
+            self.compensation[node],
             self.velocity[node],
         ]
     }
@@ -64,7 +64,7 @@ impl<const D: usize> NodalMotion<'_, D> {
         let node = node as usize;
         [
             self.displacement[node],
-            self.carry[node],
+            self.compensation[node],
             self.velocity[node],
         ] = state;
     }
@@ -78,7 +78,8 @@ impl<const D: usize> NodalMotion<'_, D> {
     pub(crate) fn drift(&mut self, nodes: &[u32], duration: f64) {
         for &node in nodes {
             let node = node as usize;
-            let (displacement, carry) = (&mut self.displacement[node], &mut self.carry[node]);
+            let (displacement, carry) =
+                (&mut self.displacement[node], &mut self.compensation[node]);
             drift_node(displacement, carry, &self.velocity[node], duration);
         }
     }

@@ -34,14 +34,14 @@ pub(crate) struct Model<const D: usize> {
     /// Elements by shape and kinematics; they keep their own stress history.
     pub(crate) sets: Vec<Box<dyn ElementSet<D>>>,
     /// Set and number within it of each element of the mesh.
-    pub(crate) place: ElementNumbering,
+    pub(crate) numbering: ElementNumbering,
     pub(crate) inertia: InverseMass<D>,
     pub(crate) blocks: Vec<BlockData>,
     /// Block of each node.
     pub(crate) block_of: Vec<u32>,
     pub(crate) gravity: Schedule<Vec<f64>>,
     pub(crate) loads: Vec<SurfaceLoad<D>>,
-    pub(crate) prescribed: Vec<PrescribedMotion>,
+    pub(crate) boundaries: Vec<PrescribedMotion>,
     /// The coarsest step, s, and the number of steps of the run.
     pub(crate) step: f64,
     pub(crate) step_count: u64,
@@ -74,7 +74,7 @@ pub(crate) struct State<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) displacement: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
-    pub(crate) carry: Vec<[f64; D]>,
+    pub(crate) compensation: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
     pub(crate) velocity: Vec<[f64; D]>,
     /// Interval before the last kick of each element and node, s: 0 before
@@ -94,7 +94,7 @@ impl<const D: usize> Model<D> {
         NodalMotion {
             rest: &self.mesh.nodes,
             displacement: &mut state.displacement,
-            carry: &mut state.carry,
+            compensation: &mut state.compensation,
             velocity: &mut state.velocity,
         }
     }
@@ -163,7 +163,7 @@ impl<const D: usize> Model<D> {
 
     /// Strain energy of the elements of a block, J.
     pub(crate) fn strain_energy_of(&self, block: usize, displacement: &[[f64; D]]) -> f64 {
-        let elements = self.elements(block).map(|e| self.place.of(e));
+        let elements = self.elements(block).map(|e| self.numbering.of(e));
         elements
             .map(|(set, i)| self.sets[set].strain_energy(i, displacement))
             .sum()
@@ -180,7 +180,7 @@ pub(crate) fn block_of<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
 }
 
 /// What the elements of a block of the scene are made of.
-pub(crate) fn properties(scene: &Scene, source: usize) -> BlockProperties {
+pub(crate) fn block_properties(scene: &Scene, source: usize) -> BlockProperties {
     let block = &scene.block[source];
     let material = scene
         .material

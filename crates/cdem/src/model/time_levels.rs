@@ -34,7 +34,7 @@ impl DisjointSets {
     }
 
     /// Begins anew with `count` nodes, each alone.
-    pub(crate) fn part(&mut self, count: usize) {
+    pub(crate) fn reset(&mut self, count: usize) {
         self.parent.clear();
         self.parent.extend(0..count as u32);
     }

@@ -36,7 +36,7 @@ const IN_A_ROW: [usize; 2] = [8, 1];
 
 /// All overlays, and the zones that they are made for.
 pub(crate) struct Adaptivity<const D: usize> {
-    pub(crate) foundation: BaseModel<D>,
+    pub(crate) base_model: BaseModel<D>,
     pub(super) energy_loss: f64,
     pub(super) max_level: u32,
     extent: Extent,
@@ -44,27 +44,27 @@ pub(crate) struct Adaptivity<const D: usize> {
     pub(super) widths: Vec<f64>,
     pub(super) zones: Vec<Vec<Zone<D>>>,
     /// How many of these each cover has, and those that it could not have.
-    pub(super) made: Vec<usize>,
-    pub(super) refused: Vec<Vec<Zone<D>>>,
+    pub(super) zones_made: Vec<usize>,
+    pub(super) zones_refused: Vec<Vec<Zone<D>>>,
     /// What has kept each block from having the last of those.
     pub(super) why_refused: Vec<RefinementLimit>,
-    pub(super) covers: Vec<Option<RefinedBlock<D>>>,
+    pub(super) refined_blocks: Vec<Option<RefinedBlock<D>>>,
     /// The last coarse step for which each block may have any.
-    pub(super) stays: Vec<u64>,
+    pub(super) kept_until: Vec<u64>,
     /// Blocks of which zones have come that their cover does not have.
     pub(super) waiting: Vec<usize>,
     /// Energy that changes of level, and of positions, have made in each block, J.
-    pub(super) debts: Vec<f64>,
+    pub(super) energy_debts: Vec<f64>,
     /// Blocks that do not move, or only as is prescribed.
-    pub(super) still: Vec<bool>,
+    pub(super) at_rest: Vec<bool>,
     /// Of pairs of blocks that collide.
-    pub(super) impacts: ImpactHistory,
+    pub(super) impact_history: ImpactHistory,
 }
 
 /// Another cover for a block, and the zones that it is made for.
 pub(crate) struct BlockChange<const D: usize> {
     pub(crate) block: usize,
-    pub(crate) cover: Option<RefinedBlock<D>>,
+    pub(crate) refined_block: Option<RefinedBlock<D>>,
     /// Displacements of its nodes then, m, where these are fewer.
     pub(crate) displacement: Option<Vec<[f64; D]>>,
     zones: Vec<Zone<D>>,
@@ -100,41 +100,41 @@ impl<const D: usize> Adaptivity<D> {
             max_level: contact.max_level,
             extent: contact.zone,
             zones: vec![Vec::new(); count],
-            made: vec![0; count],
-            refused: vec![Vec::new(); count],
+            zones_made: vec![0; count],
+            zones_refused: vec![Vec::new(); count],
             why_refused: vec![RefinementLimit::Masses; count],
-            covers: vec![None; count],
-            stays: vec![0; count],
+            refined_blocks: vec![None; count],
+            kept_until: vec![0; count],
             waiting: Vec::new(),
-            debts: vec![0.0; count],
-            still: vec![false; count],
-            impacts: ImpactHistory::default(),
-            foundation,
+            energy_debts: vec![0.0; count],
+            at_rest: vec![false; count],
+            impact_history: ImpactHistory::default(),
+            base_model: foundation,
         }
     }
 
     /// The cover of each block that has one.
-    pub(crate) fn covers(&self) -> &[Option<RefinedBlock<D>>] {
-        &self.covers
+    pub(crate) fn refined_blocks(&self) -> &[Option<RefinedBlock<D>>] {
+        &self.refined_blocks
     }
 
     /// The mesh of all blocks with their covers.
     pub(crate) fn mesh(&self) -> Mesh<D> {
-        let overlays = self.covers.iter();
+        let overlays = self.refined_blocks.iter();
         let overlays = overlays.map(|cover| cover.as_ref().map(|cover| &cover.overlay));
-        refined(&self.foundation.mesh, &overlays.collect::<Vec<_>>())
+        refined(&self.base_model.mesh, &overlays.collect::<Vec<_>>())
     }
 
     /// Size of the elements before refinement among which those of `roots` are, m.
     pub(crate) fn base_size(&self, roots: impl Iterator<Item = u32>) -> f64 {
-        let size = |root: u32| self.foundation.size(root);
+        let size = |root: u32| self.base_model.size(root);
         roots.map(size).fold(0.0, f64::max)
     }
 
     /// How often elements among those of `roots` may be halved before there is no time level
     /// for them.
     pub(crate) fn halvings(&self, roots: impl Iterator<Item = u32>) -> u32 {
-        let level = |root: u32| u32::from(self.foundation.level[root as usize]) + STEEPER;
+        let level = |root: u32| u32::from(self.base_model.level[root as usize]) + STEEPER;
         let finest = roots.map(level).max().unwrap_or_default();
         u32::from(MAX_LEVEL).saturating_sub(finest)
     }
@@ -150,50 +150,52 @@ impl<const D: usize> Adaptivity<D> {
         (roots, is_edge): (impl Iterator<Item = u32>, bool),
     ) -> f64 {
         let share = if is_edge { ON_EDGE } else { ON_FACE };
-        let nodes = &self.foundation.mesh.blocks[block].nodes;
+        let nodes = &self.base_model.mesh.blocks[block].nodes;
         let node = nodes.start as usize + number;
-        if number < nodes.len() && self.foundation.mesh.nodes[node] == *place {
-            return self.foundation.masses.nodal[node];
+        if number < nodes.len() && self.base_model.mesh.nodes[node] == *place {
+            return self.base_model.masses.nodal[node];
         }
-        let of_cells = roots.map(|root| self.foundation.cell_mass(block, root));
+        let of_cells = roots.map(|root| self.base_model.cell_mass(block, root));
         share * of_cells.fold(0.0, f64::max)
     }
 
     pub(super) fn wave_speed(&self, block: usize) -> f64 {
-        self.foundation.material(block).p_wave_speed()
+        self.base_model.material(block).p_wave_speed()
     }
 
     /// Whether a block does not move, or only as is prescribed.
     pub(crate) fn is_still(&self, block: usize) -> bool {
-        self.still[block]
+        self.at_rest[block]
     }
 
     /// Says of each block whether it does not move, or only as is prescribed.
     pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
-        self.still.clear();
-        self.still.extend(still);
+        self.at_rest.clear();
+        self.at_rest.extend(still);
     }
 
     /// Blocks that owe some.
-    pub(crate) fn debtors(&self) -> Vec<usize> {
-        let blocks = 0..self.debts.len();
-        blocks.filter(|&block| self.debts[block] > 0.0).collect()
+    pub(crate) fn blocks_in_debt(&self) -> Vec<usize> {
+        let blocks = 0..self.energy_debts.len();
+        blocks
+            .filter(|&block| self.energy_debts[block] > 0.0)
+            .collect()
     }
 
     /// Energy that a block owes, J.
-    pub(crate) fn debt(&self, block: usize) -> f64 {
-        self.debts[block]
+    pub(crate) fn energy_debt(&self, block: usize) -> f64 {
+        self.energy_debts[block]
     }
 
     /// A change of level, or of positions, has made so much energy in a block, J.
-    pub(crate) fn owe(&mut self, block: usize, energy: f64) {
-        self.debts[block] += energy;
+    pub(crate) fn add_energy_debt(&mut self, block: usize, energy: f64) {
+        self.energy_debts[block] += energy;
     }
 
     /// What such changes have taken from blocks in a coarse step is lost: no later one may give
     /// it back, when it would be a gain out of nowhere.
     pub(crate) fn forget_credit(&mut self) {
-        for debt in &mut self.debts {
+        for debt in &mut self.energy_debts {
             *debt = debt.max(0.0);
         }
     }
@@ -205,7 +207,7 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Asks for elements of some `sizes`, m, where two blocks are to meet, flush or not,
     /// until a step; where these are no smaller than what is there without, for nothing.
-    pub(crate) fn ask(
+    pub(crate) fn request_zone(
         &mut self,
         encounter: &ImpactPrediction<D>,
         sizes: [f64; 2],
@@ -218,9 +220,13 @@ impl<const D: usize> Adaptivity<D> {
                 continue;
             }
             let zone = self.zone(encounter, side, finest, is_flush, until);
-            if self.refused[block].iter().any(|known| known.covers(&zone)) {
+            if self.zones_refused[block]
+                .iter()
+                .any(|known| known.covers(&zone))
+            {
                 let blocks = encounter.blocks.map(|block| block as u32);
-                self.impacts.refuse(blocks, block, self.why_refused[block]);
+                self.impact_history
+                    .refuse(blocks, block, self.why_refused[block]);
                 continue;
             }
             let mut known = self.zones[block].iter_mut();
@@ -282,26 +288,31 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Keeps the impact of two blocks that includes a touch of some energy, J, until a step;
     /// returns its energy.
-    pub(crate) fn impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
-        self.impacts.energy(blocks, energy, until)
+    pub(crate) fn record_impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+        self.impact_history.energy(blocks, energy, until)
     }
 
     /// Keeps the zones of a block until a step, as far as they are kept themselves.
-    pub(crate) fn stay(&mut self, block: usize, until: u64) {
-        self.stays[block] = self.stays[block].max(until);
+    pub(crate) fn keep_until(&mut self, block: usize, until: u64) {
+        self.kept_until[block] = self.kept_until[block].max(until);
     }
 
     /// Keeps how deep the impact of two blocks is to be refined, as seen at a time, s, with a
     /// speed, m/s.
-    pub(crate) fn look(&mut self, blocks: [u32; 2], depth: &RefinementTarget, seen: [f64; 2]) {
-        self.impacts.look(blocks, depth, seen);
+    pub(crate) fn due_blocks(
+        &mut self,
+        blocks: [u32; 2],
+        depth: &RefinementTarget,
+        seen: [f64; 2],
+    ) {
+        self.impact_history.look(blocks, depth, seen);
     }
 
     /// What the user should know: which collisions were foreseen to lose more than
     /// `energy_loss`, and why.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        let name = |block: usize| &self.foundation.mesh.blocks[block].name;
-        let limited = self.impacts.limited().into_iter().map(|(limit, found)| {
+        let name = |block: usize| &self.base_model.mesh.blocks[block].name;
+        let limited = self.impact_history.limited().into_iter().map(|(limit, found)| {
             let why = match limit {
                 RefinementLimit::Speed => {
                     "so fast that smaller elements would leave what is elastic".to_owned()
@@ -350,26 +361,26 @@ impl<const D: usize> Adaptivity<D> {
     /// been asked for; now and then, if it is the `first` look of the step, fewer where they
     /// are needed no more.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
-        self.impacts.end(number);
+        self.impact_history.end(number);
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_unstable();
         waiting.dedup();
         let with = |&block: &usize| (block, self.zones[block].clone());
         let more = waiting.iter().map(with).collect();
-        let (mut changes, refused) = self.covers_for(more, RefinedBlock::finer);
-        self.impacts.refine(&waiting, &refused);
+        let (mut changes, refused) = self.refined_blocks_for(more, RefinedBlock::finer);
+        self.impact_history.refine(&waiting, &refused);
         for (&block, &limit) in &refused {
             self.why_refused[block] = limit;
-            let new = self.zones[block].split_off(self.made[block]);
-            self.refused[block].extend(new);
+            let new = self.zones[block].split_off(self.zones_made[block]);
+            self.zones_refused[block].extend(new);
         }
         if first && number.is_multiple_of(SHED) {
-            for refused in &mut self.refused {
+            for refused in &mut self.zones_refused {
                 refused.retain(|zone| zone.until >= number);
             }
             let mut fewer = self.left(number);
             fewer.retain(|(block, _)| waiting.binary_search(block).is_err());
-            changes.extend(self.covers_for(fewer, RefinedBlock::coarser).0);
+            changes.extend(self.refined_blocks_for(fewer, RefinedBlock::coarser).0);
         }
         let (differ, same): (Vec<_>, Vec<_>) = changes.into_iter().partition(|c| self.differs(c));
         for change in same {
@@ -380,16 +391,21 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Other covers of blocks, each independent of the others, and what keeps blocks from
     /// having one.
-    fn covers_for(
+    fn refined_blocks_for(
         &self,
         zones: Vec<(usize, Vec<Zone<D>>)>,
         make: RefineBlock<D>,
     ) -> (Vec<BlockChange<D>>, BTreeMap<usize, RefinementLimit>) {
         let change = |(block, zones): (usize, Vec<Zone<D>>)| {
-            let cover = make(&self.foundation, block, &zones, self.covers[block].as_ref());
+            let cover = make(
+                &self.base_model,
+                block,
+                &zones,
+                self.refined_blocks[block].as_ref(),
+            );
             let change = cover.map(|cover| BlockChange {
                 block,
-                cover,
+                refined_block: cover,
                 displacement: None,
                 zones,
             });
@@ -412,7 +428,7 @@ impl<const D: usize> Adaptivity<D> {
 
     /// The zones that are still needed, of blocks of which some are not.
     fn left(&self, number: u64) -> Vec<(usize, Vec<Zone<D>>)> {
-        let blocks = self.zones.iter().zip(&self.stays).enumerate();
+        let blocks = self.zones.iter().zip(&self.kept_until).enumerate();
         let left = blocks.filter_map(|(block, (zones, &stays))| {
             let needed = zones.iter().filter(|zone| zone.until.min(stays) >= number);
             let needed: Vec<Zone<D>> = needed.copied().collect();
@@ -423,22 +439,22 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Whether a change is one.
     fn differs(&self, change: &BlockChange<D>) -> bool {
-        let old = self.covers[change.block].as_ref();
+        let old = self.refined_blocks[change.block].as_ref();
         let [old, new] =
-            [old, change.cover.as_ref()].map(|cover| cover.map(|c| &c.overlay.elements));
+            [old, change.refined_block.as_ref()].map(|cover| cover.map(|c| &c.overlay.elements));
         old != new
     }
 
     /// The cover of a block has these zones.
     fn take_zones(&mut self, block: usize, zones: Vec<Zone<D>>) {
-        self.made[block] = zones.len();
+        self.zones_made[block] = zones.len();
         self.zones[block] = zones;
-        self.refused[block].clear();
+        self.zones_refused[block].clear();
     }
 
     /// Gives a block another cover; returns the old one.
     pub(crate) fn exchange(&mut self, change: BlockChange<D>) -> Option<RefinedBlock<D>> {
         self.take_zones(change.block, change.zones);
-        std::mem::replace(&mut self.covers[change.block], change.cover)
+        std::mem::replace(&mut self.refined_blocks[change.block], change.refined_block)
     }
 }

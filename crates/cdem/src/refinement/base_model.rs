@@ -7,8 +7,8 @@ use crate::element::{self, BlockProperties, ElementSet, stable_step};
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, scale, sub};
 use crate::mesh::{Element, ElementKind, Mesh, volume};
+use crate::model::block_properties;
 use crate::model::load::thickness;
-use crate::model::properties;
 use crate::model::time_levels::level_of;
 use crate::model::time_step::CAREFUL;
 use crate::refinement::dimension::Space;
@@ -48,7 +48,9 @@ impl<const D: usize> BaseModel<D> {
         let sources = mesh.blocks.iter().map(|block| block.source);
         Self {
             around: Adjacency::new(elements, mesh.nodes.len()),
-            properties: sources.map(|source| properties(scene, source)).collect(),
+            properties: sources
+                .map(|source| block_properties(scene, source))
+                .collect(),
             materials: scene.material.iter().map(Elastic::new).collect(),
             step: step / scene.time.safety.min(CAREFUL),
             scene: scene.clone(),

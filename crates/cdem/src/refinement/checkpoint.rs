@@ -17,16 +17,16 @@ use crate::refinement::zone::Zone;
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedScale<'a, const D: usize> {
     zones: Cow<'a, [Vec<Zone<D>>]>,
-    made: Cow<'a, [usize]>,
-    refused: Cow<'a, [Vec<Zone<D>>]>,
+    zones_made: Cow<'a, [usize]>,
+    zones_refused: Cow<'a, [Vec<Zone<D>>]>,
     why_refused: Cow<'a, [RefinementLimit]>,
     /// How often all elements of each block that has a cover are halved.
     throughout: Vec<Option<i32>>,
-    stays: Cow<'a, [u64]>,
+    kept_until: Cow<'a, [u64]>,
     waiting: Cow<'a, [usize]>,
-    debts: Cow<'a, [f64]>,
-    still: Cow<'a, [bool]>,
-    impacts: Cow<'a, ImpactHistory>,
+    energy_debts: Cow<'a, [f64]>,
+    at_rest: Cow<'a, [bool]>,
+    impact_history: Cow<'a, ImpactHistory>,
 }
 
 impl<const D: usize> Adaptivity<D> {
@@ -36,15 +36,15 @@ impl<const D: usize> Adaptivity<D> {
             |cover: &Option<RefinedBlock<D>>| cover.as_ref().map(RefinedBlock::throughout);
         SavedScale {
             zones: Cow::Borrowed(&self.zones),
-            made: Cow::Borrowed(&self.made),
-            refused: Cow::Borrowed(&self.refused),
+            zones_made: Cow::Borrowed(&self.zones_made),
+            zones_refused: Cow::Borrowed(&self.zones_refused),
             why_refused: Cow::Borrowed(&self.why_refused),
-            throughout: self.covers.iter().map(throughout).collect(),
-            stays: Cow::Borrowed(&self.stays),
+            throughout: self.refined_blocks.iter().map(throughout).collect(),
+            kept_until: Cow::Borrowed(&self.kept_until),
             waiting: Cow::Borrowed(&self.waiting),
-            debts: Cow::Borrowed(&self.debts),
-            still: Cow::Borrowed(&self.still),
-            impacts: Cow::Borrowed(&self.impacts),
+            energy_debts: Cow::Borrowed(&self.energy_debts),
+            at_rest: Cow::Borrowed(&self.at_rest),
+            impact_history: Cow::Borrowed(&self.impact_history),
         }
     }
 
@@ -56,48 +56,48 @@ impl<const D: usize> Adaptivity<D> {
         self.check(&saved)?;
         let blocks = saved.throughout.par_iter().enumerate();
         let covers = blocks.map(|(block, throughout)| {
-            let zones = &saved.zones[block][..saved.made[block]];
+            let zones = &saved.zones[block][..saved.zones_made[block]];
             let cover =
-                throughout.map(|times| RefinedBlock::new(&self.foundation, block, zones, times));
+                throughout.map(|times| RefinedBlock::new(&self.base_model, block, zones, times));
             match cover {
                 None => Ok(None),
                 Some(Ok(Some(cover))) => Ok(Some(cover)),
                 Some(_) => Err(ResumeError::Misfit("its refined blocks")),
             }
         });
-        self.covers = covers.collect::<Result<_, _>>()?;
+        self.refined_blocks = covers.collect::<Result<_, _>>()?;
         self.zones = saved.zones.into_owned();
-        self.made = saved.made.into_owned();
-        self.refused = saved.refused.into_owned();
+        self.zones_made = saved.zones_made.into_owned();
+        self.zones_refused = saved.zones_refused.into_owned();
         self.why_refused = saved.why_refused.into_owned();
-        self.stays = saved.stays.into_owned();
+        self.kept_until = saved.kept_until.into_owned();
         self.waiting = saved.waiting.into_owned();
-        self.debts = saved.debts.into_owned();
-        self.still = saved.still.into_owned();
-        self.impacts = saved.impacts.into_owned();
+        self.energy_debts = saved.energy_debts.into_owned();
+        self.at_rest = saved.at_rest.into_owned();
+        self.impact_history = saved.impact_history.into_owned();
         Ok(())
     }
 
     /// Whether all that is saved is of these blocks.
     fn check(&self, saved: &SavedScale<D>) -> Result<(), ResumeError> {
-        let count = self.covers.len();
+        let count = self.refined_blocks.len();
         let lists = [
             saved.zones.len(),
-            saved.made.len(),
-            saved.refused.len(),
+            saved.zones_made.len(),
+            saved.zones_refused.len(),
             saved.why_refused.len(),
             saved.throughout.len(),
-            saved.stays.len(),
-            saved.debts.len(),
-            saved.still.len(),
+            saved.kept_until.len(),
+            saved.energy_debts.len(),
+            saved.at_rest.len(),
         ];
         require(lists.iter().all(|&length| length == count), "its blocks")?;
-        let mut made = saved.made.iter().zip(&*saved.zones);
+        let mut made = saved.zones_made.iter().zip(&*saved.zones);
         let mut throughout = saved.throughout.iter().flatten();
         let fits = made.all(|(&made, zones)| made <= zones.len())
             && throughout.all(|times| (0..=MOST_THROUGHOUT).contains(times))
             && saved.waiting.iter().all(|&block| block < count)
-            && saved.impacts.are_of(count);
+            && saved.impact_history.are_of(count);
         require(fits, "its zones")
     }
 }

@@ -25,7 +25,7 @@ impl<const D: usize> Adaptivity<D> {
     /// What becomes of the heaviest block that moves where its corner hits its like, head on
     /// and at [`FORESEEN_SPEED`].
     pub(crate) fn foresee(&self) -> Option<CostEstimate> {
-        let foundation = &self.foundation;
+        let foundation = &self.base_model;
         let mass = |block: usize| -> f64 {
             let nodes = &foundation.mesh.blocks[block].nodes;
             let nodes = nodes.start as usize..nodes.end as usize;
@@ -58,7 +58,7 @@ impl<const D: usize> Adaptivity<D> {
     /// Updates of the elements of a block in a coarse step, with a cover or without one, and
     /// how many these are.
     fn updates(&self, block: usize, cover: Option<&RefinedBlock<D>>) -> [u64; 2] {
-        let foundation = &self.foundation;
+        let foundation = &self.base_model;
         let overlay = cover.map(|cover| &cover.overlay);
         let mesh = composite_mesh::of_block(&foundation.mesh, block, overlay);
         let replaced = |element: &u32| overlay.is_some_and(|overlay| overlay.replaces(*element));
@@ -81,7 +81,7 @@ impl<const D: usize> Adaptivity<D> {
 
     /// A block that is about to touch its like with its node that is farthest from its middle.
     fn corner_hit(&self, block: usize) -> ImpactPrediction<D> {
-        let foundation = &self.foundation;
+        let foundation = &self.base_model;
         let nodes = foundation.mesh.blocks[block].nodes.clone();
         let at = |node: u32| foundation.mesh.nodes[node as usize];
         let sum = nodes

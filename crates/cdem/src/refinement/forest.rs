@@ -40,7 +40,7 @@ pub(crate) struct Leaf<'a, C> {
     /// The element that it has come of.
     pub(crate) root: u32,
     /// Share of its volume that it stands for: 1, or ½ where two simplices lie in each
-    /// other (see [`star`]).
+    /// other (see [`simplex_split`]).
     pub(crate) weight: f64,
     /// Of what part of that.
     pub(crate) lineage: Lineage,

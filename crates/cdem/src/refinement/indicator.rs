@@ -202,7 +202,7 @@ impl<const D: usize> Adaptivity<D> {
         let (block, size) = (encounter.blocks[side], encounter.sizes[side]);
         let halved = |times: u32| 0.5_f64.powi(times as i32) * size;
         let pressed = pressed * encounter.speed / self.wave_speed(block) * self.widths[block];
-        let damping = self.foundation.material(block).damping.stiffness;
+        let damping = self.base_model.material(block).damping.stiffness;
         let damped = DAMPED * damping * self.wave_speed(block);
         let limits = [
             (pressed, RefinementLimit::Speed),

@@ -1,7 +1,7 @@
 //! The second scale: elements bisected around places of contact (design, section
-//! 6; [Li2015], section 5).
+//! 6; \[Li2015\], section 5).
 //!
-//! A [`Forest`] holds what has become of the elements of a block that are refined,
+//! A [`Forest`](forest::Forest) holds what has become of the elements of a block that are refined,
 //! each the root of a tree of halves. It is made anew from the base mesh and from
 //! what is wanted of it, so it depends on these alone and not on earlier forests;
 //! without wishes it is empty, and the mesh is the base mesh again.

@@ -138,7 +138,7 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         let before = body.momenta(&velocity, &nodes[0]);
         let energy = kinetic_energy(&whole, &velocity);
         let (mass, centre) = body.centre();
-        let [displacement, velocity] = [displacement, velocity].map(|f| nesting.spread(&f));
+        let [displacement, velocity] = [displacement, velocity].map(|f| nesting.prolongate(&f));
         let fine_at = moved(&case.overlay.points, &displacement);
         let fine = MovingBody {
             points: &fine_at,
@@ -164,7 +164,7 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         // over the hundredth that turns count and how flat it may be.
         let displacement = random::<D>(case.masses.len(), &mut rng);
         let smooth = nesting.smooth(&displacement, &vec![false; nodes.len()], LAME);
-        let smooth_everywhere = nesting.spread(&smooth);
+        let smooth_everywhere = nesting.prolongate(&smooth);
         let means =
             [&displacement, &smooth_everywhere].map(|field| case.overlay.mean_gradient(field));
         for (one, other) in means[0].iter().zip(&means[1]) {
@@ -176,7 +176,7 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         let wanted = fine.momenta(&velocity, &centre);
         let energy = kinetic_energy(&refined, &velocity);
         let momenta = velocity.iter().zip(&case.masses);
-        let mut back = nesting.gather(momenta.map(|(v, m)| v.map(|v| m * v)).collect());
+        let mut back = nesting.restrict(momenta.map(|(v, m)| v.map(|v| m * v)).collect());
         let solver = whole.clone().cholesky().expect("positive masses");
         let columns = DMatrix::from_fn(back.len(), D, |node, c| back[node][c]);
         let columns = solver.solve(&columns);
@@ -301,19 +301,19 @@ fn goes_and_comes_back<const D: usize, C: BisectedSimplex>() {
             assert!(Prolongation::new(&coarse, Some(&fine)).is_none());
             let nesting = Prolongation::new(&fine, Some(&coarse)).expect("made of it");
             let values = random::<D>(coarse.points.len(), &mut rng);
-            let spread = nesting.spread(&values);
+            let spread = nesting.prolongate(&values);
             let back = nesting.smooth(&spread, &vec![false; values.len()], LAME);
             for (value, back) in values.iter().zip(&back) {
                 assert!(norm(&sub(value, back)) < 1e-10, "{kind:?} {seed}");
             }
             let other = random::<D>(fine.points.len(), &mut rng);
             let there = product(&spread, &other);
-            let here = product(&values, &nesting.gather(other));
+            let here = product(&values, &nesting.restrict(other));
             assert!((there - here).abs() < 1e-11, "{kind:?} {seed}");
             // Impulses are the same where they are the same nodes, and in sum.
             let scattered = nesting.scatter(&values);
             assert_eq!(nesting.pick(&scattered), values, "{kind:?} {seed}");
-            assert_eq!(nesting.gather(scattered), values, "{kind:?} {seed}");
+            assert_eq!(nesting.restrict(scattered), values, "{kind:?} {seed}");
         }
     }
 }

@@ -55,7 +55,7 @@ impl<'a, const D: usize> Prolongation<'a, D> {
     /// What the fine nodes have if the coarse ones have these values: new ones have the
     /// mean of those between which they lie. What varies linearly in an element is
     /// interpolated exactly.
-    pub(crate) fn spread<const C: usize>(&self, coarse: &[[f64; C]]) -> Vec<[f64; C]> {
+    pub(crate) fn prolongate<const C: usize>(&self, coarse: &[[f64; C]]) -> Vec<[f64; C]> {
         let mut fine: Vec<[f64; C]> = Vec::with_capacity(self.coarse_of.len());
         for (node, number) in self.coarse_of.iter().enumerate() {
             fine.push(match number {
@@ -73,7 +73,7 @@ impl<'a, const D: usize> Prolongation<'a, D> {
 
     /// The same of a field that varies in elements that are no simplices as it does in these.
     pub(crate) fn grow(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
-        let mut fine = self.spread(coarse);
+        let mut fine = self.prolongate(coarse);
         for (new, inside) in self.fine.inside.iter().enumerate() {
             let node = self.fine.base_count + new;
             if let Some(within) = inside.as_ref().filter(|_| self.in_whole[new])
@@ -117,9 +117,9 @@ impl<'a, const D: usize> Prolongation<'a, D> {
             .collect()
     }
 
-    /// The transpose of [`Self::spread`]: what fine nodes have that are not coarse ones goes to those
+    /// The transpose of [`Self::prolongate`]: what fine nodes have that are not coarse ones goes to those
     /// between which they lie, in equal parts.
-    pub(crate) fn gather(&self, mut fine: Vec<[f64; D]>) -> Vec<[f64; D]> {
+    pub(crate) fn restrict(&self, mut fine: Vec<[f64; D]>) -> Vec<[f64; D]> {
         for node in (self.fine.base_count..fine.len()).rev() {
             if self.coarse_of[node].is_none() {
                 let parents = &self.fine.parents[node - self.fine.base_count];
@@ -145,13 +145,13 @@ impl<'a, const D: usize> Prolongation<'a, D> {
         let stiffness = Stiffness::new(self.fine, fine, lame);
         let at = |&node: &u32| fine[node as usize];
         let mut moved: Vec<[f64; D]> = self.fine_of.iter().map(at).collect();
-        let forces = |field: &[[f64; D]]| but_of(kept, self.gather(stiffness.forces(field)));
+        let forces = |field: &[[f64; D]]| but_of(kept, self.restrict(stiffness.forces(field)));
         let lost = fine
             .iter()
-            .zip(self.spread(&moved))
+            .zip(self.prolongate(&moved))
             .map(|(x, kept)| sub(x, &kept));
         let right = forces(&lost.collect::<Vec<_>>());
-        let shift = conjugate_gradients(&right, |field| forces(&self.spread(field)));
+        let shift = conjugate_gradients(&right, |field| forces(&self.prolongate(field)));
         for (moved, shift) in moved.iter_mut().zip(&shift) {
             add_scaled(moved, 1.0, shift);
         }

@@ -50,7 +50,7 @@ fn boxes<const D: usize>(
     scene.contact.model = ContactModel::TwoScale;
     let mesh = tests::shapes(scene.block.clone()).expect("boxes mesh");
     let built = Model::build(&mut scene, mesh, space).expect("the scene is whole");
-    built.second_scale.expect("two blocks on two scales")
+    built.adaptivity.expect("two blocks on two scales")
 }
 
 fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
@@ -71,8 +71,8 @@ fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
 fn check<const D: usize>(second: &Adaptivity<D>, cover: &RefinedBlock<D>, case: &str) {
     let overlay = &cover.overlay;
     let mass: f64 = cover.mass.iter().sum();
-    let nodes = &second.foundation.mesh.blocks[0].nodes;
-    let before = &second.foundation.masses.nodal[nodes.start as usize..nodes.end as usize];
+    let nodes = &second.base_model.mesh.blocks[0].nodes;
+    let before = &second.base_model.masses.nodal[nodes.start as usize..nodes.end as usize];
     let lack = mass - before.iter().sum::<f64>();
     // Round-off of a fit and of the weights of two quadratures, in a block of 1 kg.
     assert!(lack.abs() < 1e-13, "{case}: {lack:e}");
@@ -81,7 +81,7 @@ fn check<const D: usize>(second: &Adaptivity<D>, cover: &RefinedBlock<D>, case: 
         let centre: f64 = moment.map(|(point, mass)| mass * point[c]).sum();
         assert!((centre - 0.5).abs() < 1e-13, "{case}: {centre}");
     }
-    let mesh = &second.foundation.mesh;
+    let mesh = &second.base_model.mesh;
     let corners = |nodes: &[u32], points: &[[f64; D]]| -> Vec<[f64; D]> {
         nodes.iter().map(|&node| points[node as usize]).collect()
     };
@@ -105,7 +105,7 @@ fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
         let (mut changes, mut refused) = (0, 0);
         while changes < count {
             let second = boxes(kind, &mut rng, space, Kinematics::Total);
-            let foundation = &second.foundation;
+            let foundation = &second.base_model;
             let (mut zones, mut cover): (Vec<Zone<D>>, Option<RefinedBlock<D>>) =
                 (Vec::new(), None);
             for _ in 0..20 {
@@ -181,16 +181,16 @@ fn zones_go_with_what_slides() {
 fn there_are_levels<const D: usize>(space: Space<D>) {
     for kind in kinds::<D>() {
         let second = boxes(kind, &mut Rng::with_seed(1), space, Kinematics::Total);
-        let halvings = second.halvings(second.foundation.mesh.blocks[0].elements.clone());
+        let halvings = second.halvings(second.base_model.mesh.blocks[0].elements.clone());
         assert!(halvings > 8, "{kind:?}: {halvings}");
         let deep = Zone {
             centre: [0.0; D],
             radius: 0.0,
-            finest: second.foundation.size(0) * 0.5_f64.powi(halvings as i32),
+            finest: second.base_model.size(0) * 0.5_f64.powi(halvings as i32),
             grading: GRADING,
             until: 0,
         };
-        let cover = RefinedBlock::finer(&second.foundation, 0, &[deep], None);
+        let cover = RefinedBlock::finer(&second.base_model, 0, &[deep], None);
         assert!(matches!(cover, Ok(Some(_))), "{kind:?}");
     }
 }
@@ -216,7 +216,7 @@ fn turns_are_no_strain<const D: usize>(space: Space<D>) {
     for kind in kinds::<D>() {
         for kinematics in [Kinematics::Total, Kinematics::Incremental] {
             let second = boxes(kind, &mut Rng::with_seed(7), space, kinematics);
-            let foundation = &second.foundation;
+            let foundation = &second.base_model;
             let nodes = &foundation.mesh.blocks[0].nodes;
             let nodes = &foundation.mesh.nodes[nodes.start as usize..nodes.end as usize];
             let energy_at = |degrees: f64| {

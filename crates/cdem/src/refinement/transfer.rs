@@ -44,7 +44,7 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
     /// What varies linearly between nodes.
     pub(crate) fn values<const C: usize>(&self, of: &[[f64; C]]) -> Vec<[f64; C]> {
         if self.is_finer {
-            self.nesting.spread(of)
+            self.nesting.prolongate(of)
         } else {
             self.nesting.pick(of)
         }
@@ -96,7 +96,7 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
     /// How the nodes move of which some go over to a coarser mesh with other displacements,
     /// m.
     pub(crate) fn moves(&self, before: &[[f64; D]], after: &[[f64; D]]) -> Vec<[f64; D]> {
-        let after = self.nesting.spread(after);
+        let after = self.nesting.prolongate(after);
         let moves = before.iter().zip(&after);
         moves.map(|(old, new)| sub(new, old)).collect()
     }
@@ -106,14 +106,14 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         if self.is_finer {
             self.nesting.scatter(of)
         } else {
-            self.nesting.gather(of.to_vec())
+            self.nesting.restrict(of.to_vec())
         }
     }
 
     /// Momenta of nodes, N·s: of those that go, to those between which they lie. To be had
     /// of velocities of finer nodes for coarser ones alone.
     pub(crate) fn gather(&self, of: Vec<[f64; D]>) -> Vec<[f64; D]> {
-        self.nesting.gather(of)
+        self.nesting.restrict(of)
     }
 }
 

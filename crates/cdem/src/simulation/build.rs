@@ -10,11 +10,11 @@ use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::model::load::thickness;
 use crate::model::time_step::{CAREFUL, TimeStepChoice};
-use crate::model::{BlockData, Model, ModelError, State, block_names, block_of, properties};
+use crate::model::{BlockData, Model, ModelError, State, block_names, block_of, block_properties};
 use crate::refinement::dimension::Space;
 use crate::refinement::{Adaptivity, BaseModel};
 use crate::scene::{ContactModel, Scene};
-use crate::simulation::warnings::cautions;
+use crate::simulation::warnings::scene_warnings;
 use crate::step::RunParts;
 
 impl<const D: usize> Model<D> {
@@ -60,10 +60,10 @@ impl<const D: usize> Model<D> {
             inertia: inertia_of(&masses),
             gravity: scene.gravity.clone(),
             loads: Vec::new(),
-            prescribed: Vec::new(),
+            boundaries: Vec::new(),
             warnings: Vec::new(),
             limits,
-            place: ElementNumbering::new(&sets, mesh.elements.len()),
+            numbering: ElementNumbering::new(&sets, mesh.elements.len()),
             block_of: block_of(&mesh),
             mesh,
             sets,
@@ -74,11 +74,11 @@ impl<const D: usize> Model<D> {
             base_level,
         };
         model.loads = model.surface_loads(scene)?;
-        model.prescribed = model.prescribed_motions(scene)?;
+        model.boundaries = model.prescribed_motions(scene)?;
         let state = model.initial_state(scene);
         model.refuse_speed(&state)?;
-        model.warnings = cautions(scene, &model, &shortest);
-        model.hold(0.0);
+        model.warnings = scene_warnings(scene, &model, &shortest);
+        model.set_prescribed_nodes(0.0);
         if let Some(contacts) = &mut contacts {
             contacts.close_initial(model.positions(&state).into(), &model.inertia);
         }
@@ -86,7 +86,7 @@ impl<const D: usize> Model<D> {
             model,
             state,
             contacts,
-            second_scale,
+            adaptivity: second_scale,
         })
     }
 
@@ -94,7 +94,7 @@ impl<const D: usize> Model<D> {
         let count = self.mesh.nodes.len();
         let mut state = State {
             displacement: vec![[0.0; D]; count],
-            carry: vec![[0.0; D]; count],
+            compensation: vec![[0.0; D]; count],
             velocity: vec![[0.0; D]; count],
             element_interval: vec![0.0; self.mesh.elements.len()],
             node_interval: vec![0.0; count],
@@ -118,7 +118,7 @@ impl<const D: usize> Model<D> {
                 state.velocity[node] = add(&velocity, &truncate(&cross(&spin, &arm)));
             }
         }
-        for motion in self.prescribed.iter().filter(|motion| motion.acts(0.0)) {
+        for motion in self.boundaries.iter().filter(|motion| motion.acts(0.0)) {
             for &node in &motion.nodes {
                 let node = node as usize;
                 motion.start(0.0, &self.mesh.nodes[node], &mut state.velocity[node]);
@@ -159,7 +159,9 @@ fn bodies<const D: usize>(
 ) -> Result<BlockSets<D>, ModelError> {
     let materials: Vec<Elastic> = scene.material.iter().map(Elastic::new).collect();
     let sources = || mesh.blocks.iter().map(|block| block.source);
-    let properties: Vec<_> = sources().map(|number| properties(scene, number)).collect();
+    let properties: Vec<_> = sources()
+        .map(|number| block_properties(scene, number))
+        .collect();
     let sets = element::build(mesh, &properties, &materials, scene.plane, thickness);
     let requested: Vec<_> = sources().map(|number| scene.block[number].mass).collect();
     let masses = mass::build(mesh, &sets, &requested).map_err(|source| {

@@ -129,7 +129,7 @@ pub(crate) struct TypedSimulation<const D: usize> {
     pub(crate) last_block_rows: f64,
     probes: Vec<FollowedNode>,
     pub(crate) instant: Option<Arc<SynchronisedInstant<D>>>,
-    health: ValidityGuard,
+    validity: ValidityGuard,
     /// Where the scene says when to stop.
     rest: Option<Rest>,
     /// Blocks that rows are wanted of.
@@ -252,7 +252,7 @@ impl Simulation {
             let run = &driven.run;
             let contacts = run.contacts.as_ref();
             Stage::ALL.map(|stage| {
-                let of_contacts = contacts.map(|contacts| contacts.books().watch.spent(stage));
+                let of_contacts = contacts.map(|contacts| contacts.energies().watch.spent(stage));
                 (stage, run.watch.spent(stage) + of_contacts.unwrap_or_default())
             })
         })
@@ -264,7 +264,7 @@ impl Simulation {
     /// # Errors
     /// When there is one.
     pub fn check_elements(&mut self) -> Result<(), StepError> {
-        each!(mut self, driven => driven.health.check_elements(&driven.run))
+        each!(mut self, driven => driven.validity.check_elements(&driven.run))
     }
 
     /// What the user should know of the run so far; what is known before its
@@ -367,8 +367,8 @@ impl Simulation {
     pub fn live_contacts(&self) -> Vec<ContactRow> {
         each!(self, driven => {
             let run = &driven.run;
-            let live = run.contacts.iter().flat_map(|contacts| contacts.live());
-            live.map(|live| run.contact_row(&live.record)).collect()
+            let live = run.contacts.iter().flat_map(|contacts| contacts.contact_points());
+            live.map(|live| run.contact_row(&live.history)).collect()
         })
     }
 
@@ -381,7 +381,7 @@ impl Simulation {
     /// Contacts that have begun so far.
     #[must_use]
     pub fn contacts_begun(&self) -> u64 {
-        each!(self, driven => driven.run.contacts.as_ref().map_or(0, |c| c.begun()))
+        each!(self, driven => driven.run.contacts.as_ref().map_or(0, |c| c.contacts_begun()))
     }
 
     /// Deepest penetration at the start of a kick so far, and now, m.
@@ -419,7 +419,7 @@ impl<const D: usize> TypedSimulation<D> {
         let instant = run.instant();
         let start_energy = run.energy(&instant);
         Self {
-            health: ValidityGuard::new(&run, scene),
+            validity: ValidityGuard::new(&run, scene),
             exchange: ExchangedEnergy::new(&run, scene, start_energy),
             rest: rest_of(&run, scene),
             run,
@@ -433,7 +433,7 @@ impl<const D: usize> TypedSimulation<D> {
 
     fn set_initial_velocities(&mut self, scene: &Scene, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         self.run.set_velocities(field);
-        self.health = ValidityGuard::new(&self.run, scene);
+        self.validity = ValidityGuard::new(&self.run, scene);
         self.rest = rest_of(&self.run, scene);
         self.instant = None;
         let instant = self.instant();
@@ -447,7 +447,7 @@ impl<const D: usize> TypedSimulation<D> {
             start_energy: self.start_energy,
             exchange: self.exchange,
             last_block_rows: self.last_block_rows,
-            health: Cow::Borrowed(&self.health),
+            health: Cow::Borrowed(&self.validity),
             at_rest_since: self.rest.as_ref().and_then(Rest::since),
         }
     }
@@ -457,12 +457,12 @@ impl<const D: usize> TypedSimulation<D> {
         self.start_energy = saved.start_energy;
         self.exchange = saved.exchange;
         self.last_block_rows = saved.last_block_rows;
-        self.health = saved.health.into_owned();
+        self.validity = saved.health.into_owned();
         if let Some(rest) = &mut self.rest {
             rest.restore(saved.at_rest_since);
         }
         self.instant = None;
-        self.health.is_of(self.run.model.blocks.len())
+        self.validity.is_of(self.run.model.blocks.len())
     }
 
     /// The synchronised state now, made once a step.
@@ -508,28 +508,28 @@ impl<const D: usize> TypedSimulation<D> {
         let ledger = &self.run.ledger;
         self.exchange
             .count(ledger.external_work, ledger.gravity_work);
-        self.health.check_motion(&self.run)?;
-        self.health.check_overlap(&mut self.run)?;
+        self.validity.check_motion(&self.run)?;
+        self.validity.check_overlap(&mut self.run)?;
         let number = self.run.state.number;
         if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
             return Ok(());
         }
-        self.health.check_elements(&self.run)?;
+        self.validity.check_elements(&self.run)?;
         let row = self.history();
         self.exchange.count(row.external_work, row.gravity_work);
         ValidityGuard::check_energy(&row, &self.exchange, watch_energy)
     }
 
     fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
-        let mut warnings = self.health.warnings.clone();
+        let mut warnings = self.validity.warnings.clone();
         let contacts = self.run.contacts.as_ref();
         warnings.extend(
             contacts
                 .into_iter()
-                .flat_map(|contacts| contacts.books().warnings()),
+                .flat_map(|contacts| contacts.energies().warnings()),
         );
         warnings.extend(self.run.corrections.warning());
-        let second = self.run.second_scale.as_ref();
+        let second = self.run.adaptivity.as_ref();
         warnings.extend(second.map(Adaptivity::warnings).unwrap_or_default());
         let row = self.history();
         warnings.extend(ValidityGuard::ledger_warning(
@@ -541,7 +541,7 @@ impl<const D: usize> TypedSimulation<D> {
     }
 
     fn foresee_collision(&self) -> Option<CollisionOverview> {
-        let foreseen = self.run.second_scale.as_ref()?.foresee()?;
+        let foreseen = self.run.adaptivity.as_ref()?.foresee()?;
         Some(CollisionOverview {
             block: self.run.model.mesh.blocks[foreseen.block].name.clone(),
             speed: FORESEEN_SPEED,
@@ -552,7 +552,7 @@ impl<const D: usize> TypedSimulation<D> {
 
     fn overview(&self, scene: &Scene) -> Overview {
         let model = &self.run.model;
-        let levels = self.run.plan.histogram();
+        let levels = self.run.schedule.histogram();
         let updates = levels
             .iter()
             .enumerate()
@@ -589,7 +589,7 @@ impl<const D: usize> TypedSimulation<D> {
                 .run
                 .contacts
                 .iter()
-                .flat_map(|contacts| contacts.live())
+                .flat_map(|contacts| contacts.contact_points())
                 .count(),
             warnings: model.warnings.clone(),
         }

@@ -59,7 +59,7 @@ impl<const D: usize> Run<D> {
             correction_loss: instant.state.ledger.correction_loss,
             remesh_loss: instant.state.ledger.remesh_loss,
             impulse: instant.state.ledger.impulse.value(),
-            elements: self.plan.histogram().iter().sum(),
+            elements: self.schedule.histogram().iter().sum(),
             refined_blocks: self.refined_blocks(),
             ..HistoryRow::default()
         };
@@ -76,10 +76,10 @@ impl<const D: usize> Run<D> {
         }
         if let Some(contacts) = &self.contacts {
             row.strain_energy += contacts.spring_energy(at.into());
-            row.impact_loss = contacts.books().impact_loss + instant.state.impact_loss;
-            row.friction_loss = contacts.books().friction_loss + instant.state.friction_loss;
-            row.fracture_loss = contacts.books().fracture_loss;
-            row.contacts = contacts.live().count() as u64;
+            row.impact_loss = contacts.energies().impact_loss + instant.state.impact_loss;
+            row.friction_loss = contacts.energies().friction_loss + instant.state.friction_loss;
+            row.fracture_loss = contacts.energies().fracture_loss;
+            row.contacts = contacts.contact_points().count() as u64;
         }
         row.energy_residual = row.kinetic_energy
             + row.strain_energy
@@ -195,8 +195,8 @@ impl<const D: usize> Run<D> {
             return frame;
         };
         let at = self.model.positions(&self.state);
-        for live in contacts.live() {
-            let operator = live.operator(contacts.surface(), at.into());
+        for live in contacts.contact_points() {
+            let operator = live.jacobian(contacts.surface(), at.into());
             let mut force = [0.0; D];
             for r in 0..D {
                 let share = if live.interval > 0.0 {
@@ -211,8 +211,8 @@ impl<const D: usize> Run<D> {
                 .push(pad(&contacts.surface().point(live.pair, at.into())));
             frame.normals.push(pad(&operator.frame[0]));
             frame.forces.push(pad(&force));
-            frame.slips.push(live.record.slip);
-            frame.areas.push(live.record.area);
+            frame.slips.push(live.history.slip);
+            frame.areas.push(live.history.area);
         }
         frame
     }

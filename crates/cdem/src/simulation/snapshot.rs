@@ -136,7 +136,7 @@ impl<const D: usize> Run<D> {
                     )
                 })
                 .collect(),
-            levels: self.plan.levels.element.clone(),
+            levels: self.schedule.levels.element.clone(),
             halvings: (0..mesh.elements.len())
                 .map(|element| mesh.halvings(element))
                 .collect(),

@@ -290,7 +290,7 @@ impl ValidityGuard {
             }
             let (set, _) = run
                 .model
-                .place
+                .numbering
                 .of(run.model.elements(block).start + element);
             if run.model.sets[set].kinematics() == Kinematics::Total {
                 stretched[block] = true;
@@ -319,7 +319,7 @@ impl ValidityGuard {
         let Some(contacts) = &mut run.contacts else {
             return Ok(());
         };
-        let outrun = contacts.take_outrun();
+        let outrun = contacts.take_search_overrun();
         if !outrun && !due {
             return Ok(());
         }
@@ -420,7 +420,7 @@ impl<const D: usize> Run<D> {
                 continue;
             }
             let number = element as usize - self.model.elements(block).start;
-            let (set, i) = self.model.place.of(element as usize);
+            let (set, i) = self.model.numbering.of(element as usize);
             let found = self.model.sets[set].deformation(i, displacement);
             let jacobian = found.min_jacobian;
             if jacobian.is_finite() && (jacobian <= 0.0 || found.min_stretch < FLAT) {

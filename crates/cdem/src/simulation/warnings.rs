@@ -23,7 +23,7 @@ const WAVE_SPEEDS: [f64; 2] = [1.0, 2e4];
 
 /// All that a user should look at before a run, `shortest` being the shortest
 /// stable step in each block, s.
-pub(super) fn cautions<const D: usize>(
+pub(super) fn scene_warnings<const D: usize>(
     scene: &Scene,
     model: &Model<D>,
     shortest: &[f64],

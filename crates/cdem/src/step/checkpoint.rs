@@ -24,12 +24,12 @@ pub(crate) struct SavedRun<'a, const D: usize> {
     #[serde(with = "serde_pod")]
     records: Vec<f64>,
     contacts: Option<SavedContacts<'a, D>>,
-    second_scale: Option<SavedScale<'a, D>>,
+    adaptivity: Option<SavedScale<'a, D>>,
     ledger: Ledger,
     block_impulse: Cow<'a, [[f64; 3]]>,
     #[serde(with = "serde_pod")]
     node_impulse: Vec<[f64; D]>,
-    touched: Cow<'a, [u32]>,
+    touched_nodes: Cow<'a, [u32]>,
     element_updates: u64,
     corrections: Corrections,
     /// Of the last kick: velocities before it, m/s, and the interval of each node, s.
@@ -37,7 +37,7 @@ pub(crate) struct SavedRun<'a, const D: usize> {
     before: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
     interval: Vec<f64>,
-    acting: Cow<'a, [bool]>,
+    active_boundaries: Cow<'a, [bool]>,
 }
 
 impl<const D: usize> Run<D> {
@@ -47,16 +47,16 @@ impl<const D: usize> Run<D> {
             state: Cow::Borrowed(&self.state),
             records: self.model.records(),
             contacts: self.contacts.as_ref().map(|contacts| contacts.saved()),
-            second_scale: self.second_scale.as_ref().map(|second| second.saved()),
+            adaptivity: self.adaptivity.as_ref().map(|second| second.saved()),
             ledger: self.ledger,
             block_impulse: Cow::Borrowed(&self.block_impulse),
             node_impulse: self.node_impulse.clone(),
-            touched: Cow::Borrowed(&self.touched),
+            touched_nodes: Cow::Borrowed(&self.touched_nodes),
             element_updates: self.element_updates,
             corrections: self.corrections,
             before: self.impulses.before.clone(),
             interval: self.impulses.interval.clone(),
-            acting: Cow::Borrowed(&self.acting),
+            active_boundaries: Cow::Borrowed(&self.active_boundaries),
         }
     }
 
@@ -66,36 +66,36 @@ impl<const D: usize> Run<D> {
     /// When that is of another.
     pub(crate) fn restore(&mut self, saved: SavedRun<D>) -> Result<(), ResumeError> {
         let is_contact = saved.contacts.is_some() == self.contacts.is_some();
-        let is_refined = saved.second_scale.is_some() == self.second_scale.is_some();
+        let is_refined = saved.adaptivity.is_some() == self.adaptivity.is_some();
         require(is_contact && is_refined, "its contact model")?;
         require(
             saved.state.number <= self.model.step_count,
             "its number of steps",
         )?;
         let time = saved.state.number as f64 * self.model.step;
-        if let (Some(second), Some(saved)) = (&mut self.second_scale, saved.second_scale) {
+        if let (Some(second), Some(saved)) = (&mut self.adaptivity, saved.adaptivity) {
             second.restore(saved)?;
-            if second.covers().iter().any(Option::is_some) {
+            if second.refined_blocks().iter().any(Option::is_some) {
                 self.model.remesh(second, time);
                 let mesh = &self.model.mesh;
                 if let Some(contacts) = &mut self.contacts {
-                    let surface = second.foundation.surface(mesh, contacts.tolerance());
+                    let surface = second.base_model.surface(mesh, contacts.tolerance());
                     contacts.exchange_surface(mesh, surface);
                 }
                 let elements = mesh.elements.iter().map(Element::nodes);
-                self.around = Adjacency::new(elements, mesh.nodes.len());
+                self.adjacency = Adjacency::new(elements, mesh.nodes.len());
             }
         }
-        self.model.hold(time);
+        self.model.set_prescribed_nodes(time);
         let nodes = self.model.mesh.nodes.len();
         let is_node = |&node: &u32| (node as usize) < nodes;
         let fits = saved.state.is_of(nodes, self.model.mesh.elements.len())
             && saved.block_impulse.len() == self.model.blocks.len()
             && saved.node_impulse.len() == nodes
-            && saved.touched.iter().all(is_node)
+            && saved.touched_nodes.iter().all(is_node)
             && saved.before.len() == nodes
             && saved.interval.len() == nodes
-            && saved.acting.len() == self.model.prescribed.len();
+            && saved.active_boundaries.len() == self.model.boundaries.len();
         require(fits, "its nodes and elements")?;
         self.model.set_records(&saved.records)?;
         self.state = saved.state.into_owned();
@@ -103,17 +103,17 @@ impl<const D: usize> Run<D> {
             contacts.restore(saved)?;
         }
         let levels = self.levels();
-        self.plan = KickSchedule::new(&mut self.model, &self.state, levels);
+        self.schedule = KickSchedule::new(&mut self.model, &self.state, levels);
         self.ledger = saved.ledger;
         self.block_impulse = saved.block_impulse.into_owned();
         self.node_impulse = saved.node_impulse;
-        self.touched = saved.touched.into_owned();
+        self.touched_nodes = saved.touched_nodes.into_owned();
         self.element_updates = saved.element_updates;
         self.corrections = saved.corrections;
         self.impulses = KickImpulses::new(nodes);
         self.impulses.before = saved.before;
         self.impulses.interval = saved.interval;
-        self.acting = saved.acting.into_owned();
+        self.active_boundaries = saved.active_boundaries.into_owned();
         Ok(())
     }
 }
@@ -123,7 +123,7 @@ impl<const D: usize> State<D> {
     fn is_of(&self, nodes: usize, elements: usize) -> bool {
         let lists = [
             self.displacement.len(),
-            self.carry.len(),
+            self.compensation.len(),
             self.velocity.len(),
             self.contact_force.len(),
             self.node_interval.len(),

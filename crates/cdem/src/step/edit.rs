@@ -11,7 +11,7 @@ impl<const D: usize> Run<D> {
     /// go on as they are. Momentum comes from outside.
     pub(crate) fn shift_velocities(&mut self, now: &Synchronised<D>, wanted: &[[f64; D]]) {
         let change = |(node, wanted): (usize, &[f64; D])| {
-            let held = self.model.inertia.held(node);
+            let held = self.model.inertia.prescribed(node);
             let is_fixed = self.model.is_fixed(node as u32);
             let change = sub(wanted, &now.velocity[node]);
             std::array::from_fn(|c| if is_fixed || held[c] { 0.0 } else { change[c] })
@@ -32,9 +32,9 @@ impl<const D: usize> Run<D> {
     /// Has a load push otherwise from now on.
     pub(crate) fn set_load(&mut self, number: usize, kind: &LoadKind) {
         self.model.loads[number].become_kind(kind.clone());
-        if let Some(second) = &mut self.second_scale {
+        if let Some(second) = &mut self.adaptivity {
             // The model is made anew from this one where the mesh changes.
-            second.foundation.scene.load[number].kind = kind.clone();
+            second.base_model.scene.load[number].kind = kind.clone();
         }
     }
 }

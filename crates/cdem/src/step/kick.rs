@@ -28,7 +28,7 @@ pub(crate) struct KickImpulses<const D: usize> {
     pub(crate) before: Vec<[f64; D]>,
     /// What elements whose interval has changed would have given more in a kick
     /// of their last interval than of their next: node by node.
-    pub(crate) relevelled: Vec<(u32, [f64; D])>,
+    pub(crate) level_changes: Vec<(u32, [f64; D])>,
     /// Kick interval of each node, s.
     pub(crate) interval: Vec<f64>,
     /// What groups of elements give their nodes, elastic and viscous.
@@ -36,7 +36,7 @@ pub(crate) struct KickImpulses<const D: usize> {
     /// Nodes that loads push.
     loaded: Vec<u32>,
     /// What is booked of some nodes after the other.
-    books: Vec<Ledger>,
+    ledgers: Vec<Ledger>,
 }
 
 impl<const D: usize> KickImpulses<D> {
@@ -50,11 +50,11 @@ impl<const D: usize> KickImpulses<D> {
             damping: zero(),
             contact: zero(),
             before: zero(),
-            relevelled: Vec::new(),
+            level_changes: Vec::new(),
             interval: vec![0.0; nodes],
             shares: [Vec::new(), Vec::new()],
             loaded: Vec::new(),
-            books: Vec::new(),
+            ledgers: Vec::new(),
         }
     }
 
@@ -62,7 +62,7 @@ impl<const D: usize> KickImpulses<D> {
     /// node: ½v⁻·M·v⁺ measures an element by its interval; where that changes, by a quarter
     /// of the difference of its impulses on what the kick changes.
     pub(crate) fn made_by_levels(&self, after: &[[f64; D]]) -> impl Iterator<Item = (u32, f64)> {
-        self.relevelled.iter().map(|(node, less)| {
+        self.level_changes.iter().map(|(node, less)| {
             let n = *node as usize;
             let change = sub(&after[n], &self.before[n]);
             (*node, 0.25 * dot(less, &change))
@@ -96,7 +96,7 @@ impl<const D: usize> KickImpulses<D> {
     /// Forgets what a kick has left where the next one would add to it.
     pub(crate) fn clear(&mut self) {
         // Seldom there, and then of many elements: its memory goes with it.
-        self.relevelled = Vec::new();
+        self.level_changes = Vec::new();
         for node in self.loaded.drain(..) {
             self.load[node as usize] = [0.0; D];
         }
@@ -198,7 +198,7 @@ impl<const D: usize> Model<D> {
             *interval = 0.5 * (last + next);
             state.element_interval[element] = next;
             if last != next {
-                let (set, i) = self.place.of(element);
+                let (set, i) = self.numbering.of(element);
                 let mut force = [[0.0; D]; MAX_NODES];
                 self.sets[set].force(i, &state.displacement, &mut force);
                 // So a run that begins at rest remembers nothing of its first kick.
@@ -207,7 +207,7 @@ impl<const D: usize> Model<D> {
                 }
                 let less = nodes.iter().zip(&force);
                 let less = less.map(|(&node, force)| (node, scale(last - next, force)));
-                impulses.relevelled.extend(less);
+                impulses.level_changes.extend(less);
             }
         }
         intervals
@@ -242,7 +242,7 @@ impl<const D: usize> Model<D> {
     ) {
         let at = self.positions(state);
         let acting = |motion: &&PrescribedMotion| motion.acts(substep.step_start);
-        for motion in self.prescribed.iter().filter(acting) {
+        for motion in self.boundaries.iter().filter(acting) {
             for &node in motion.nodes.iter().filter(|&&node| substep.is_due(node)) {
                 let n = node as usize;
                 let mut wanted = velocity[n];
@@ -251,7 +251,7 @@ impl<const D: usize> Model<D> {
                     motion.set(drift, &at.at(node), &mut wanted);
                 } else {
                     motion.start(substep.time, &at.at(node), &mut wanted);
-                    for (c, held) in motion.holds::<D>().into_iter().enumerate() {
+                    for (c, held) in motion.components::<D>().into_iter().enumerate() {
                         if held {
                             wanted[c] = 2.0 * wanted[c] - state.velocity[n][c];
                         }
@@ -298,7 +298,7 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
-        let mut books = std::mem::take(&mut impulses.books);
+        let mut books = std::mem::take(&mut impulses.ledgers);
         let kick = &*impulses;
         let end = match at {
             WorkVelocity::Mean => after,
@@ -327,10 +327,10 @@ impl<const D: usize> Model<D> {
             ledger.remesh_loss -= energy;
         }
         // What held nodes have needed beside these impulses and contact.
-        for node in substep.held() {
+        for node in substep.prescribed() {
             let n = node as usize;
             let [old, new] = [&*kick.before, after].map(|v| self.inertia.momentum(n, v));
-            let holds = self.inertia.held(n);
+            let holds = self.inertia.prescribed(n);
             let reaction = std::array::from_fn(|c| {
                 let given = kick.total[n][c] + kick.contact[n][c];
                 if holds[c] {
@@ -345,7 +345,7 @@ impl<const D: usize> Model<D> {
                 [&kick.before[n], &end[n]],
             );
         }
-        impulses.books = books;
+        impulses.ledgers = books;
     }
 
     /// Books what a kick but for elements does to a node, by its velocities before and at the

@@ -179,7 +179,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
     let at_rest = run_of(scene);
     let nodes = at_rest.model.mesh.nodes.len();
     let free: Vec<usize> = (0..2 * nodes)
-        .filter(|&i| !at_rest.model.inertia.held(i / 2)[i % 2])
+        .filter(|&i| !at_rest.model.inertia.prescribed(i / 2)[i % 2])
         .collect();
     let size = free.len();
     let mut map = DMatrix::<f64>::zeros(2 * size, 2 * size);
@@ -187,7 +187,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
         // Signs ± cancel what is quadratic in the amplitude.
         for sign in [1.0, -1.0] {
             let mut run = run_of(scene);
-            let (state, plan) = (&mut run.state, &run.plan);
+            let (state, plan) = (&mut run.state, &run.schedule);
             let step = run.model.step;
             let length = |level: &u8| step / f64::from(1_u32 << level);
             state.node_interval = plan.levels.node.iter().map(length).collect();
@@ -215,7 +215,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
     let precision = 1e-2 * f64::EPSILON / amplitude;
     let schur = Schur::try_new(map, precision, 100_000).expect("eigenvalues");
     let values = schur.complex_eigenvalues();
-    let levels = at_rest.plan.histogram().len();
+    let levels = at_rest.schedule.histogram().len();
     (values.iter().map(|v| v.norm()).fold(0.0, f64::max), levels)
 }
 

@@ -79,7 +79,7 @@ struct ElementPart<const D: usize> {
 impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
     type Touch = TouchedElements<D>;
 
-    fn split(
+    fn begin_impact(
         &self,
         motion: &mut NodalMotion<D>,
         jump: &VelocityJump<D>,
@@ -95,10 +95,10 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         } = touch;
         self.list_behind(motion, jump, due);
         self.list_ring(due, jump, ring);
-        trail.reach(ring, motion);
+        trail.track(ring, motion);
         motion.drift(ring, -jump.remaining);
         let (now, due) = (&*motion, due.par_iter().with_min_len(SHARE));
-        due.map(|&element| self.part(element, now, jump.remaining))
+        due.map(|&element| self.element_part(element, now, jump.remaining))
             .collect_into_vec(parts);
         jump.swap(motion.velocity, after);
         let (now, all) = (&*motion, parts.par_iter_mut().with_min_len(SHARE));
@@ -135,7 +135,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         root(0.5 * square - curvature, work - 2.0 * slope, work)
     }
 
-    fn settle(
+    fn finish_impact(
         &self,
         touch: &TouchedElements<D>,
         motion: &mut NodalMotion<D>,
@@ -160,7 +160,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         for part in &touch.parts {
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
-                if self.inertia.held(node as usize).contains(&true) {
+                if self.inertia.prescribed(node as usize).contains(&true) {
                     on_held(node, &scale(times, impulse));
                 }
             }
@@ -232,7 +232,12 @@ impl<const D: usize> MidStepImpact<'_, D> {
 
     /// An element at the touch, `remaining` seconds before the end of the drift,
     /// with the velocities after it.
-    fn part(&self, element: u32, motion: &NodalMotion<D>, remaining: f64) -> ElementPart<D> {
+    fn element_part(
+        &self,
+        element: u32,
+        motion: &NodalMotion<D>,
+        remaining: f64,
+    ) -> ElementPart<D> {
         let zero = [[0.0; D]; MAX_NODES];
         let mut force = zero;
         let (set, i) = self.place.of(element as usize);

@@ -47,7 +47,7 @@ pub(crate) struct RunParts<const D: usize> {
     /// Where blocks may touch.
     pub(crate) contacts: Option<Contacts<D>>,
     /// Where they are refined then.
-    pub(crate) second_scale: Option<Adaptivity<D>>,
+    pub(crate) adaptivity: Option<Adaptivity<D>>,
 }
 
 /// A run in progress: the model, its state, and scratch that can be made anew.
@@ -55,30 +55,30 @@ pub(crate) struct Run<const D: usize> {
     pub(crate) model: Model<D>,
     pub(crate) state: State<D>,
     pub(crate) contacts: Option<Contacts<D>>,
-    pub(crate) second_scale: Option<Adaptivity<D>>,
+    pub(crate) adaptivity: Option<Adaptivity<D>>,
     pub(crate) ledger: Ledger,
     /// Contact impulse of each block since it was last asked for, N·s.
     pub(crate) block_impulse: Vec<[f64; 3]>,
     /// Contact impulse of each node in the last coarse step, N·s.
     pub(crate) node_impulse: Vec<[f64; D]>,
     /// Nodes whose `node_impulse` is not zero.
-    touched: Vec<u32>,
+    touched_nodes: Vec<u32>,
     pub(crate) element_updates: u64,
     pub(crate) corrections: Corrections,
-    pub(crate) plan: KickSchedule,
+    pub(crate) schedule: KickSchedule,
     impulses: KickImpulses<D>,
     /// Impulses of contacts in a kick on their nodes, N·s.
     received: Vec<(u32, [f64; D])>,
     /// Momenta of held nodes before the drift in hand, N·s.
-    held_momenta: Vec<[f64; D]>,
+    prescribed_momenta: Vec<[f64; D]>,
     /// What to reckon with in the step to come, for its storage.
-    pub(crate) outlook: SpeedBounds,
+    pub(crate) speed_bounds: SpeedBounds,
     /// Where blocks will touch, for its storage.
-    foreseen: PredictedImpacts<D>,
+    predicted_impacts: PredictedImpacts<D>,
     /// Where blocks may touch: elements around nodes.
-    around: Adjacency,
+    adjacency: Adjacency,
     /// Which boundary conditions act.
-    acting: Vec<bool>,
+    active_boundaries: Vec<bool>,
     /// Time of all but what contact counts itself.
     pub(crate) watch: Stopwatch,
 }
@@ -114,7 +114,7 @@ impl<const D: usize> Run<D> {
             model,
             state,
             contacts,
-            second_scale,
+            adaptivity: second_scale,
         } = built;
         let nodes = model.mesh.nodes.len();
         let around = match &contacts {
@@ -122,21 +122,21 @@ impl<const D: usize> Run<D> {
             None => Adjacency::default(),
         };
         let mut run = Self {
-            around,
+            adjacency: around,
             impulses: KickImpulses::new(nodes),
             received: Vec::new(),
-            held_momenta: Vec::new(),
-            outlook: SpeedBounds::default(),
-            foreseen: PredictedImpacts::default(),
+            prescribed_momenta: Vec::new(),
+            speed_bounds: SpeedBounds::default(),
+            predicted_impacts: PredictedImpacts::default(),
             block_impulse: vec![[0.0; 3]; model.blocks.len()],
             node_impulse: vec![[0.0; D]; nodes],
-            touched: Vec::new(),
+            touched_nodes: Vec::new(),
             element_updates: 0,
             corrections: Corrections::default(),
-            plan: KickSchedule::default(),
+            schedule: KickSchedule::default(),
             watch: Stopwatch::default(),
-            acting: model
-                .prescribed
+            active_boundaries: model
+                .boundaries
                 .iter()
                 .map(|motion| motion.acts(0.0))
                 .collect(),
@@ -144,7 +144,7 @@ impl<const D: usize> Run<D> {
             model,
             state,
             contacts,
-            second_scale,
+            adaptivity: second_scale,
         };
         run.prepare();
         run.ledger = Ledger::default();
@@ -160,7 +160,7 @@ impl<const D: usize> Run<D> {
     /// rest position, before the first step.
     pub(crate) fn set_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         for (node, velocity) in self.state.velocity.iter_mut().enumerate() {
-            let held = self.model.inertia.held(node);
+            let held = self.model.inertia.prescribed(node);
             let wanted = field(pad(&self.model.mesh.nodes[node]));
             for c in (0..D).filter(|&c| !held[c]) {
                 velocity[c] = wanted[c];
@@ -173,11 +173,11 @@ impl<const D: usize> Run<D> {
     /// One coarse step.
     pub(crate) fn step(&mut self) {
         self.watch.skip();
-        for &node in &self.touched {
+        for &node in &self.touched_nodes {
             self.node_impulse[node as usize] = [0.0; D];
         }
-        self.touched.clear();
-        let mut plan = std::mem::take(&mut self.plan);
+        self.touched_nodes.clear();
+        let mut plan = std::mem::take(&mut self.schedule);
         let start = self.time();
         let was_settled = plan.is_settled;
         if self.state.number == 0 {
@@ -189,7 +189,7 @@ impl<const D: usize> Run<D> {
             plan.is_settled = true;
         }
         plan.is_steady = was_settled;
-        self.plan = plan;
+        self.schedule = plan;
         self.state.number += 1;
         if let Some(contacts) = &mut self.contacts {
             contacts.end_step(self.model.step);
@@ -197,7 +197,7 @@ impl<const D: usize> Run<D> {
         // What the next step needs is made now, so that a report between two
         // steps sees the state as the next step will.
         self.switch_boundaries();
-        self.part_contacts();
+        self.correct_positions();
         self.watch.lap(Stage::Geometry);
         self.prepare();
     }
@@ -205,12 +205,12 @@ impl<const D: usize> Run<D> {
     /// Boundary conditions that begin or end now change what is held.
     fn switch_boundaries(&mut self) {
         let time = self.time();
-        let prescribed = self.model.prescribed.iter();
+        let prescribed = self.model.boundaries.iter();
         let acts = prescribed.map(|motion| motion.acts(time));
-        if !acts.clone().eq(self.acting.iter().copied()) {
-            self.acting = acts.collect();
-            self.model.hold(time);
-            self.plan.held = self.model.held_nodes();
+        if !acts.clone().eq(self.active_boundaries.iter().copied()) {
+            self.active_boundaries = acts.collect();
+            self.model.set_prescribed_nodes(time);
+            self.schedule.prescribed_nodes = self.model.prescribed_nodes();
         }
     }
 
@@ -218,13 +218,13 @@ impl<const D: usize> Run<D> {
     /// islands of pairs.
     pub(crate) fn prepare(&mut self) {
         let join = self.find_contacts();
-        if self.plan.is_empty() {
+        if self.schedule.is_empty() {
             self.assign_levels();
             self.watch.lap(Stage::Plan);
         }
         let before = self.refine();
         self.watch.lap(Stage::Refinement);
-        if join || self.plan.is_empty() {
+        if join || self.schedule.is_empty() {
             self.assign_levels();
         }
         self.group_contacts();
@@ -239,7 +239,7 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
-        let (levels, around) = (&self.plan.levels.node, &self.around);
+        let (levels, around) = (&self.schedule.levels.node, &self.adjacency);
         let elements = &self.model.mesh.elements;
         contacts.group(&self.model.inertia, &|node, visit| {
             let nodes = around.of(node).iter();
@@ -254,11 +254,11 @@ impl<const D: usize> Run<D> {
         if self.contacts.is_none() {
             return false;
         }
-        self.look_out();
-        if !self.outlook.is_physical() {
+        self.bound_speeds();
+        if !self.speed_bounds.is_physical() {
             return false;
         }
-        let speeds = self.outlook.speeds();
+        let speeds = self.speed_bounds.speeds();
         let at = self.model.positions(&self.state);
         let instant = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
@@ -269,11 +269,11 @@ impl<const D: usize> Run<D> {
 
     /// Section 5: penetration that several simultaneous hits have left goes
     /// out of the positions, and into the books.
-    fn part_contacts(&mut self) {
+    fn correct_positions(&mut self) {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
-        let moves = contacts.part(
+        let moves = contacts.correct_positions(
             self.model.positions(&self.state).into(),
             &self.model.inertia,
         );
@@ -305,8 +305,8 @@ impl<const D: usize> Run<D> {
         let after = strain_energies(self);
         for (&block, (old, new)) in blocks.iter().zip(before.iter().zip(&after)) {
             self.ledger.correction_loss += old - new;
-            if let Some(second) = &mut self.second_scale {
-                second.owe(block, new - old);
+            if let Some(second) = &mut self.adaptivity {
+                second.add_energy_debt(block, new - old);
             }
         }
     }
@@ -314,8 +314,8 @@ impl<const D: usize> Run<D> {
     /// Takes the levels that blocks and contacts ask for now.
     fn assign_levels(&mut self) {
         let levels = self.levels();
-        if levels != self.plan.levels || self.plan.is_empty() {
-            self.plan = KickSchedule::new(&mut self.model, &self.state, levels);
+        if levels != self.schedule.levels || self.schedule.is_empty() {
+            self.schedule = KickSchedule::new(&mut self.model, &self.state, levels);
             if let Some(contacts) = &mut self.contacts {
                 contacts.ungroup();
             }
@@ -334,7 +334,7 @@ impl<const D: usize> Run<D> {
 
     /// Pairs that are closed at t = 0 and approach collide before anything.
     fn collide_initial(&mut self, first: &Substep) {
-        self.note_held(first);
+        self.note_prescribed(first);
         let Some(contacts) = &mut self.contacts else {
             return;
         };
@@ -359,7 +359,7 @@ impl<const D: usize> Run<D> {
         );
         self.state.velocity = velocity;
         self.watch.lap(Stage::Forces);
-        self.hold_contacts(substep);
+        self.kick_contacts(substep);
         let velocity = &self.state.velocity;
         self.model
             .book_damping(velocity, &mut self.impulses, substep);
@@ -367,13 +367,13 @@ impl<const D: usize> Run<D> {
         let after = (&*self.state.velocity, WorkVelocity::Mean);
         let impulses = &mut self.impulses;
         self.model.book_kick(after, impulses, substep, ledger);
-        if let Some(second) = &mut self.second_scale {
+        if let Some(second) = &mut self.adaptivity {
             for (node, energy) in self.impulses.made_by_levels(&self.state.velocity) {
-                second.owe(self.model.block_of[node as usize] as usize, energy);
+                second.add_energy_debt(self.model.block_of[node as usize] as usize, energy);
             }
         }
         self.impulses.clear();
-        for node in substep.held() {
+        for node in substep.prescribed() {
             self.impulses.contact[node as usize] = [0.0; D];
         }
         self.drift(substep);
@@ -382,7 +382,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Section 5: the impulses that keep closed pairs together, or part them.
-    fn hold_contacts(&mut self, substep: &Substep) {
+    fn kick_contacts(&mut self, substep: &Substep) {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
@@ -390,7 +390,7 @@ impl<const D: usize> Run<D> {
         received.clear();
         let mut motion = self.model.motion(&mut self.state);
         let interval = &self.impulses.interval;
-        contacts.hold(
+        contacts.kick(
             &mut motion,
             &self.model.inertia,
             &self.impulses.before,
@@ -403,7 +403,12 @@ impl<const D: usize> Run<D> {
         );
         self.watch.skip();
         for (node, impulse) in &received {
-            if self.model.inertia.held(*node as usize).contains(&true) {
+            if self
+                .model
+                .inertia
+                .prescribed(*node as usize)
+                .contains(&true)
+            {
                 let contact = &mut self.impulses.contact[*node as usize];
                 add_scaled(contact, 1.0, impulse);
             }
@@ -431,14 +436,14 @@ impl<const D: usize> Run<D> {
     /// Drift: the nodes of contacts touch by touch, the others freely.
     fn drift(&mut self, substep: &Substep) {
         if self.contacts.is_some() {
-            self.note_held(substep);
+            self.note_prescribed(substep);
         }
         let mut received = Vec::new();
         let (model, state) = (&mut self.model, &mut self.state);
         let contacts = self.contacts.as_ref();
-        let is_free = |node| !contacts.is_some_and(|contacts| contacts.moves(node));
+        let is_free = |node| !contacts.is_some_and(|contacts| contacts.moves_node(node));
         let velocity = &state.velocity;
-        let moved = [&mut *state.displacement, &mut state.carry];
+        let moved = [&mut *state.displacement, &mut state.compensation];
         substep.each_row(moved, &|first, [displacement, carry]| {
             let row = displacement.iter_mut().zip(carry).zip(&velocity[first..]);
             for (((displacement, carry), velocity), node) in row.zip(first as u32..) {
@@ -453,9 +458,9 @@ impl<const D: usize> Run<D> {
         self.watch.lap(Stage::Motion);
         let split = MidStepImpact {
             sets: &model.sets,
-            place: &model.place,
+            place: &model.numbering,
             elements: &model.mesh.elements,
-            around: &self.around,
+            around: &self.adjacency,
             inertia: &model.inertia,
             levels: &substep.plan.levels,
             interval: &state.element_interval,
@@ -463,7 +468,7 @@ impl<const D: usize> Run<D> {
         let mut motion = NodalMotion {
             rest: &model.mesh.nodes,
             displacement: &mut state.displacement,
-            carry: &mut state.carry,
+            compensation: &mut state.compensation,
             velocity: &mut state.velocity,
         };
         let mut given = Vec::new();
@@ -488,27 +493,27 @@ impl<const D: usize> Run<D> {
     }
 
     /// Notes the momenta of held nodes before a drift.
-    fn note_held(&mut self, substep: &Substep) {
+    fn note_prescribed(&mut self, substep: &Substep) {
         let (inertia, velocity) = (&self.model.inertia, &self.state.velocity);
         let momenta = substep
-            .held()
+            .prescribed()
             .map(|n| inertia.momentum(n as usize, velocity));
-        self.held_momenta.clear();
-        self.held_momenta.extend(momenta);
+        self.prescribed_momenta.clear();
+        self.prescribed_momenta.extend(momenta);
     }
 
     /// Books what held nodes have borne in a drift: the change of momentum since it was
-    /// [noted](Self::note_held) that the impulses `given` to them do not explain.
+    /// [noted](Self::note_prescribed) that the impulses `given` to them do not explain.
     fn book_reactions(&mut self, substep: &Substep, given: &[(u32, [f64; D])]) {
-        debug_assert_eq!(substep.held().count(), self.held_momenta.len());
+        debug_assert_eq!(substep.prescribed().count(), self.prescribed_momenta.len());
         let inertia = &self.model.inertia;
         for (node, impulse) in given {
             add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
         }
-        for (node, old) in substep.held().zip(&self.held_momenta) {
+        for (node, old) in substep.prescribed().zip(&self.prescribed_momenta) {
             let change = sub(&inertia.momentum(node as usize, &self.state.velocity), old);
             let known = self.impulses.contact[node as usize];
-            let held = inertia.held(node as usize);
+            let held = inertia.prescribed(node as usize);
             let reaction =
                 std::array::from_fn(|c| if held[c] { change[c] - known[c] } else { 0.0 });
             let velocity = &self.state.velocity[node as usize];
@@ -531,7 +536,7 @@ impl<const D: usize> Run<D> {
             }
             let sum = &mut self.node_impulse[*node as usize];
             add_scaled(sum, 1.0, impulse);
-            self.touched.push(*node);
+            self.touched_nodes.push(*node);
         }
     }
 }

@@ -24,7 +24,7 @@ pub(crate) struct KickSchedule {
     /// right, too.
     pub(super) is_steady: bool,
     /// Held nodes of blocks that are not fixed.
-    pub(super) held: Vec<u32>,
+    pub(super) prescribed_nodes: Vec<u32>,
     pub(super) finest: u8,
 }
 
@@ -83,8 +83,8 @@ impl Substep<'_> {
     }
 
     /// Held nodes of moving blocks that are due.
-    pub(crate) fn held(&self) -> impl Iterator<Item = u32> + '_ {
-        let held = self.plan.held.iter().copied();
+    pub(crate) fn prescribed(&self) -> impl Iterator<Item = u32> + '_ {
+        let held = self.plan.prescribed_nodes.iter().copied();
         held.filter(|&node| self.is_due(node))
     }
 
@@ -137,7 +137,7 @@ impl KickSchedule {
             assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
             is_settled,
             is_steady: false,
-            held: model.held_nodes(),
+            prescribed_nodes: model.prescribed_nodes(),
             finest: nodes.finest(),
             nodes,
             levels,
@@ -202,9 +202,9 @@ impl<const D: usize> Model<D> {
     }
 
     /// Held nodes of blocks that are not fixed.
-    pub(super) fn held_nodes(&self) -> Vec<u32> {
+    pub(super) fn prescribed_nodes(&self) -> Vec<u32> {
         let nodes = 0..self.mesh.nodes.len() as u32;
-        let held = |node: &u32| self.inertia.held(*node as usize).contains(&true);
+        let held = |node: &u32| self.inertia.prescribed(*node as usize).contains(&true);
         nodes
             .filter(|node| !self.is_fixed(*node) && held(node))
             .collect()

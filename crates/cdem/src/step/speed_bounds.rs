@@ -36,8 +36,8 @@ impl SpeedBounds {
 impl<const D: usize> Run<D> {
     /// Finds speeds of now, with what the last step's accelerations, loads and gravity add,
     /// or what is prescribed.
-    pub(crate) fn look_out(&mut self) {
-        let mut outlook = std::mem::take(&mut self.outlook);
+    pub(crate) fn bound_speeds(&mut self) {
+        let mut outlook = std::mem::take(&mut self.speed_bounds);
         let step = self.model.step;
         let heavier = self.change_of_gravity();
         let (velocity, before) = (&self.state.velocity, &self.impulses.before);
@@ -63,7 +63,7 @@ impl<const D: usize> Run<D> {
         for (ahead, ([_, gain], pushed)) in outlook.ahead.iter_mut().zip(added) {
             *ahead += step * (gain.sqrt() + heavier + pushed);
         }
-        self.outlook = outlook;
+        self.speed_bounds = outlook;
     }
 
     /// Raises speeds to those that prescribed motions ask for over the step.
@@ -71,7 +71,7 @@ impl<const D: usize> Run<D> {
         let (time, step) = (self.time(), self.model.step);
         let at = self.model.positions(&self.state);
         let acting = |motion: &&PrescribedMotion| motion.acts(time);
-        for motion in self.model.prescribed.iter().filter(acting) {
+        for motion in self.model.boundaries.iter().filter(acting) {
             for &node in &motion.nodes {
                 let mut wanted = [0.0; D];
                 motion.set((time, step), &at.at(node), &mut wanted);

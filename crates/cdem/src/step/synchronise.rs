@@ -26,7 +26,7 @@ pub(crate) struct Synchronised<const D: usize> {
 impl<const D: usize> Run<D> {
     /// The synchronised state now.
     pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
-        let plan = std::mem::take(&mut self.plan);
+        let plan = std::mem::take(&mut self.schedule);
         let time = self.time();
         let substep = plan.all(self.model.step, time);
         let mut velocity = self.state.velocity.clone();
@@ -60,7 +60,7 @@ impl<const D: usize> Run<D> {
         }
         let mut ledger = self.ledger;
         ledger.add(0.5, &half);
-        self.plan = plan;
+        self.schedule = plan;
         Synchronised {
             velocity,
             kinetic_energy,
@@ -84,10 +84,10 @@ impl<const D: usize> Run<D> {
         let mut motion = NodalMotion {
             rest: &self.model.mesh.nodes,
             displacement: &mut self.state.displacement,
-            carry: &mut self.state.carry,
+            compensation: &mut self.state.compensation,
             velocity,
         };
-        let books = contacts.peek(
+        let books = contacts.preview_kick(
             &mut motion,
             &self.model.inertia,
             &self.impulses.before,

@@ -77,12 +77,13 @@ impl Boundary2d {
         };
         // Corners that meet head on clip each other's other edge: where that may
         // not be touched, this is where they touch.
-        self.admits(beside, then) && self.project(beside, then).gap > self.project(pair, then).gap
+        self.in_normal_cone(beside, then)
+            && self.project(beside, then).gap > self.project(pair, then).gap
     }
 }
 
 impl TimeOfImpact<2> for Boundary2d {
-    fn rests(
+    fn stays_in_contact(
         &self,
         pair: Pair,
         at: Configuration<2>,
@@ -95,7 +96,7 @@ impl TimeOfImpact<2> for Boundary2d {
         }
         let (area, edge) = self.area_before(pair, at, velocity);
         let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
-        area.rests(lengths, duration, slack)
+        area.stays_in_contact(lengths, duration, slack)
     }
 
     fn time_of_impact(
@@ -114,7 +115,7 @@ impl TimeOfImpact<2> for Boundary2d {
             let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
             (-slack..=1.0 + slack).contains(&foot)
         };
-        let time = area.first_fall(duration, deep, is_on_edge)?;
+        let time = area.first_root(duration, deep, is_on_edge)?;
         let foot = self.project(pair, at.after(velocity, time)).foot[0];
         let end = at.after(velocity, duration);
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)

@@ -14,8 +14,8 @@ const STEADY: f64 = 0.5;
 const OUTWARD: f64 = 0.1;
 
 impl TimeOfImpact<3> for Boundary3d {
-    fn may_touch(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
-        match self.meeting(pair) {
+    fn may_touch_in_drift(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { .. } => true,
             FeaturePair::Crossing { main, target } => {
                 self.may_be_sharp_within([main, target], at, end)
@@ -23,7 +23,7 @@ impl TimeOfImpact<3> for Boundary3d {
         }
     }
 
-    fn rests(
+    fn stays_in_contact(
         &self,
         pair: Pair,
         at: Configuration<3>,
@@ -32,15 +32,15 @@ impl TimeOfImpact<3> for Boundary3d {
         slack: GapAllowance,
     ) -> bool {
         let within = (duration, slack);
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                let p = self.skin.point(vertex, at);
-                let gap = || point_triangle::gap(&p, &self.skin.triangle(triangle, at));
+                let p = self.triangulation.point(vertex, at);
+                let gap = || point_triangle::gap(&p, &self.triangulation.triangle(triangle, at));
                 slack.clear.is_finite() && gap() > slack.clear
-                    || self.rests_facing((vertex, triangle), at, velocity, within)
+                    || self.point_triangle_stays((vertex, triangle), at, velocity, within)
             }
             FeaturePair::Crossing { main, target } => {
-                self.rests_crossing([main, target], at, velocity, within)
+                self.edge_edge_stays([main, target], at, velocity, within)
             }
         }
     }
@@ -53,12 +53,12 @@ impl TimeOfImpact<3> for Boundary3d {
         duration: f64,
         depth: f64,
     ) -> Option<f64> {
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                self.time_of_facing((vertex, triangle), at, velocity, (duration, depth))
+                self.time_of_point_triangle((vertex, triangle), at, velocity, (duration, depth))
             }
             FeaturePair::Crossing { main, target } => {
-                self.time_of_crossing([main, target], at, velocity, (duration, depth))
+                self.time_of_edge_edge([main, target], at, velocity, (duration, depth))
             }
         }
     }
@@ -67,7 +67,7 @@ impl TimeOfImpact<3> for Boundary3d {
 impl Boundary3d {
     /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
     /// `depth` then.
-    pub(crate) fn time_of_facing(
+    pub(crate) fn time_of_point_triangle(
         &self,
         (vertex, triangle): (u32, u32),
         at: Configuration<3>,
@@ -76,15 +76,15 @@ impl Boundary3d {
     ) -> Option<f64> {
         let (volume, sides) = self.volume_before((vertex, triangle), at, velocity);
         let deep = depth * area(&sides, 0.0);
-        volume.first_fall(duration, deep, |time| {
+        volume.first_root(duration, deep, |time| {
             let then = at.after(velocity, time);
-            let facing = self.facing(vertex, triangle, then);
+            let facing = self.point_triangle(vertex, triangle, then);
             self.lies_on((vertex, triangle), &facing, then, depth)
         })
     }
 
     /// The same of two edges.
-    pub(crate) fn time_of_crossing(
+    pub(crate) fn time_of_edge_edge(
         &self,
         [main, target]: [u32; 2],
         at: Configuration<3>,
@@ -97,7 +97,7 @@ impl Boundary3d {
         let (volume, edges) = self.volume_between([main, target], at, velocity);
         // Edges that turn have another volume to the same gap at the end.
         let area = |time: f64| area(&edges, time);
-        let crossing = |time: f64| self.crossing(main, target, at.after(velocity, time));
+        let crossing = |time: f64| self.edge_edge(main, target, at.after(velocity, time));
         // Edges that turn out of one line touch as soon as they are no longer parallel,
         // unless they stay so near that the next kick will do.
         let sinks = crossing(0.0).is_none()
@@ -117,7 +117,7 @@ impl Boundary3d {
         };
         let within = |duration: f64, volume: SignedVolume, forward| {
             let deep = depth * f64::max(area(0.0), area(duration));
-            volume.first_fall(duration, deep, touches(forward))
+            volume.first_root(duration, deep, touches(forward))
         };
         let first = |volume: SignedVolume, forward| {
             let whole = within(duration, volume, forward);
@@ -137,7 +137,7 @@ impl Boundary3d {
     }
 
     /// Whether a vertex that touches a triangle stays as it is for `duration` seconds.
-    pub(crate) fn rests_facing(
+    pub(crate) fn point_triangle_stays(
         &self,
         pair: (u32, u32),
         at: Configuration<3>,
@@ -146,18 +146,18 @@ impl Boundary3d {
     ) -> bool {
         let (volume, sides) = self.volume_before(pair, at, velocity);
         let areas = [0.0, duration].map(|time| area(&sides, time));
-        volume.rests(areas, duration, slack)
+        volume.stays_in_contact(areas, duration, slack)
     }
 
     /// The same of two edges, if they stay far from parallel; or whether they are clear.
-    pub(crate) fn rests_crossing(
+    pub(crate) fn edge_edge_stays(
         &self,
         [main, target]: [u32; 2],
         at: Configuration<3>,
         velocity: &[[f64; 3]],
         (duration, slack): (f64, GapAllowance),
     ) -> bool {
-        let Some(crossing) = self.crossing(main, target, at) else {
+        let Some(crossing) = self.edge_edge(main, target, at) else {
             return slack.clear.is_finite();
         };
         if crossing.gap > slack.clear {
@@ -175,7 +175,7 @@ impl Boundary3d {
         } else {
             volume.reversed()
         };
-        crossing.outward > OUTWARD && !turns && volume.rests(areas, duration, slack)
+        crossing.outward > OUTWARD && !turns && volume.stays_in_contact(areas, duration, slack)
     }
 
     /// Volume of a vertex before a triangle, and two sides of that with their rates.
@@ -185,7 +185,7 @@ impl Boundary3d {
         at: Configuration<3>,
         velocity: &[[f64; 3]],
     ) -> (SignedVolume, [[[f64; 3]; 2]; 2]) {
-        let [a, b, c] = self.skin.triangles[triangle as usize].corners;
+        let [a, b, c] = self.triangulation.triangles[triangle as usize].corners;
         let [vertex, b, c] = [vertex, b, c].map(|corner| self.between(a, corner, at, velocity));
         (SignedVolume::of_volume([vertex, b, c]), [b, c])
     }
@@ -198,7 +198,7 @@ impl Boundary3d {
         velocity: &[[f64; 3]],
     ) -> (SignedVolume, [[[f64; 3]; 2]; 2]) {
         let between = |[from, to]: [u32; 2]| self.between(from, to, at, velocity);
-        let [one, other] = edges.map(|edge| self.skin.edges[edge as usize].ends);
+        let [one, other] = edges.map(|edge| self.triangulation.edges[edge as usize].ends);
         let edges = [one, other].map(between);
         let volume = SignedVolume::of_volume([between([other[0], one[0]]), edges[0], edges[1]]);
         (volume, edges)
@@ -216,9 +216,11 @@ impl Boundary3d {
         let end = at.after(velocity, duration);
         let is_sharp = |edge: u32, under: u32| {
             let length = self.length(under, at);
-            self.skin.is_sharp_under(edge, length, at)
-                || self.skin.may_sharpen(edge, length, at, velocity, duration)
-                    && self.skin.is_sharp_under(edge, length, end)
+            self.triangulation.is_sharp_under(edge, length, at)
+                || self
+                    .triangulation
+                    .may_sharpen(edge, length, at, velocity, duration)
+                    && self.triangulation.is_sharp_under(edge, length, end)
         };
         is_sharp(one, other) && is_sharp(other, one)
     }
@@ -233,14 +235,15 @@ impl Boundary3d {
         let is_flat = |edge: u32, under: u32| {
             let length = self.length(under, at);
             let mut moments = [at, end].into_iter();
-            moments.all(|at| self.skin.is_flat_under(edge, length, at))
+            moments.all(|at| self.triangulation.is_flat_under(edge, length, at))
         };
         !is_flat(one, other) && !is_flat(other, one)
     }
 
     /// Velocity of a corner, m/s.
     fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
-        self.skin.mean(corner, |node| velocity[node as usize])
+        self.triangulation
+            .mean(corner, |node| velocity[node as usize])
     }
 
     /// A vector between two corners, and its rate.
@@ -251,7 +254,7 @@ impl Boundary3d {
         at: Configuration<3>,
         velocity: &[[f64; 3]],
     ) -> [[f64; 3]; 2] {
-        let [start, end] = [from, to].map(|corner| self.skin.point(corner, at));
+        let [start, end] = [from, to].map(|corner| self.triangulation.point(corner, at));
         let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
         [sub(&end, &start), sub(&fast, &slow)]
     }

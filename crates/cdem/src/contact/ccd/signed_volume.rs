@@ -83,7 +83,12 @@ impl SignedVolume {
 
     /// Whether a gap, which times some size of the target is this, is within some
     /// [`GapAllowance`] and stays so for `duration`, given the `sizes` at its start and end.
-    pub(crate) fn rests(&self, sizes: [f64; 2], duration: f64, slack: GapAllowance) -> bool {
+    pub(crate) fn stays_in_contact(
+        &self,
+        sizes: [f64; 2],
+        duration: f64,
+        slack: GapAllowance,
+    ) -> bool {
         let [now, then] = [0.0, duration].map(|time| self.at(time));
         let (gap, next) = (now / sizes[0], then / sizes[1]);
         let lowest = KEPT * slack.within * sizes[0].min(sizes[1]);
@@ -131,7 +136,7 @@ impl SignedVolume {
     /// and `touches` holds: never later than that. Below 0, as what comes in round the
     /// end of its target, a pair touches as soon as that holds while it falls, as long as
     /// it is above -`deep`.
-    pub(crate) fn first_fall(
+    pub(crate) fn first_root(
         &self,
         duration: f64,
         deep: f64,
@@ -143,7 +148,10 @@ impl SignedVolume {
         if is_behind && self.falls_at(0.0) && touches(0.0) {
             return Some(0.0);
         }
-        let falls = self.falls(duration, [margin, deep]).into_iter().flatten();
+        let falls = self
+            .descents(duration, [margin, deep])
+            .into_iter()
+            .flatten();
         let mut times = falls.filter_map(|DescentInterval { start, end }| {
             let shallow = self.last_above(-deep, start, end);
             first(start, shallow, &touches)
@@ -154,7 +162,7 @@ impl SignedVolume {
     /// The stretches of time within `duration` in which it falls to `margin` or, by more
     /// than that, from below it, but not from below -`deep`; at most three. What stays
     /// within the margins rests.
-    fn falls(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<DescentInterval>; 3] {
+    fn descents(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<DescentInterval>; 3] {
         let [_, c1, c2, c3] = self.coefficients;
         let mut ends = [0.0, duration, duration, duration];
         let mut count = 1;
@@ -237,7 +245,7 @@ mod tests {
     fn what_rises_by_less_than_round_off_before_it_falls_touches() {
         // 1e-17 t − t²: whether it rises at all, only exact arithmetic tells.
         let falls = area([0.0, 0.0], [1e-17, 1.0], [1.0, 0.0]);
-        let found = falls.first_fall(1.0, 1.0, |_| true);
+        let found = falls.first_root(1.0, 1.0, |_| true);
         assert!(found.is_some_and(|time| time < 1e-16), "{found:?}");
     }
 
@@ -249,7 +257,7 @@ mod tests {
             ([1.0, 0.0], [0.0, 0.0]),
             ([1e-17, 1.0], [1e-17, 0.0]), // rises, falls, and stays within
         ] {
-            let found = area([0.0, 0.5], rate, stretch).first_fall(1.0, 1.0, |_| true);
+            let found = area([0.0, 0.5], rate, stretch).first_root(1.0, 1.0, |_| true);
             assert_eq!(found, None, "{rate:?} {stretch:?}");
         }
     }
@@ -258,7 +266,7 @@ mod tests {
     fn what_grazes_touches_though_the_foot_comes_in_meanwhile() {
         // (t − ½)² is within round-off for 1e-7 s before it is 0.
         let grazes = area([0.25, 0.0], [-1.0, -1.0], [1.0, 0.0]);
-        let found = grazes.first_fall(1.0, 1.0, |time| time > 0.5 - 1e-9);
+        let found = grazes.first_root(1.0, 1.0, |time| time > 0.5 - 1e-9);
         let comes_in = 0.5 - 1e-9;
         assert!(
             found.is_some_and(|time| time <= comes_in && time > comes_in - 1e-15),
@@ -275,7 +283,7 @@ mod tests {
             (-0.1, 0.25, false),
         ] {
             let falls = area([start, 0.0], [-1.0, 0.0], [0.0, 0.0]);
-            let found = falls.first_fall(1.0, deep, |time| time > 0.2);
+            let found = falls.first_root(1.0, deep, |time| time > 0.2);
             let expected = touches.then_some(0.2);
             let apart = found.zip(expected).map(|(one, other)| (one - other).abs());
             assert!(
@@ -288,7 +296,7 @@ mod tests {
     #[test]
     fn what_comes_in_from_behind_for_a_while_touches() {
         let falls = area([0.2, 0.0], [-1.0, 0.0], [0.0, 0.0]);
-        let found = falls.first_fall(1.2, 1.0, |time| (0.3..0.6).contains(&time));
+        let found = falls.first_root(1.2, 1.0, |time| (0.3..0.6).contains(&time));
         assert!(
             found.is_some_and(|time| (time - 0.3).abs() < 1e-15),
             "{found:?}"
@@ -299,12 +307,12 @@ mod tests {
     fn what_turns_behind_touches_when_it_falls_again() {
         // -0.1 + 0.2 t - t²
         let falls = area([-0.1, 0.0], [0.1, 0.0], [0.0, 0.0]);
-        assert_eq!(falls.first_fall(1.0, 0.3, |_| true), None);
+        assert_eq!(falls.first_root(1.0, 0.3, |_| true), None);
         let turns = SignedVolume {
             coefficients: [-0.1, 0.2, -1.0, 0.0],
             ..falls
         };
-        let found = turns.first_fall(1.0, 0.3, |_| true);
+        let found = turns.first_root(1.0, 0.3, |_| true);
         assert!(
             found.is_some_and(|time| (time - 0.1).abs() < 1e-15),
             "{found:?}"
@@ -314,7 +322,7 @@ mod tests {
     #[test]
     fn what_leaves_from_behind_does_not_touch_as_it_comes_in() {
         let rises = area([-0.5, 0.0], [1.0, 0.0], [0.0, 0.0]);
-        assert_eq!(rises.first_fall(1.0, 1.0, |time| time > 0.2), None);
+        assert_eq!(rises.first_root(1.0, 1.0, |time| time > 0.2), None);
     }
 
     #[test]
@@ -335,16 +343,23 @@ mod tests {
             (2e-2, 0.0, false),   // does not touch
         ] {
             let falls = area([gap, 0.5], [-sinks, 0.0], [0.0, 0.0]);
-            assert_eq!(falls.rests([1.0; 2], 1.0, slack), rests, "{gap} {sinks}");
+            assert_eq!(
+                falls.stays_in_contact([1.0; 2], 1.0, slack),
+                rests,
+                "{gap} {sinks}"
+            );
         }
         // -0.04 t (1 - t) of the whole: back at its end, and deep on its way.
         let dips = SignedVolume {
             coefficients: [0.0, -0.04, 0.04, 0.0],
             ..area([0.0, 0.5], [0.0; 2], [0.0; 2])
         };
-        assert!(!dips.rests([1.0; 2], 1.0, slack));
+        assert!(!dips.stays_in_contact([1.0; 2], 1.0, slack));
         // The same volume to half the target is twice the depth.
         let falls = area([0.0, 0.5], [-0.8e-6, 0.0], [0.0, 0.0]);
-        assert!(falls.rests([1.0, 1.0], 1.0, slack) && !falls.rests([1.0, 0.5], 1.0, slack));
+        assert!(
+            falls.stays_in_contact([1.0, 1.0], 1.0, slack)
+                && !falls.stays_in_contact([1.0, 0.5], 1.0, slack)
+        );
     }
 }

@@ -50,14 +50,14 @@ struct IndexedContact<const D: usize> {
 
 impl<const D: usize> ActiveSetIndex<D> {
     /// Takes these contacts.
-    pub(crate) fn list(
+    pub(crate) fn rebuild(
         &mut self,
         live: &[ContactPoint<D>],
         surface: &dyn Surface<D>,
         (motion, at): (&KickedView<D>, Configuration<D>),
     ) {
         let place = |(number, live): (u32, &ContactPoint<D>)| IndexedContact {
-            blocks: ordered(live.record.blocks),
+            blocks: ordered(live.history.blocks),
             nodes: around_nodes(surface, live.pair, at, 0.0),
             number,
         };
@@ -82,7 +82,7 @@ impl<const D: usize> ActiveSetIndex<D> {
 
     /// Those of the contacts listed that may say the same as a touch of `pair`, or of one beside
     /// it, within `duration` seconds, and some more.
-    pub(crate) fn beside<'a>(
+    pub(crate) fn nearby<'a>(
         &self,
         live: &'a [ContactPoint<D>],
         setting: &ContactContext<D>,

@@ -53,13 +53,13 @@ pub(crate) struct ContactPoint<const D: usize> {
     pub(crate) offset: [f64; D],
     /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
     /// ([`Overlaps`](crate::contact::constraint::initial_overlap::InitialOverlaps)).
-    pub(crate) given: f64,
+    pub(crate) initial_gap: f64,
     /// Bound to a material point of the target.
-    pub(crate) sticks: bool,
+    pub(crate) is_sticking: bool,
     /// Cohesion and tensile strength are still there.
-    pub(crate) joint: bool,
+    pub(crate) is_joint: bool,
     /// Touched, but not solved for yet.
-    pub(crate) fresh: bool,
+    pub(crate) is_new: bool,
     /// Impulse of the last solve in the frame, N·s, and its interval, s.
     #[serde(with = "serde_pod")]
     pub(crate) impulse: [f64; D],
@@ -74,7 +74,7 @@ pub(crate) struct ContactPoint<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
     /// What `contacts.csv` tells of it.
-    pub(crate) record: ContactHistory,
+    pub(crate) history: ContactHistory,
 }
 
 /// The life of a contact point so far.
@@ -122,11 +122,11 @@ impl ContactHistory {
 #[derive(Clone, Copy)]
 pub(crate) struct DriftInterval<'a, const D: usize> {
     /// Configuration at the touch.
-    pub(crate) touch: Configuration<'a, D>,
+    pub(crate) at_touch: Configuration<'a, D>,
     /// Configuration at the end of the drift, as nodes move now.
-    pub(crate) end: Configuration<'a, D>,
-    /// Whether they move as closed contacts let them, but [fresh](ContactPoint::fresh) ones.
-    pub(crate) is_held: bool,
+    pub(crate) at_end: Configuration<'a, D>,
+    /// Whether they move as closed contacts let them, but [fresh](ContactPoint::is_new) ones.
+    pub(crate) is_solved: bool,
 }
 
 /// Where a contact's point is that has been followed.
@@ -144,11 +144,11 @@ pub(crate) enum TargetTracking {
 
 impl<'a, const D: usize> DriftInterval<'a, D> {
     /// One of which nothing is asked but how things are.
-    pub(crate) fn still(at: Configuration<'a, D>) -> Self {
+    pub(crate) fn at_rest(at: Configuration<'a, D>) -> Self {
         Self {
-            touch: at,
-            end: at,
-            is_held: false,
+            at_touch: at,
+            at_end: at,
+            is_solved: false,
         }
     }
 
@@ -160,13 +160,13 @@ impl<'a, const D: usize> DriftInterval<'a, D> {
         [wait, remaining]: [f64; 2],
     ) -> Self {
         Self {
-            touch: if wait > 0.0 {
+            at_touch: if wait > 0.0 {
                 at.after(velocity, wait)
             } else {
                 at
             },
-            end: at.after(velocity, remaining),
-            is_held: true,
+            at_end: at.after(velocity, remaining),
+            is_solved: true,
         }
     }
 }
@@ -174,7 +174,7 @@ impl<'a, const D: usize> DriftInterval<'a, D> {
 impl<const D: usize> ContactPoint<D> {
     /// Whether it says what `pair` of the same blocks would at the moment of its touch,
     /// and still does at the end of the drift.
-    pub(crate) fn says(
+    pub(crate) fn is_duplicate_of(
         &self,
         setting: &ContactContext<D>,
         pair: Pair,
@@ -185,39 +185,44 @@ impl<const D: usize> ContactPoint<D> {
             return true;
         }
         let goes_on = || {
-            let projection = surface.project(self.pair, moment.end);
+            let projection = surface.project(self.pair, moment.at_end);
             let foot = &projection.foot;
             projection.outside <= tolerance
-                || surface.neighbour(self.pair, foot, moment.end).is_some()
+                || surface.neighbour(self.pair, foot, moment.at_end).is_some()
         };
-        surface.same_contact(self.pair, pair, moment.touch, tolerance)
+        surface.same_contact(self.pair, pair, moment.at_touch, tolerance)
             && goes_on()
-            && !self.leaves(setting, pair, moment)
+            && !self.leaves_uncovered(setting, pair, moment)
     }
 
     /// Whether it lets a pair beside it sink in until the end of the drift, deeper than
     /// itself: as where its point goes into a dent, or an edge from one ridge on to two.
-    pub(crate) fn leaves(
+    pub(crate) fn leaves_uncovered(
         &self,
         setting: &ContactContext<D>,
         pair: Pair,
         moment: DriftInterval<D>,
     ) -> bool {
-        if !moment.is_held || self.fresh {
+        if !moment.is_solved || self.is_new {
             return false;
         }
-        if setting.surface.project(pair, moment.end).outside <= 0.0 {
-            return self.is_above(setting, pair, moment.end);
+        if setting.surface.project(pair, moment.at_end).outside <= 0.0 {
+            return self.is_shallower_than(setting, pair, moment.at_end);
         }
         // What has gone on by then may have been deep on its way.
         (1..LOOKS).any(|look| {
             let share = f64::from(look) / f64::from(LOOKS);
-            self.is_above(setting, pair, moment.touch.towards(moment.end, share))
+            self.is_shallower_than(setting, pair, moment.at_touch.towards(moment.at_end, share))
         })
     }
 
     /// Whether a pair beside it is deeper than itself.
-    fn is_above(&self, setting: &ContactContext<D>, pair: Pair, at: Configuration<D>) -> bool {
+    fn is_shallower_than(
+        &self,
+        setting: &ContactContext<D>,
+        pair: Pair,
+        at: Configuration<D>,
+    ) -> bool {
         let surface = setting.surface;
         let beside = surface.project(pair, at);
         let deep = -MISS * setting.tolerance;
@@ -229,21 +234,21 @@ impl<const D: usize> ContactPoint<D> {
             return false;
         };
         // What is apart along the normal that is held does not lie in each other.
-        let is_swapped = setting.blocks(pair) != self.record.blocks;
+        let is_swapped = setting.blocks(pair) != self.history.blocks;
         let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
         along - surface.project(self.pair, at).gap.min(0.0) < deep
     }
 
     /// Moves a sliding contact's foot to where its point is now, and on to
     /// neighbouring target features, but those of which others have `taken` hold.
-    pub(crate) fn follow(
+    pub(crate) fn track_target(
         &mut self,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
         tolerance: f64,
         taken: impl Fn(Pair) -> bool,
     ) -> TargetTracking {
-        if self.sticks {
+        if self.is_sticking {
             return TargetTracking::There;
         }
         let mut projection = surface.project(self.pair, at);
@@ -252,7 +257,8 @@ impl<const D: usize> ContactPoint<D> {
         while projection.outside > FOOT_ROUND_OFF * size {
             let next = surface.neighbour(self.pair, &projection.foot, at);
             // In a dent both sides bear.
-            let is_free = |next: &Pair| !(taken(*next) && surface.both_bear(self.pair, *next, at));
+            let is_free =
+                |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
             let Some(next) = next.filter(is_free) else {
                 if projection.outside > tolerance {
                     let next = surface.successor(self.pair, at, tolerance);
@@ -260,13 +266,13 @@ impl<const D: usize> ContactPoint<D> {
                         return TargetTracking::Beyond;
                     };
                     projection = surface.project(next, at);
-                    self.turn(surface, (next, is_swapped), at);
+                    self.rotate_frame(surface, (next, is_swapped), at);
                 }
                 break;
             };
             let before = projection.outside;
             projection = surface.project(next, at);
-            self.turn(surface, (next, false), at);
+            self.rotate_frame(surface, (next, false), at);
             // Deep in a re-entrant edge it is outside the faces on both sides.
             if projection.outside >= before {
                 break;
@@ -282,7 +288,7 @@ impl<const D: usize> ContactPoint<D> {
 
     /// Goes on as another pair, the main block of which may be its target: what its frame
     /// has counted turns with it.
-    fn turn(
+    fn rotate_frame(
         &mut self,
         surface: &dyn Surface<D>,
         (next, is_swapped): (Pair, bool),
@@ -290,11 +296,11 @@ impl<const D: usize> ContactPoint<D> {
     ) {
         let frame = |pair| {
             let foot = surface.project(pair, at).foot;
-            surface.operator(pair, &foot, at).frame
+            surface.jacobian(pair, &foot, at).frame
         };
         let [old, new] = [self.pair, next].map(frame);
         let sign = if is_swapped { -1.0 } else { 1.0 };
-        for counted in self.in_frame() {
+        for counted in self.frame_vectors() {
             let mut whole = [0.0; D];
             for r in 1..D {
                 add_scaled(&mut whole, sign * counted[r], &old[r]);
@@ -307,7 +313,7 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// What it bears and has borne, which turns with the frame.
-    pub(crate) fn in_frame(&mut self) -> [&mut [f64; D]; 4] {
+    pub(crate) fn frame_vectors(&mut self) -> [&mut [f64; D]; 4] {
         [
             &mut self.impulse,
             &mut self.force,
@@ -318,39 +324,39 @@ impl<const D: usize> ContactPoint<D> {
 
     /// Overlap that the pair keeps, m.
     pub(crate) fn penetration(&self) -> f64 {
-        (self.given - self.offset[0]).max(0.0)
+        (self.initial_gap - self.offset[0]).max(0.0)
     }
 
     /// How deep the pair is where its operator was made, beyond what is given, m.
     pub(crate) fn depth(&self, operator: &ContactJacobian<D>) -> f64 {
-        self.given - operator.offset[0]
+        self.initial_gap - operator.offset[0]
     }
 
     /// The operator at the present positions.
-    pub(crate) fn operator(
+    pub(crate) fn jacobian(
         &self,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) -> ContactJacobian<D> {
         let mut operator = ContactJacobian::default();
-        self.relate(&mut operator, surface, at);
+        self.assemble_jacobian(&mut operator, surface, at);
         operator
     }
 
     /// Makes an operator that at the present positions.
-    pub(crate) fn relate(
+    pub(crate) fn assemble_jacobian(
         &self,
         operator: &mut ContactJacobian<D>,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) {
-        surface.relate(operator, self.pair, &self.foot, at, Some(&self.normal));
+        surface.assemble_jacobian(operator, self.pair, &self.foot, at, Some(&self.normal));
     }
 
     /// Bounds of the impulse of `interval` seconds.
-    fn limit(&self, interval: f64) -> FrictionBounds {
-        let strength = if self.joint {
-            self.record.area * interval
+    fn friction_bounds(&self, interval: f64) -> FrictionBounds {
+        let strength = if self.is_joint {
+            self.history.area * interval
         } else {
             0.0
         };
@@ -366,16 +372,16 @@ impl<const D: usize> ContactPoint<D> {
     /// g(x_{n+1}) = (1 - [`AIM`]) g(x_n) along ∇g(x_n), and the same for the tangents of a pair
     /// that sticks, as far as g is not [`RIGHT`]; g ≥ 0 of one that bears nothing and has
     /// opened.
-    pub(crate) fn ask(
+    pub(crate) fn set_constraint(
         &self,
         constraint: &mut Constraint<D>,
         (drift, interval): (f64, f64),
         tolerance: f64,
     ) {
-        let (operator, target) = (&constraint.operator, &mut constraint.target);
+        let (operator, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
         let right = RIGHT * tolerance;
-        for r in 0..if self.sticks { D } else { 1 } {
+        for r in 0..if self.is_sticking { D } else { 1 } {
             let wrong = self.offset[r] - operator.offset[r];
             target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
         }
@@ -383,19 +389,19 @@ impl<const D: usize> ContactPoint<D> {
         if apart > 0.0 && self.impulse[0] == 0.0 {
             target[0] = -apart / drift;
         }
-        constraint.limit = self.limit(interval);
-        let force = expected(&self.force, &self.force_before);
+        constraint.bounds = self.friction_bounds(interval);
+        let force = extrapolated_force(&self.force, &self.force_before);
         constraint.impulse = force.map(|force| force * interval);
-        constraint.impulse[0] = constraint.impulse[0].max(-constraint.limit.tension);
-        constraint.borne = [0.0; D];
+        constraint.impulse[0] = constraint.impulse[0].max(-constraint.bounds.tension);
+        constraint.impulse_before = [0.0; D];
     }
 
     /// Takes what a kick of `interval` seconds has it bear, N·s.
-    pub(crate) fn bear(&mut self, impulse: &[f64; D], interval: f64) {
+    pub(crate) fn record_impulse(&mut self, impulse: &[f64; D], interval: f64) {
         (self.impulse, self.interval) = (*impulse, interval);
         self.force_before = self.force;
         self.force = impulse.map(|impulse| impulse / interval);
-        self.record.count(&[0.0; D], impulse);
+        self.history.count(&[0.0; D], impulse);
     }
 
     /// Whether its gap is wider after a drift at solved velocities than is [`RIGHT`]. One
@@ -407,7 +413,7 @@ impl<const D: usize> ContactPoint<D> {
         drift: f64,
         tolerance: f64,
     ) -> bool {
-        let operator = &solved.operator;
+        let operator = &solved.jacobian;
         let gap = operator.offset[0] + drift * operator.relative_velocity(0, velocity);
         gap - self.offset[0] > RIGHT * tolerance
     }
@@ -415,46 +421,46 @@ impl<const D: usize> ContactPoint<D> {
     /// The constraint at the instant of an impact before a drift of `drift` seconds, at the
     /// present positions. A pair that was closed already bears the impulse of its last kick,
     /// of which it may give back all; a joint no more than its strength with that.
-    pub(crate) fn impact(
+    pub(crate) fn impact_constraint(
         &self,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
         (drift, tolerance): (f64, f64),
     ) -> Constraint<D> {
         let mut constraint = Constraint::default();
-        self.relate(&mut constraint.operator, surface, at);
-        self.ask(&mut constraint, (drift, 0.0), tolerance);
-        if self.fresh {
+        self.assemble_jacobian(&mut constraint.jacobian, surface, at);
+        self.set_constraint(&mut constraint, (drift, 0.0), tolerance);
+        if self.is_new {
             constraint.impulse = [0.0; D];
             constraint.target = [0.0; D];
         } else {
-            (constraint.impulse, constraint.borne) = (self.impulse, self.impulse);
-            constraint.limit = self.limit(drift.max(self.interval));
+            (constraint.impulse, constraint.impulse_before) = (self.impulse, self.impulse);
+            constraint.bounds = self.friction_bounds(drift.max(self.interval));
         }
         constraint
     }
 
     /// What an impact leaves: a slip, a broken joint, and for the next impact of
     /// this drift less of the strength and of the last kick's impulse.
-    pub(crate) fn take_impact(
+    pub(crate) fn apply_impact(
         &mut self,
         solved: &Constraint<D>,
         velocity: &[[f64; D]],
         least: f64,
     ) {
-        let fresh = std::mem::take(&mut self.fresh);
+        let fresh = std::mem::take(&mut self.is_new);
         if !fresh {
             self.impulse = solved.impulse;
             self.breaks(solved, velocity, least);
         }
-        if solved.slips(velocity, least) && !self.joint {
+        if solved.slips(velocity, least) && !self.is_joint {
             self.slide();
         }
     }
 
     /// Binds the pair to the material point of the target where it is now.
     pub(crate) fn stick(&mut self) {
-        self.sticks = true;
+        self.is_sticking = true;
         self.offset[1..].fill(0.0);
     }
 
@@ -466,8 +472,8 @@ impl<const D: usize> ContactPoint<D> {
         velocity: &[[f64; D]],
         least: f64,
     ) -> bool {
-        let breaks =
-            self.joint && (constraint.opens(velocity, least) || constraint.slips(velocity, least));
+        let breaks = self.is_joint
+            && (constraint.opens(velocity, least) || constraint.slips(velocity, least));
         if breaks {
             self.slide();
         }
@@ -476,13 +482,13 @@ impl<const D: usize> ContactPoint<D> {
 
     /// Frees the tangent; cohesion and tensile strength are lost.
     pub(crate) fn slide(&mut self) {
-        self.sticks = false;
-        self.joint = false;
+        self.is_sticking = false;
+        self.is_joint = false;
     }
 }
 
 /// The force with which the next solve begins, N, after that of `now` and of the kick before.
-fn expected<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
+fn extrapolated_force<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
     let goes_on = now[0] != 0.0 && before[0] != 0.0;
     let trend = if goes_on { TREND } else { 0.0 };
     std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
@@ -498,14 +504,15 @@ mod tests {
         let force = |kick: i32| [2.0 + (turn * f64::from(kick)).cos()];
         let largest = |missed: &dyn Fn(i32) -> f64| (2..42).map(missed).fold(0.0, f64::max);
         let last = largest(&|k| (force(k)[0] - force(k - 1)[0]).abs());
-        let missed = largest(&|k| (force(k)[0] - expected(&force(k - 1), &force(k - 2))[0]).abs());
+        let missed =
+            largest(&|k| (force(k)[0] - extrapolated_force(&force(k - 1), &force(k - 2))[0]).abs());
         // What is left of the trend, and the turn of that in a kick.
         assert!(missed < (1.0 - TREND + turn) * last, "{missed} of {last}");
     }
 
     #[test]
     fn what_has_just_begun_or_opened_is_met_where_it_was() {
-        assert_eq!(expected(&[3.0, 1.0], &[0.0, 0.0]), [3.0, 1.0]);
-        assert_eq!(expected(&[0.0, 0.0], &[3.0, 1.0]), [0.0, 0.0]);
+        assert_eq!(extrapolated_force(&[3.0, 1.0], &[0.0, 0.0]), [3.0, 1.0]);
+        assert_eq!(extrapolated_force(&[0.0, 0.0], &[3.0, 1.0]), [0.0, 0.0]);
     }
 }

@@ -18,7 +18,7 @@ pub(crate) struct ContactContext<'a, const D: usize> {
     /// d_tol, m.
     pub(crate) tolerance: f64,
     /// Of blocks at t = 0.
-    pub(crate) overlaps: &'a InitialOverlaps,
+    pub(crate) initial_overlaps: &'a InitialOverlaps,
     /// How often the elements at each node have been halved.
     pub(crate) halvings: &'a [u8],
 }

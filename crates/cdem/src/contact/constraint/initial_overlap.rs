@@ -32,7 +32,7 @@ impl InitialOverlaps {
     }
 
     /// How much of a gap between two blocks is no penetration, m: at most 0.
-    pub(crate) fn given(&self, blocks: [u32; 2], gap: f64) -> f64 {
+    pub(crate) fn allowed_gap(&self, blocks: [u32; 2], gap: f64) -> f64 {
         let depth = self.depth.get(&ordered(blocks)).copied();
         gap.clamp(-depth.unwrap_or(0.0), 0.0)
     }

@@ -179,7 +179,7 @@ impl Clusters {
             let ways = [both, [both[1], both[0]]].into_iter();
             ways.flat_map(|sides| self.pairs(sides, &boxes, &extents))
         });
-        let mut pairs: Vec<Pair> = pairs.filter(|&pair| surface.matches(pair)).collect();
+        let mut pairs: Vec<Pair> = pairs.filter(|&pair| surface.is_canonical(pair)).collect();
         pairs.par_sort_unstable();
         pairs
     }

@@ -15,7 +15,7 @@ impl<const D: usize> CandidateSearch<D> {
         let SearchWorkspace {
             together, largest, ..
         } = &mut self.lists;
-        together.part(count);
+        together.reset(count);
         largest.clear();
         largest.extend(self.blocks.iter().map(|reach| reach.share));
         let mut joined = 0;
@@ -82,7 +82,7 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Looks at what has not been near to blocks of a larger share than before.
     fn look_again(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.look_ahead(blocks.tolerance);
+        self.search_ahead(blocks.tolerance);
         let SearchWorkspace {
             ahead,
             raised,
@@ -95,10 +95,10 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
             let mut of = candidate.blocks.iter();
             of.any(|&block| raised[block as usize])
-                && !self.near[*number as usize]
+                && !self.find_near[*number as usize]
                 && candidate.may_be_near(a, b)
         };
-        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
+        let some = self.active_candidates.numbers.par_chunks(AT_A_GLANCE);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(&mut *glances).for_each(|(numbers, glance)| {
             glance.open.clear();

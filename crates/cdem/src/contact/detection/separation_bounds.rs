@@ -145,7 +145,7 @@ impl SeparationBounds {
             turns: surface.main_nodes(pair.main).len() > 1,
             until: 0.0,
         });
-        self.remember(self.open.len() - 1, apart);
+        self.set_bound(self.open.len() - 1, apart);
     }
 
     pub(crate) fn pair(&self, number: usize) -> Pair {
@@ -207,7 +207,7 @@ impl SeparationBounds {
     }
 
     /// The features of a pair are `apart` now, m.
-    pub(crate) fn remember(&mut self, number: usize, apart: f64) {
+    pub(crate) fn set_bound(&mut self, number: usize, apart: f64) {
         let [main, target] = self.bodies_of(&self.open[number]);
         self.open[number].until = apart + (main.way + target.way);
     }
@@ -219,7 +219,7 @@ impl SeparationBounds {
     }
 
     /// Counts a drift at the velocities measured, s.
-    pub(crate) fn go(&mut self, duration: f64) {
+    pub(crate) fn advance(&mut self, duration: f64) {
         let (mut longest, mut fastest) = (0.0_f64, 0.0_f64);
         for body in &mut self.bodies {
             body.way += duration * body.speed;

@@ -69,7 +69,7 @@ impl<const D: usize> ImpactSolve<D> {
             RESIDUAL_OF_CROWD
         };
         let precision = (done, self.precision);
-        books.count(|| system.solve(&mut self.constraints, motion.velocity, precision));
+        books.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
     }
 }
 
@@ -77,7 +77,7 @@ impl<const D: usize> Island<D> {
     /// The impact of the pairs that have just touched, in a drift of `duration`
     /// seconds of which `remaining` are left, and what it does to the bodies
     /// behind them.
-    pub(super) fn meet<I: BodyCoupling<D>>(
+    pub(super) fn solve_impact<I: BodyCoupling<D>>(
         &mut self,
         setting: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
@@ -87,30 +87,30 @@ impl<const D: usize> Island<D> {
         books: &mut ContactEnergies,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        bodies.trail.reach(self.system.nodes(), motion);
-        impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
+        bodies.rollback.track(self.solver.nodes(), motion);
+        impact.solve(&mut self.solver, setting, motion, (&[], 0.0), books);
         let jump = VelocityJump {
             nodes: &self.nodes,
             before,
-            taken: bodies.taken,
+            taken: bodies.in_island,
             remaining,
         };
         let mut scale = 0.0;
-        let (interior, touch) = (bodies.interior, &mut bodies.touch);
-        interior.split(motion, &jump, bodies.trail, touch);
+        let (interior, touch) = (bodies.coupling, &mut bodies.touch);
+        interior.begin_impact(motion, &jump, bodies.rollback, touch);
         let impulses = I::impulses(touch);
         if !impulses.is_empty() {
             impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
-            impact.solve(&mut self.system, setting, motion, (impulses, 1.0), books);
+            impact.solve(&mut self.solver, setting, motion, (impulses, 1.0), books);
             scale = interior.balance(touch, motion);
-            impact.solve(&mut self.system, setting, motion, (impulses, scale), books);
+            impact.solve(&mut self.solver, setting, motion, (impulses, scale), books);
         }
         for _ in 0..AGAIN {
             let drift = (duration, remaining);
             if !self.bend(setting, motion, &mut impact.constraints, drift) {
                 break;
             }
-            impact.solve(&mut self.system, setting, motion, (impulses, scale), books);
+            impact.solve(&mut self.solver, setting, motion, (impulses, scale), books);
         }
         self.end_impact(
             setting,
@@ -120,12 +120,12 @@ impl<const D: usize> Island<D> {
             books,
         );
         let timing = (remaining, scale);
-        books.impact_loss -= interior.settle(touch, motion, timing, receivers.on_held);
+        books.impact_loss -= interior.finish_impact(touch, motion, timing, receivers.on_held);
     }
 
     /// The impact of pairs that are closed at t = 0 and approach, before a drift
     /// of `duration` seconds.
-    pub(crate) fn meet_initial(
+    pub(crate) fn solve_initial_impact(
         &mut self,
         setting: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
@@ -134,7 +134,7 @@ impl<const D: usize> Island<D> {
         books: &mut ContactEnergies,
     ) {
         let mut impact = self.impact(setting, motion, duration);
-        impact.solve(&mut self.system, setting, motion, (&[], 0.0), books);
+        impact.solve(&mut self.solver, setting, motion, (&[], 0.0), books);
         self.end_impact(setting, motion, (&impact, duration), receive, books);
     }
 
@@ -148,16 +148,16 @@ impl<const D: usize> Island<D> {
     ) -> ImpactSolve<D> {
         let constraint = |live: &ContactPoint<D>| {
             let within = (duration, setting.tolerance);
-            live.impact(setting.surface, motion.positions().into(), within)
+            live.impact_constraint(setting.surface, motion.positions().into(), within)
         };
-        let live = self.live.par_iter().with_min_len(SHARE);
+        let live = self.contact_points.par_iter().with_min_len(SHARE);
         let constraints: Vec<_> = live.map(constraint).collect();
-        self.system.load(&constraints, setting.mobility(0.0));
+        self.solver.load(&constraints, setting.mobility(0.0));
         let approach = constraints.iter();
-        let approach = approach.map(|c| c.operator.relative_velocities(motion.velocity));
+        let approach = approach.map(|c| c.jacobian.relative_velocities(motion.velocity));
         ImpactSolve {
             approach: approach.collect(),
-            start: self.start(&constraints, motion),
+            start: self.reached_nodes(&constraints, motion),
             precision: self.precision(setting, motion.positions().into(), duration),
             constraints,
         }
@@ -177,11 +177,11 @@ impl<const D: usize> Island<D> {
     ) -> bool {
         let then = motion.positions().after(motion.velocity, remaining);
         let mut too_far = false;
-        for (live, constraint) in self.live.iter().zip(constraints) {
+        for (live, constraint) in self.contact_points.iter().zip(constraints) {
             let projection = setting.surface.project(live.pair, then.into());
             let miss = projection.gap - live.offset[0];
             if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
-                let within = if live.fresh {
+                let within = if live.is_new {
                     remaining
                 } else {
                     remaining.max(0.5 * duration)
@@ -204,13 +204,14 @@ impl<const D: usize> Island<D> {
     ) {
         let least = setting.least_speed(duration);
         let solved = impact.constraints.iter().zip(&impact.approach);
-        for (live, (constraint, old)) in self.live.iter_mut().zip(solved) {
-            let new = constraint.operator.relative_velocities(motion.velocity);
+        for (live, (constraint, old)) in self.contact_points.iter_mut().zip(solved) {
+            let new = constraint.jacobian.relative_velocities(motion.velocity);
             let added = constraint.added();
-            books.spend(&added, old, &new, true);
-            live.record.count(&constraint.borne, &constraint.impulse);
-            constraint.operator.deliver(&added, &mut *receive);
-            live.take_impact(constraint, motion.velocity, least);
+            books.book_work(&added, old, &new, true);
+            live.history
+                .count(&constraint.impulse_before, &constraint.impulse);
+            constraint.jacobian.apply_transpose(&added, &mut *receive);
+            live.apply_impact(constraint, motion.velocity, least);
         }
     }
 }

@@ -121,7 +121,7 @@ impl<const D: usize> Island<D> {
     /// before the kick of `interval` seconds at `time`, which precedes a drift
     /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them, and of the
     /// rest, is [kept](KickWorkspace).
-    pub(super) fn hold(
+    pub(super) fn kick(
         &mut self,
         setting: &ContactContext<D>,
         motion: &mut KickedView<D>,
@@ -129,7 +129,7 @@ impl<const D: usize> Island<D> {
         (time, interval, drift): (f64, f64, f64),
         mut books: ContactEnergies,
     ) {
-        let mut hold = std::mem::take(&mut self.held);
+        let mut hold = std::mem::take(&mut self.kick_workspace);
         let mut ended = std::mem::take(&mut hold.ended);
         let followed = (&mut hold.followed, &mut hold.moved);
         self.follow(
@@ -140,7 +140,7 @@ impl<const D: usize> Island<D> {
             &mut books,
         );
         let timing = (time, interval, drift);
-        let mut touches = std::mem::take(&mut self.touches);
+        let mut touches = std::mem::take(&mut self.touch_events);
         self.solve_held(
             setting,
             motion,
@@ -150,17 +150,17 @@ impl<const D: usize> Island<D> {
         );
         let constraints = &hold.constraints;
         let least = setting.least_speed(drift);
-        for (live, constraint) in self.live.iter_mut().zip(constraints) {
-            let operator = &constraint.operator;
+        for (live, constraint) in self.contact_points.iter_mut().zip(constraints) {
+            let operator = &constraint.jacobian;
             let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
-            books.spend(&constraint.impulse, &old, &new, live.fresh);
+            books.book_work(&constraint.impulse, &old, &new, live.is_new);
             books.penetration = books.penetration.max(live.depth(operator));
-            (live.fresh, live.normal) = (false, operator.frame[0]);
-            live.bear(&constraint.impulse, interval);
+            (live.is_new, live.normal) = (false, operator.frame[0]);
+            live.record_impulse(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
                 live.slide();
-                live.record.slip += shear_norm(&new) * drift;
-            } else if !live.sticks {
+                live.history.slip += shear_norm(&new) * drift;
+            } else if !live.is_sticking {
                 live.stick();
             }
         }
@@ -168,24 +168,24 @@ impl<const D: usize> Island<D> {
         // One that is deeper than a touch may be would not be found again.
         let is_deep = |pair: Pair| setting.surface.project(pair, at).gap < -setting.tolerance;
         let mut solved = constraints.iter();
-        self.live.retain(|live| {
+        self.contact_points.retain(|live| {
             let parts = solved.next().is_some_and(|constraint| {
                 constraint.opens(moves, least)
                     && live.is_apart_after(constraint, moves, drift, setting.tolerance)
                     && !is_deep(live.pair)
             });
             if parts {
-                ended.push(live.record.clone());
+                ended.push(live.history.clone());
             }
             !parts
         });
-        touches.go_on(self, setting, motion, (drift, !ended.is_empty()));
-        self.touches = touches;
+        touches.reexamine(self, setting, motion, (drift, !ended.is_empty()));
+        self.touch_events = touches;
         hold.end(motion.velocity);
         hold.undo(motion);
         books.watch.lap(Stage::Geometry);
         (hold.ended, hold.books) = (ended, books);
-        self.held = hold;
+        self.kick_workspace = hold;
     }
 
     /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
@@ -198,23 +198,23 @@ impl<const D: usize> Island<D> {
         ended: &mut Vec<ContactHistory>,
         books: &mut ContactEnergies,
     ) {
-        if self.live.iter().all(|live| live.sticks) {
+        if self.contact_points.iter().all(|live| live.is_sticking) {
             return;
         }
         pairs.clear();
-        pairs.extend(self.live.iter().map(|live| live.pair));
+        pairs.extend(self.contact_points.iter().map(|live| live.pair));
         pairs.sort_unstable();
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
         moved.clear();
-        self.live.retain_mut(|live| {
+        self.contact_points.retain_mut(|live| {
             let before = live.pair;
-            let followed = live.follow(setting.surface, at, setting.tolerance, taken);
-            books.hurried += u64::from(followed == TargetTracking::InAHurry);
+            let followed = live.track_target(setting.surface, at, setting.tolerance, taken);
+            books.overtravel_count += u64::from(followed == TargetTracking::InAHurry);
             let goes_on = followed != TargetTracking::Beyond;
             if goes_on {
                 moved.push(live.pair != before);
             } else {
-                ended.push(live.record.clone());
+                ended.push(live.history.clone());
             }
             goes_on
         });
@@ -225,13 +225,17 @@ impl<const D: usize> Island<D> {
 
     /// Ends the contacts that have `moved` on to where another is.
     fn merge(&mut self, moved: &[bool], ended: &mut Vec<ContactHistory>) {
-        let stayed = self.live.iter().zip(moved).filter(|(_, moved)| !**moved);
+        let stayed = self
+            .contact_points
+            .iter()
+            .zip(moved)
+            .filter(|(_, moved)| !**moved);
         let mut known: BTreeSet<Pair> = stayed.map(|(live, _)| live.pair).collect();
         let mut moved = moved.iter();
-        self.live.retain(|live| {
+        self.contact_points.retain(|live| {
             let goes_on = moved.next() == Some(&false) || known.insert(live.pair);
             if !goes_on {
-                ended.push(live.record.clone());
+                ended.push(live.history.clone());
             }
             goes_on
         });
@@ -248,19 +252,19 @@ impl<const D: usize> Island<D> {
         (time, interval, drift): (f64, f64, f64),
         books: &mut ContactEnergies,
     ) {
-        hold.begin(self.live.len());
+        hold.begin(self.contact_points.len());
         let precision = (RESIDUAL, self.precision(setting, motion.positions(), drift));
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
-            if hold.asked < self.live.len() {
-                self.ask_of_new(setting, motion, hold, (interval, drift), books);
+            if hold.asked < self.contact_points.len() {
+                self.set_new_constraints(setting, motion, hold, (interval, drift), books);
             }
             self.solve_for_gaps(setting, motion, hold, (precision, drift), books);
             let least = match &before {
                 Some(before) => {
                     let interval = (ClosureRule::InKick, (0.0, drift));
                     touches.update(self, setting, motion, (before, true), interval);
-                    self.live.len() / WORTH_A_SOLVE
+                    self.contact_points.len() / WORTH_A_SOLVE
                 }
                 None => {
                     touches.begin(self, setting, motion, drift);
@@ -277,7 +281,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Asks something of the contacts that nothing has been asked of yet.
-    fn ask_of_new(
+    fn set_new_constraints(
         &mut self,
         setting: &ContactContext<D>,
         motion: &KickedView<D>,
@@ -286,20 +290,20 @@ impl<const D: usize> Island<D> {
         books: &mut ContactEnergies,
     ) {
         let at = motion.positions();
-        let count = self.live.len();
+        let count = self.contact_points.len();
         hold.constraints.resize_with(count, Constraint::default);
         let new = hold.asked..count;
         let pairs = hold.constraints[new.clone()].par_iter_mut();
-        let pairs = pairs.zip(&self.live[new]).with_min_len(SHARE);
+        let pairs = pairs.zip(&self.contact_points[new]).with_min_len(SHARE);
         pairs.for_each(|(constraint, live)| {
-            live.relate(&mut constraint.operator, setting.surface, at);
-            live.ask(constraint, (drift, interval), setting.tolerance);
+            live.assemble_jacobian(&mut constraint.jacobian, setting.surface, at);
+            live.set_constraint(constraint, (drift, interval), setting.tolerance);
         });
         hold.asked = count;
         hold.missed.resize(count, 0.0);
         let constraints = &hold.constraints;
-        books.solution(|| self.system.load(constraints, setting.mobility(interval)));
-        hold.start(self.system.nodes(), motion.velocity);
+        books.time_solution(|| self.solver.load(constraints, setting.mobility(interval)));
+        hold.start(self.solver.nodes(), motion.velocity);
     }
 
     /// Solves for what is asked, and again for what gaps miss of it.
@@ -311,12 +315,12 @@ impl<const D: usize> Island<D> {
         (precision, drift): ((f64, f64), f64),
         books: &mut ContactEnergies,
     ) {
-        if self.live.is_empty() {
+        if self.contact_points.is_empty() {
             return;
         }
         loop {
-            let (system, constraints) = (&mut self.system, &mut hold.constraints);
-            books.count(|| system.solve(constraints, motion.velocity, precision));
+            let (system, constraints) = (&mut self.solver, &mut hold.constraints);
+            books.count_solve(|| system.solve(constraints, motion.velocity, precision));
             if hold.again >= AGAIN {
                 return;
             }
@@ -342,13 +346,13 @@ impl<const D: usize> Island<D> {
         (time, drift, least): (f64, f64, usize),
         books: &mut ContactEnergies,
     ) -> bool {
-        let pairs = touches.now();
+        let pairs = touches.take_due_now();
         if pairs.len() <= least {
             return false;
         }
         let moment = DriftInterval::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let begun = self.touch(setting, moment, &pairs, time);
-        books.touches += begun;
+        let begun = self.activate_pairs(setting, moment, &pairs, time);
+        books.touch_count += begun;
         begun > 0
     }
 
@@ -363,13 +367,13 @@ impl<const D: usize> Island<D> {
     ) -> bool {
         let least = setting.least_speed(drift);
         let mut breaks = false;
-        for (live, constraint) in self.live.iter_mut().zip(&hold.constraints) {
+        for (live, constraint) in self.contact_points.iter_mut().zip(&hold.constraints) {
             breaks |= live.breaks(constraint, motion.velocity, least);
         }
         if breaks {
-            let known = self.live.iter().zip(&hold.missed);
+            let known = self.contact_points.iter().zip(&hold.missed);
             for (constraint, (live, missed)) in hold.constraints.iter_mut().zip(known) {
-                live.ask(constraint, (drift, interval), setting.tolerance);
+                live.set_constraint(constraint, (drift, interval), setting.tolerance);
                 constraint.target[0] -= missed / drift;
             }
         }
@@ -389,7 +393,7 @@ impl<const D: usize> Island<D> {
         let then = motion.positions().after(motion.velocity, drift);
         let miss = |(live, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have turned parallel have no gap.
-            let gap = surface.gap(live.pair, then, &constraint.operator.frame[0]);
+            let gap = surface.gap(live.pair, then, &constraint.jacobian.frame[0]);
             let miss = gap.map_or(0.0, |gap| gap - live.offset[0]);
             let sinks = || {
                 miss < -MISS * tolerance && surface.project(live.pair, then).outside <= tolerance
@@ -400,7 +404,7 @@ impl<const D: usize> Island<D> {
                 0.0
             }
         };
-        let pairs = self.live.par_iter().zip(&hold.constraints);
+        let pairs = self.contact_points.par_iter().zip(&hold.constraints);
         let misses = pairs.with_min_len(SHARE).map(miss);
         misses.collect_into_vec(&mut hold.misses);
         let is_far = |miss: &f64| miss.abs() > MISS * setting.tolerance;

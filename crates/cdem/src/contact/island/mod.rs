@@ -29,12 +29,12 @@ use crate::model::kinematics::NodalMotion;
 
 /// The bodies of an island, and whether a node moves with any island.
 pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
-    pub(crate) interior: &'a I,
+    pub(crate) coupling: &'a I,
     /// The touch in hand.
     pub(crate) touch: I::Touch,
-    pub(crate) taken: &'a [bool],
+    pub(crate) in_island: &'a [bool],
     /// What the island moves in its drift.
-    pub(crate) trail: &'a mut Rollback<D>,
+    pub(crate) rollback: &'a mut Rollback<D>,
 }
 
 /// Live and possible contacts that share nodes, solved together.
@@ -42,29 +42,29 @@ pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
 pub(crate) struct Island<const D: usize> {
     /// Open pairs that may touch in this coarse step.
     #[serde(skip)]
-    pub(crate) near: SeparationBounds,
+    pub(crate) separation_bounds: SeparationBounds,
     /// Closed ones.
-    pub(crate) live: Vec<ContactPoint<D>>,
+    pub(crate) contact_points: Vec<ContactPoint<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
     /// What its contacts do to each other: kept while they stay, and for its storage.
     #[serde(skip)]
-    pub(super) system: Solver<D>,
+    pub(super) solver: Solver<D>,
     /// When open pairs touch: known from a kick on, through its drift; storage until the next.
     #[serde(skip)]
-    pub(super) touches: TouchEvents<D>,
+    pub(super) touch_events: TouchEvents<D>,
     /// What its contacts bear in a kick.
     #[serde(skip)]
-    pub(super) held: KickWorkspace<D>,
+    pub(super) kick_workspace: KickWorkspace<D>,
 }
 
 impl<const D: usize> Island<D> {
     /// One without pairs and nodes, which keeps what may serve it if they come back.
     pub(super) fn restart(self) -> Self {
         Self {
-            system: self.system,
-            touches: self.touches,
-            held: self.held,
+            solver: self.solver,
+            touch_events: self.touch_events,
+            kick_workspace: self.kick_workspace,
             ..Self::default()
         }
     }
@@ -80,10 +80,10 @@ impl<const D: usize> Island<D> {
         receivers: &mut ImpulseReceivers<D>,
         books: &mut ContactEnergies,
     ) {
-        let mut touches = std::mem::take(&mut self.touches);
+        let mut touches = std::mem::take(&mut self.touch_events);
         let mut elapsed = 0.0;
         for event in 0.. {
-            let window = if event + touches.ahead() <= EVENTS {
+            let window = if event + touches.upcoming_count() <= EVENTS {
                 SIMULTANEOUS * (duration - elapsed)
             } else {
                 duration / EVENTS as f64
@@ -95,20 +95,20 @@ impl<const D: usize> Island<D> {
                 projection.gap <= EARLY * setting.tolerance
                     && projection.outside <= setting.tolerance
             };
-            let Some((instant, pairs)) = touches.first(window, close) else {
+            let Some((instant, pairs)) = touches.take_first(window, close) else {
                 break;
             };
             let wait = (instant - elapsed).max(0.0);
-            self.go(motion, wait);
+            self.advance(motion, wait);
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
             let moment =
                 DriftInterval::in_drift(motion.positions().into(), motion.velocity, remaining);
-            let begun = self.touch(setting, moment, &pairs, time + elapsed);
-            books.touches += begun;
+            let begun = self.activate_pairs(setting, moment, &pairs, time + elapsed);
+            books.touch_count += begun;
             let before = self.velocities(motion.velocity);
             let drift = (duration, duration - elapsed);
-            self.meet(setting, motion, (&before, drift), bodies, receivers, books);
+            self.solve_impact(setting, motion, (&before, drift), bodies, receivers, books);
             touches.update(
                 self,
                 setting,
@@ -117,8 +117,8 @@ impl<const D: usize> Island<D> {
                 (ClosureRule::InDrift, (elapsed, duration)),
             );
         }
-        self.go(motion, duration - elapsed);
-        self.touches = touches;
+        self.advance(motion, duration - elapsed);
+        self.touch_events = touches;
     }
 
     /// Kick interval and drift of its nodes, s, if they are due.
@@ -127,19 +127,19 @@ impl<const D: usize> Island<D> {
     }
 
     /// How many pairs are closed, or known to touch in the drift.
-    pub(super) fn pairs(&self) -> usize {
-        self.live.len() + self.touches.ahead()
+    pub(super) fn pair_count(&self) -> usize {
+        self.contact_points.len() + self.touch_events.upcoming_count()
     }
 
     /// Whether no pair is known to touch in the drift.
     pub(super) fn flies_freely(&self) -> bool {
-        self.touches.ahead() == 0
+        self.touch_events.upcoming_count() == 0
     }
 
     /// Moves the island at the velocities that the pairs near were looked at with.
-    pub(super) fn go(&mut self, motion: &mut NodalMotion<D>, duration: f64) {
+    pub(super) fn advance(&mut self, motion: &mut NodalMotion<D>, duration: f64) {
         motion.drift(&self.nodes, duration);
-        self.near.go(duration);
+        self.separation_bounds.advance(duration);
     }
 
     /// Relative velocity below which contacts ask for what positions cannot say,
@@ -158,12 +158,12 @@ impl<const D: usize> Island<D> {
     /// All nodes that constraints may move, once each, and their velocities, m/s:
     /// those of the island, then those beyond, which a contact that has slid on may
     /// reach; both sorted.
-    pub(super) fn start(
+    pub(super) fn reached_nodes(
         &self,
         constraints: &[Constraint<D>],
         motion: &NodalMotion<D>,
     ) -> Vec<(u32, [f64; D])> {
-        let reached = constraints.iter().flat_map(|c| c.operator.nodes()).copied();
+        let reached = constraints.iter().flat_map(|c| c.jacobian.nodes()).copied();
         let mut beyond: Vec<u32> = reached.filter(|node| !self.has(*node)).collect();
         beyond.sort_unstable();
         beyond.dedup();
@@ -186,24 +186,26 @@ impl<const D: usize> Island<D> {
 
     /// Closes pairs at the moment of their touch, one after the other, each unless another one
     /// already says the same. Returns how many contacts have begun: they are the last ones.
-    pub(crate) fn touch(
+    pub(crate) fn activate_pairs(
         &mut self,
         setting: &ContactContext<D>,
         moment: DriftInterval<D>,
         pairs: &[Pair],
         time: f64,
     ) -> u64 {
-        let before = self.live.len();
+        let before = self.contact_points.len();
         let mut between = self.between(setting, pairs);
         for &pair in pairs {
             let known = between.entry(ordered(setting.blocks(pair))).or_default();
-            let says = |&number: &usize| self.live[number].says(setting, pair, moment);
+            let says = |&number: &usize| {
+                self.contact_points[number].is_duplicate_of(setting, pair, moment)
+            };
             if !known.iter().any(says) {
-                known.push(self.live.len());
-                self.begin(setting, moment.touch, pair, time);
+                known.push(self.contact_points.len());
+                self.activate(setting, moment.at_touch, pair, time);
             }
         }
-        (self.live.len() - before) as u64
+        (self.contact_points.len() - before) as u64
     }
 
     /// The contacts between the blocks of some pairs: found for all of them together, as an
@@ -218,8 +220,8 @@ impl<const D: usize> Island<D> {
         if between.is_empty() {
             return between;
         }
-        for (number, live) in self.live.iter().enumerate() {
-            if let Some(known) = between.get_mut(&ordered(live.record.blocks)) {
+        for (number, live) in self.contact_points.iter().enumerate() {
+            if let Some(known) = between.get_mut(&ordered(live.history.blocks)) {
                 known.push(number);
             }
         }
@@ -227,7 +229,13 @@ impl<const D: usize> Island<D> {
     }
 
     /// Begins a contact of a pair that touches.
-    fn begin(&mut self, setting: &ContactContext<D>, at: Configuration<D>, pair: Pair, time: f64) {
+    fn activate(
+        &mut self,
+        setting: &ContactContext<D>,
+        at: Configuration<D>,
+        pair: Pair,
+        time: f64,
+    ) {
         let (surface, blocks) = (setting.surface, setting.blocks(pair));
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, setting.tolerance);
@@ -246,46 +254,48 @@ impl<const D: usize> Island<D> {
             level: setting.halvings_at(pair),
             blocks,
         };
-        let operator = surface.operator(pair, &foot, at);
-        self.live.push(ContactPoint {
+        let operator = surface.jacobian(pair, &foot, at);
+        self.contact_points.push(ContactPoint {
             pair,
             law: setting.laws.between(blocks[0], blocks[1]),
             foot,
             normal: operator.frame[0],
             offset: operator.offset,
-            given: setting.overlaps.given(blocks, operator.offset[0]),
-            sticks: true,
-            joint: false,
-            fresh: true,
+            initial_gap: setting
+                .initial_overlaps
+                .allowed_gap(blocks, operator.offset[0]),
+            is_sticking: true,
+            is_joint: false,
+            is_new: true,
             impulse: [0.0; D],
             interval: 0.0,
             force: [0.0; D],
             force_before: [0.0; D],
             shear_spring: [0.0; D],
-            record,
+            history: record,
         });
     }
 }
 
 impl<const D: usize> Island<D> {
     /// Moves that take the penetration out of the island, m.
-    pub(crate) fn part(
+    pub(crate) fn project_positions(
         &mut self,
         setting: &ContactContext<D>,
         at: Configuration<D>,
     ) -> Vec<(u32, [f64; D])> {
         // The solver of velocities, over one second from rest, without shear.
-        let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.live.len());
-        for live in &mut self.live {
+        let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.contact_points.len());
+        for live in &mut self.contact_points {
             let mut constraint = Constraint::default();
-            live.relate(&mut constraint.operator, setting.surface, at);
+            live.assemble_jacobian(&mut constraint.jacobian, setting.surface, at);
             constraint.target[0] = live.penetration();
             live.offset[0] += constraint.target[0];
             constraints.push(constraint);
         }
         let precision = self.precision(setting, at, 1.0);
-        self.system.load(&constraints, setting.mobility(0.0));
-        let mut shifts = self.system.solve_from_rest(&constraints, precision);
+        self.solver.load(&constraints, setting.mobility(0.0));
+        let mut shifts = self.solver.solve_from_rest(&constraints, precision);
         shifts.retain(|(_, shift)| *shift != [0.0; D]);
         shifts
     }

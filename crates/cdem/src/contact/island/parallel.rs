@@ -56,18 +56,22 @@ pub(crate) fn hold<const D: usize>(
 ) -> Vec<ContactHistory> {
     let is_due = |island: &Island<D>| island.timing(timing).is_some();
     let due = islands.iter().filter(|island| is_due(island));
-    let parts = parts(due.map(|island| island.live.len()), motion.velocity.len());
+    let parts = parts(
+        due.map(|island| island.contact_points.len()),
+        motion.velocity.len(),
+    );
     let of_all = &*books;
     let hold = |island: &mut Island<D>, motion: &mut KickedView<D>| {
         if let Some((interval, drift)) = island.timing(timing) {
             let timing = (time, interval, drift);
-            island.hold(setting, motion, before, timing, of_all.beside());
+            island.kick(setting, motion, before, timing, of_all.empty_copy());
         }
     };
     if parts > 1 {
         let now = &*motion;
         // Those without contacts look at their open pairs.
-        let weight = |island: &Island<D>| usize::from(is_due(island)) * (1 + island.live.len());
+        let weight =
+            |island: &Island<D>| usize::from(is_due(island)) * (1 + island.contact_points.len());
         share_out(islands, parts, &weight, &|part| {
             if part.iter().any(is_due) {
                 copies.lend(now.velocity, |velocity| {
@@ -80,15 +84,18 @@ pub(crate) fn hold<const D: usize>(
         islands.iter_mut().for_each(|island| hold(island, motion));
     }
     let due = islands.iter().filter(|island| is_due(island));
-    books.add(due.clone().map(|island| island.held.books()));
-    for hold in due.map(|island| &island.held) {
+    books.add(due.clone().map(|island| island.kick_workspace.books()));
+    for hold in due.map(|island| &island.kick_workspace) {
         hold.redo(motion.velocity);
         for solved in hold.solved() {
-            solved.operator.deliver(&solved.impulse, &mut *receive);
+            solved
+                .jacobian
+                .apply_transpose(&solved.impulse, &mut *receive);
         }
     }
     let due = islands.iter_mut().filter(|island| is_due(island));
-    due.flat_map(|island| island.held.ended()).collect()
+    due.flat_map(|island| island.kick_workspace.ended())
+        .collect()
 }
 
 /// Drifts all islands that are due from a `time` on, each for its `duration`: those whose pairs
@@ -119,7 +126,7 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
         if meeting.next_if_eq(&number).is_none()
             && let Some(duration) = due(island)
         {
-            island.go(motion, duration);
+            island.advance(motion, duration);
         }
     }
     for met in &met {
@@ -158,7 +165,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
     ((interior, taken), time): ((&I, &[bool]), f64),
     books: &mut ContactEnergies,
 ) -> Vec<DriftOutcome<D>> {
-    let pairs = meetings.iter().map(|meeting| meeting.island.pairs());
+    let pairs = meetings.iter().map(|meeting| meeting.island.pair_count());
     let parts = parts(pairs, motion.velocity.len());
     let of_all = &*books;
     let drift = |meeting: &mut DriftTask<D>, motion: &mut NodalMotion<D>| {
@@ -168,13 +175,13 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             trail: Rollback::new(&island.nodes, motion),
             of_contacts: Vec::new(),
             on_held: Vec::new(),
-            books: of_all.beside(),
+            books: of_all.empty_copy(),
         };
         let bodies = &mut IslandBodies {
-            interior,
+            coupling: interior,
             touch: I::Touch::default(),
-            taken,
-            trail: &mut met.trail,
+            in_island: taken,
+            rollback: &mut met.trail,
         };
         let receivers = &mut ImpulseReceivers {
             of_contacts: &mut |node, impulse| met.of_contacts.push((node, *impulse)),

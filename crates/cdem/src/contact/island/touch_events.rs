@@ -8,7 +8,7 @@ use crate::contact::constraint::contact_point::{ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::island::Island;
-use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::solver::system::SHARE;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
@@ -25,7 +25,7 @@ const LEAST_DEPTH: f64 = 1e-7;
 pub(crate) struct TouchEvents<const D: usize> {
     /// Those that are not never, with their numbers among the pairs near, which
     /// rise.
-    touch: Vec<(usize, TouchState)>,
+    states: Vec<(usize, TouchState)>,
     /// Storage of a look: what there was before; places of the pairs looked at, and these; what
     /// glances tell, and looks; closed pairs, sorted, and by place.
     before: Vec<(usize, TouchState)>,
@@ -94,15 +94,15 @@ impl<const D: usize> TouchEvents<D> {
         motion: &KickedView<D>,
         duration: f64,
     ) {
-        self.touch.clear();
+        self.states.clear();
         let interval = (ClosureRule::InKick, (0.0, duration));
-        self.look(island, setting, motion, interval, |_, _, _| true);
+        self.examine(island, setting, motion, interval, |_, _, _| true);
     }
 
     /// The kick is over, in which contacts `parted`, or stood for pairs until they did, and
     /// pairs that touched were left open: what of them cannot wait for the next touches in
     /// the drift.
-    pub(crate) fn go_on(
+    pub(crate) fn reexamine(
         &mut self,
         island: &mut Island<D>,
         setting: &ContactContext<D>,
@@ -114,33 +114,33 @@ impl<const D: usize> TouchEvents<D> {
             TouchState::Closed | TouchState::Refused => parted,
             TouchState::Never | TouchState::At(..) => false,
         };
-        if parted || self.touch.iter().any(|(_, touch)| is_open(*touch)) {
+        if parted || self.states.iter().any(|(_, touch)| is_open(*touch)) {
             let again = |_: &[u32], old: TouchState, _: Pair| is_open(old);
             let interval = (ClosureRule::InDrift, (0.0, duration));
-            self.look(island, setting, motion, interval, again);
+            self.examine(island, setting, motion, interval, again);
         }
     }
 
     /// Pairs that touch in the rest of the drift, as far as is known.
-    pub(crate) fn ahead(&self) -> usize {
+    pub(crate) fn upcoming_count(&self) -> usize {
         let ahead = |(_, touch): &&(usize, TouchState)| matches!(touch, TouchState::At(..));
-        self.touch.iter().filter(ahead).count()
+        self.states.iter().filter(ahead).count()
     }
 
     /// The pairs that touch already, as one.
-    pub(crate) fn now(&mut self) -> Vec<Pair> {
+    pub(crate) fn take_due_now(&mut self) -> Vec<Pair> {
         self.take(|time, _| time <= 0.0)
     }
 
     /// The first instant at which pairs touch, s from the start of the drift,
     /// and those that do within `window` seconds from then, in order of time;
     /// with them those that are `close` at that instant and touch in this drift.
-    pub(crate) fn first(
+    pub(crate) fn take_first(
         &mut self,
         window: f64,
         close: impl Fn(f64, Pair) -> bool,
     ) -> Option<(f64, Vec<Pair>)> {
-        let times = self.touch.iter().filter_map(|(_, touch)| match touch {
+        let times = self.states.iter().filter_map(|(_, touch)| match touch {
             TouchState::At(time, _) => Some(*time),
             _ => None,
         });
@@ -152,7 +152,7 @@ impl<const D: usize> TouchEvents<D> {
     /// The pairs that touch at times that are `due`, in order of time: they are one event.
     fn take(&mut self, due: impl Fn(f64, Pair) -> bool) -> Vec<Pair> {
         let mut taken = Vec::new();
-        for (_, touch) in &mut self.touch {
+        for (_, touch) in &mut self.states {
             if let TouchState::At(time, pair) = *touch
                 && due(time, pair)
             {
@@ -188,12 +188,12 @@ impl<const D: usize> TouchEvents<D> {
                 })
             }
         };
-        self.look(island, setting, motion, (wanted, interval), again);
+        self.examine(island, setting, motion, (wanted, interval), again);
     }
 
     /// Looks `again` at pairs, given the nodes of the island; leaves out those that
     /// cannot touch.
-    fn look(
+    fn examine(
         &mut self,
         island: &mut Island<D>,
         setting: &ContactContext<D>,
@@ -202,12 +202,15 @@ impl<const D: usize> TouchEvents<D> {
         again: impl Fn(&[u32], TouchState, Pair) -> bool,
     ) {
         let Island {
-            near, live, nodes, ..
+            separation_bounds: near,
+            contact_points: live,
+            nodes,
+            ..
         } = island;
         near.measure(nodes, motion);
         self.add_near(near, duration - elapsed);
         self.anew.clear();
-        for (place, &(number, touch)) in self.touch.iter().enumerate() {
+        for (place, &(number, touch)) in self.states.iter().enumerate() {
             let pair = near.pair(number);
             if again(nodes, touch, pair) {
                 self.anew.push((place, pair));
@@ -216,7 +219,7 @@ impl<const D: usize> TouchEvents<D> {
         let at = motion.positions();
         let formed = match at.cache() {
             Some(_) => None,
-            None => setting.surface.form(self.anew.len(), None),
+            None => setting.surface.geometry_cache(self.anew.len(), None),
         };
         let at = at.with(at.cache().or(formed.as_ref()));
         self.closed.clear();
@@ -229,7 +232,7 @@ impl<const D: usize> TouchEvents<D> {
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
             } else {
-                look_at(setting, (motion, at), pair, (wanted, remaining))
+                check_pair(setting, (motion, at), pair, (wanted, remaining))
             }
         };
         let pairs = self.anew.par_iter().with_min_len(SHARE);
@@ -237,7 +240,7 @@ impl<const D: usize> TouchEvents<D> {
         // At rest most pairs are told at a glance.
         let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
         if self.glances.iter().any(more) {
-            self.by_place.list(live, setting.surface, (motion, at));
+            self.by_place.rebuild(live, setting.surface, (motion, at));
         }
         let closed = (&self.by_place, &**live);
         let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(PairCheck, _))| match look {
@@ -251,28 +254,28 @@ impl<const D: usize> TouchEvents<D> {
         pairs.map(touch).collect_into_vec(&mut self.looked);
         let told = self.glances.iter().zip(&self.looked);
         for (&(place, _), (&(_, apart), &touch)) in self.anew.iter().zip(told) {
-            let (number, of_pair) = &mut self.touch[place];
+            let (number, of_pair) = &mut self.states[place];
             *of_pair = touch;
             if let Some(apart) = apart {
-                near.remember(*number, apart);
+                near.set_bound(*number, apart);
             }
         }
-        self.touch.retain(|(_, touch)| *touch != TouchState::Never);
+        self.states.retain(|(_, touch)| *touch != TouchState::Never);
     }
 
     /// Adds the pairs near that may touch within a duration, s, and of which nothing is known.
     fn add_near(&mut self, near: &mut SeparationBounds, duration: f64) {
-        std::mem::swap(&mut self.touch, &mut self.before);
-        self.touch.clear();
+        std::mem::swap(&mut self.states, &mut self.before);
+        self.states.clear();
         let mut known = self.before.iter().copied().peekable();
         for number in near.may_touch(duration) {
             while let Some(before) = known.next_if(|(of, _)| *of < number) {
-                self.touch.push(before);
+                self.states.push(before);
             }
             let old = known.next_if(|(of, _)| *of == number);
-            self.touch.push(old.unwrap_or((number, TouchState::Never)));
+            self.states.push(old.unwrap_or((number, TouchState::Never)));
         }
-        self.touch.extend(known);
+        self.states.extend(known);
     }
 }
 
@@ -287,17 +290,17 @@ enum PairCheck {
 
 /// A glance at an open pair in what is `remaining` of a drift, s, at constant velocities, and
 /// how far apart its features are now, m, or less, if that was asked.
-fn look_at<const D: usize>(
+fn check_pair<const D: usize>(
     setting: &ContactContext<D>,
     (motion, at): (&KickedView<D>, Configuration<D>),
     pair: Pair,
     (wanted, remaining): (ClosureRule, f64),
 ) -> (PairCheck, Option<f64>) {
     let (surface, tolerance) = (setting.surface, setting.tolerance);
-    let apart = surface.apart(pair, at);
+    let apart = surface.distance_lower_bound(pair, at);
     let way = remaining * fastest(surface, motion, pair);
     let end = at.after(motion.velocity, remaining);
-    if apart > tolerance + way || !surface.may_touch(pair, at, end) {
+    if apart > tolerance + way || !surface.may_touch_in_drift(pair, at, end) {
         return (PairCheck::Touch(TouchState::Never), Some(apart));
     }
     let is_slow = way <= SHALLOW * tolerance;
@@ -311,7 +314,7 @@ fn look_at<const D: usize>(
         depth: wanted.depth() * tolerance,
         clear,
     };
-    let look = if surface.rests(pair, at, motion.velocity, remaining, slack) {
+    let look = if surface.stays_in_contact(pair, at, motion.velocity, remaining, slack) {
         PairCheck::Touch(TouchState::Never)
     } else {
         PairCheck::Within(if is_slow { 0.0 } else { remaining })
@@ -334,12 +337,12 @@ fn touch<const D: usize>(
     let Some(wait) = wait else {
         return TouchState::Never;
     };
-    let beside = closed.beside(live, setting, (motion, at), (pair, remaining));
+    let beside = closed.nearby(live, setting, (motion, at), (pair, remaining));
     let moment = DriftInterval::in_drift(at, motion.velocity, [wait, remaining]);
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
-    match owner(setting, beside, pair, (moment, later)) {
+    match owning_pair(setting, beside, pair, (moment, later)) {
         Some(owner) => TouchState::At(elapsed + wait, owner),
         None => TouchState::Refused,
     }
@@ -347,45 +350,50 @@ fn touch<const D: usize>(
 
 /// The pair that a touch of `pair` belongs to, of those that closed contacts `beside` it
 /// do not stand for, if any.
-fn owner<'a, const D: usize>(
+fn owning_pair<'a, const D: usize>(
     setting: &ContactContext<D>,
     beside: impl Iterator<Item = &'a ContactPoint<D>> + Clone,
     pair: Pair,
     (moment, later): (DriftInterval<D>, Configuration<D>),
 ) -> Option<Pair> {
-    let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.touch);
+    let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.at_touch);
     let point = surface.point(pair, then);
     let is_here =
         |live: &ContactPoint<D>| norm(&sub(&surface.point(live.pair, then), &point)) <= tolerance;
     // What is closed at the same place comes first: it costs less to ask.
     let mut gap = None;
     let bars = |live: &ContactPoint<D>| {
-        live.says(setting, pair, moment)
+        live.is_duplicate_of(setting, pair, moment)
             || is_here(live) && {
                 let held = surface.project(live.pair, later);
                 let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
                 held.outside <= tolerance
                     && held.gap >= *gap
-                    && !surface.both_bear(live.pair, pair, then)
-                    && !live.leaves(setting, pair, moment)
+                    && !surface.is_reentrant_pair(live.pair, pair, then)
+                    && !live.leaves_uncovered(setting, pair, moment)
             }
     };
     if beside.clone().any(bars) {
         return None;
     }
-    let best = rightful(surface, pair, [then, later], tolerance, &|_| true);
-    let says = |live: &ContactPoint<D>| best.is_some_and(|best| live.says(setting, best, moment));
+    let best = select_feature_pair(surface, pair, [then, later], tolerance, &|_| true);
+    let says = |live: &ContactPoint<D>| {
+        best.is_some_and(|best| live.is_duplicate_of(setting, best, moment))
+    };
     if best.is_some() && !beside.clone().any(says) {
         return best;
     }
     // It belongs to what is closed, or goes past that, unless it is left to sink in.
     let held: SmallVec<[&ContactPoint<D>; 8]> =
         beside.filter(|live| is_here(live) || says(live)).collect();
-    let is_left = |pair| held.iter().all(|live| live.leaves(setting, pair, moment));
+    let is_left = |pair| {
+        held.iter()
+            .all(|live| live.leaves_uncovered(setting, pair, moment))
+    };
     if held.is_empty() {
         return None;
     }
-    rightful(surface, pair, [then, later], tolerance, &is_left)
+    select_feature_pair(surface, pair, [then, later], tolerance, &is_left)
 }
 
 /// Most by which the nodes of the two features move against each other, m/s:

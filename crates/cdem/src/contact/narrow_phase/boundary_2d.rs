@@ -75,18 +75,18 @@ impl Boundary2d {
 }
 
 impl Distance<2> for Boundary2d {
-    fn apart(&self, pair: Pair, at: Configuration<2>) -> f64 {
+    fn distance_lower_bound(&self, pair: Pair, at: Configuration<2>) -> f64 {
         let Projection { gap, outside, .. } = self.project(pair, at);
         norm(&[gap, outside.max(0.0)])
     }
 
-    fn presses(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
+    fn can_transmit_load(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
         let foot = self.project(pair, at).foot[0];
         let from_end = foot.min(1.0 - foot) * self.target_size(pair.target, at);
         from_end > tolerance || self.lies_flush(pair, at, tolerance)
     }
 
-    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<2>) -> bool {
+    fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<2>) -> bool {
         let faces = |from: u32, to: u32| {
             let (a, b) = self.edge(from, at);
             let (c, d) = self.edge(to, at);
@@ -121,7 +121,7 @@ impl Distance<2> for Boundary2d {
         Some(self.outward(pair.target, at))
     }
 
-    fn admits(&self, pair: Pair, at: Configuration<2>) -> bool {
+    fn in_normal_cone(&self, pair: Pair, at: Configuration<2>) -> bool {
         let Some([before, after]) = self.vertices[pair.main as usize].edges else {
             return true;
         };
@@ -163,7 +163,7 @@ impl Distance<2> for Boundary2d {
 }
 
 impl ContactGeometry<2> for Boundary2d {
-    fn beside(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> Pairs {
+    fn adjacent_pairs(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> Pairs {
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
         if foot.min(1.0 - foot) * length > tolerance {
@@ -187,10 +187,10 @@ impl ContactGeometry<2> for Boundary2d {
         };
         // At a corner of less than a right angle's turn the surface goes on.
         let turn = dot(&self.outward(pair.target, at), &self.outward(target, at));
-        (turn > 0.0 && self.admits(moved, at)).then_some(moved)
+        (turn > 0.0 && self.in_normal_cone(moved, at)).then_some(moved)
     }
 
-    fn relate(
+    fn assemble_jacobian(
         &self,
         operator: &mut ContactJacobian<2>,
         pair: Pair,
@@ -225,22 +225,27 @@ impl ContactGeometry<2> for Boundary2d {
         }
     }
 
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<2>) -> [MaterialPoint<2>; 2] {
+    fn material_points(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        rest: Configuration<2>,
+    ) -> [MaterialPoint<2>; 2] {
         let (a, b) = self.edge(pair.target, rest);
         let main = MaterialPoint {
             place: rest.at(self.main_node(pair)),
-            on: FeatureKind::Vertex,
+            kind: FeatureKind::Vertex,
             outward: self.outward_at(pair.main, rest),
         };
         let target = MaterialPoint {
             place: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
-            on: FeatureKind::Face,
+            kind: FeatureKind::Face,
             outward: self.outward(pair.target, rest),
         };
         [main, target]
     }
 
-    fn at_marks(
+    fn locate(
         &self,
         [main, target]: &[MaterialPoint<2>; 2],
         [own, others]: [Range<u32>; 2],

@@ -15,12 +15,17 @@ use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 
 impl Boundary3d {
-    pub(crate) fn facing(&self, vertex: u32, triangle: u32, at: Configuration<3>) -> PointTriangle {
-        let p = self.skin.point(vertex, at);
-        PointTriangle::new(&p, &self.skin.triangle(triangle, at))
+    pub(crate) fn point_triangle(
+        &self,
+        vertex: u32,
+        triangle: u32,
+        at: Configuration<3>,
+    ) -> PointTriangle {
+        let p = self.triangulation.point(vertex, at);
+        PointTriangle::new(&p, &self.triangulation.triangle(triangle, at))
     }
 
-    pub(crate) fn crossing(
+    pub(crate) fn edge_edge(
         &self,
         main: u32,
         target: u32,
@@ -31,35 +36,45 @@ impl Boundary3d {
     }
 
     pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<LinePair> {
-        let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
-        LinePair::new(&main, &target, self.skin.tolerance)
+        let [main, target] = [main, target].map(|edge| self.triangulation.edge(edge, at));
+        LinePair::new(&main, &target, self.triangulation.tolerance)
     }
 
     /// What points out of the target edge and into the main one.
     pub(crate) fn outward(&self, main: u32, target: u32, at: Configuration<3>) -> [f64; 3] {
-        sub(&self.skin.outward(target, at), &self.skin.outward(main, at))
+        sub(
+            &self.triangulation.outward(target, at),
+            &self.triangulation.outward(main, at),
+        )
     }
 
     /// Whether two edges are so sharp that they can meet each other.
     pub(crate) fn are_sharp(&self, edges: [u32; 2], at: Configuration<3>) -> bool {
         let [one, other] = edges.map(|edge| self.length(edge, at));
         let under = edges.into_iter().zip([other, one]);
-        let mut sharp = under.map(|(edge, length)| self.skin.is_sharp_under(edge, length, at));
+        let mut sharp =
+            under.map(|(edge, length)| self.triangulation.is_sharp_under(edge, length, at));
         sharp.all(|is_sharp| is_sharp)
     }
 
     pub(crate) fn length(&self, edge: u32, at: Configuration<3>) -> f64 {
-        let [a, b] = self.skin.edge(edge, at);
+        let [a, b] = self.triangulation.edge(edge, at);
         norm(&sub(&b, &a))
     }
 
     /// Blocks of a pair: main and target.
     pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
-        let of_edge = |edge: u32| self.skin.block(self.skin.edges[edge as usize].ends[0]);
-        match self.meeting(pair) {
+        let of_edge = |edge: u32| {
+            self.triangulation
+                .block(self.triangulation.edges[edge as usize].ends[0])
+        };
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                let corner = self.skin.triangles[triangle as usize].corners[0];
-                [self.skin.block(vertex), self.skin.block(corner)]
+                let corner = self.triangulation.triangles[triangle as usize].corners[0];
+                [
+                    self.triangulation.block(vertex),
+                    self.triangulation.block(corner),
+                ]
             }
             FeaturePair::Crossing { main, target } => [of_edge(main), of_edge(target)],
         }
@@ -67,38 +82,32 @@ impl Boundary3d {
 }
 
 impl Distance<3> for Boundary3d {
-    fn apart(&self, pair: Pair, at: Configuration<3>) -> f64 {
-        match self.meeting(pair) {
+    fn distance_lower_bound(&self, pair: Pair, at: Configuration<3>) -> f64 {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                let p = self.skin.point(vertex, at);
-                distance_to(&self.skin.triangle(triangle, at), p)
+                let p = self.triangulation.point(vertex, at);
+                distance_to(&self.triangulation.triangle(triangle, at), p)
             }
             FeaturePair::Crossing { main, target } => {
-                let [main, target] = [main, target].map(|edge| self.skin.edge(edge, at));
+                let [main, target] = [main, target].map(|edge| self.triangulation.edge(edge, at));
                 edge_edge::distance(&main, &target)
             }
         }
     }
 
-    fn nearness(
-        &self,
-        pair: Pair,
-        at: Configuration<3>,
-        reach: f64,
-        tolerance: f64,
-    ) -> CullingResult {
+    fn cull(&self, pair: Pair, at: Configuration<3>, reach: f64, tolerance: f64) -> CullingResult {
         let range = (reach, tolerance);
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                self.nearness_facing(vertex, triangle, at, range)
+                self.cull_point_triangle(vertex, triangle, at, range)
             }
             FeaturePair::Crossing { main, target } => {
-                self.nearness_crossing([main, target], at, range)
+                self.cull_edge_edge([main, target], at, range)
             }
         }
     }
 
-    fn presses(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> bool {
+    fn can_transmit_load(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> bool {
         let places = FeatureSet::both(self, pair, at, tolerance);
         let on_face = || {
             matches!(
@@ -106,7 +115,7 @@ impl Distance<3> for Boundary3d {
                 ContactKind::FaceFace | ContactKind::EdgeFace | ContactKind::VertexFace
             )
         };
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { .. } => on_face(),
             FeaturePair::Crossing { main, target } => {
                 let across = places.iter().all(|place| !place.is_at_vertex());
@@ -115,8 +124,8 @@ impl Distance<3> for Boundary3d {
         }
     }
 
-    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<3>) -> bool {
-        match [one, other].map(|pair| self.meeting(pair)) {
+    fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<3>) -> bool {
+        match [one, other].map(|pair| self.feature_pair(pair)) {
             [
                 FeaturePair::Facing { vertex, triangle },
                 FeaturePair::Facing {
@@ -149,20 +158,20 @@ impl Distance<3> for Boundary3d {
     }
 
     fn project(&self, pair: Pair, at: Configuration<3>) -> Projection {
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                let facing = self.facing(vertex, triangle, at);
+                let facing = self.point_triangle(vertex, triangle, at);
                 Projection {
                     gap: facing.gap,
                     foot: [facing.weights[1], facing.weights[2]],
-                    outside: facing.outside().1,
+                    outside: facing.foot_distance().1,
                 }
             }
-            FeaturePair::Crossing { main, target } => match self.crossing(main, target, at) {
+            FeaturePair::Crossing { main, target } => match self.edge_edge(main, target, at) {
                 Some(crossing) => Projection {
                     gap: crossing.gap,
                     foot: crossing.foot,
-                    outside: crossing.outside([main, target].map(|e| self.length(e, at))),
+                    outside: crossing.foot_distance([main, target].map(|e| self.length(e, at))),
                 },
                 None => Projection {
                     gap: 0.0,
@@ -174,10 +183,13 @@ impl Distance<3> for Boundary3d {
     }
 
     fn gap(&self, pair: Pair, at: Configuration<3>, along: &[f64; 3]) -> Option<f64> {
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                let p = self.skin.point(vertex, at);
-                Some(point_triangle::gap(&p, &self.skin.triangle(triangle, at)))
+                let p = self.triangulation.point(vertex, at);
+                Some(point_triangle::gap(
+                    &p,
+                    &self.triangulation.triangle(triangle, at),
+                ))
             }
             FeaturePair::Crossing { main, target } => {
                 let lines = self.lines(main, target, at)?;
@@ -187,33 +199,33 @@ impl Distance<3> for Boundary3d {
     }
 
     fn normal(&self, pair: Pair, at: Configuration<3>) -> Option<[f64; 3]> {
-        match self.meeting(pair) {
-            FeaturePair::Facing { triangle, .. } => Some(self.skin.normal(triangle, at)),
+        match self.feature_pair(pair) {
+            FeaturePair::Facing { triangle, .. } => Some(self.triangulation.normal(triangle, at)),
             FeaturePair::Crossing { main, target } => self
-                .crossing(main, target, at)
+                .edge_edge(main, target, at)
                 .map(|crossing| crossing.normal),
         }
     }
 
-    fn admits(&self, pair: Pair, at: Configuration<3>) -> bool {
-        match self.meeting(pair) {
+    fn in_normal_cone(&self, pair: Pair, at: Configuration<3>) -> bool {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                let normal = self.skin.normal(triangle, at);
-                self.lowest_edge(vertex, &normal, at) >= -FLUSH
+                let normal = self.triangulation.normal(triangle, at);
+                self.least_cone_margin_at_vertex(vertex, &normal, at) >= -FLUSH
             }
             FeaturePair::Crossing { main, target } => {
-                let crossing = self.crossing(main, target, at);
+                let crossing = self.edge_edge(main, target, at);
                 crossing.is_some_and(|crossing| {
-                    self.lowest_side([main, target], &crossing.normal, at) >= -FLUSH
+                    self.least_cone_margin_at_edges([main, target], &crossing.normal, at) >= -FLUSH
                 })
             }
         }
     }
 
     fn target_size(&self, target: u32, at: Configuration<3>) -> f64 {
-        match target.checked_sub(self.skin.triangles.len() as u32) {
+        match target.checked_sub(self.triangulation.triangles.len() as u32) {
             None => {
-                let edges = self.skin.triangles[target as usize].edges;
+                let edges = self.triangulation.triangles[target as usize].edges;
                 edges
                     .map(|edge| self.length(edge, at))
                     .into_iter()
@@ -242,12 +254,12 @@ impl Distance<3> for Boundary3d {
     }
 
     fn point(&self, pair: Pair, at: Configuration<3>) -> [f64; 3] {
-        match self.meeting(pair) {
-            FeaturePair::Facing { vertex, .. } => self.skin.point(vertex, at),
+        match self.feature_pair(pair) {
+            FeaturePair::Facing { vertex, .. } => self.triangulation.point(vertex, at),
             FeaturePair::Crossing { main, target } => {
                 let lines = self.lines(main, target, at);
                 let foot = lines.map_or(0.5, |lines| lines.foot[0]);
-                let [a, b] = self.skin.edge(main, at);
+                let [a, b] = self.triangulation.edge(main, at);
                 let mut point = a;
                 add_scaled(&mut point, foot, &sub(&b, &a));
                 point
@@ -257,19 +269,19 @@ impl Distance<3> for Boundary3d {
 }
 
 impl ContactGeometry<3> for Boundary3d {
-    fn beside(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
+    fn adjacent_pairs(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
         FeatureSet::pairs(self, pair, at, tolerance)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
             FeaturePair::Crossing { main, target } => self.next_edge([main, target], foot, at),
         }
     }
 
     fn successor(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Option<(Pair, bool)> {
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { .. } => None,
             FeaturePair::Crossing { main, target } => {
                 self.end_on_face([main, target], at, tolerance)
@@ -277,7 +289,7 @@ impl ContactGeometry<3> for Boundary3d {
         }
     }
 
-    fn relate(
+    fn assemble_jacobian(
         &self,
         operator: &mut ContactJacobian<3>,
         pair: Pair,
@@ -285,43 +297,48 @@ impl ContactGeometry<3> for Boundary3d {
         at: Configuration<3>,
         along: Option<&[f64; 3]>,
     ) {
-        match self.meeting(pair) {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                self.relate_facing(operator, (vertex, triangle), foot, at);
+                self.jacobian_of_point_triangle(operator, (vertex, triangle), foot, at);
             }
             FeaturePair::Crossing { main, target } => {
-                self.relate_crossing(operator, [main, target], (foot, along), at);
+                self.jacobian_of_edge_edge(operator, [main, target], (foot, along), at);
             }
         }
     }
 
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<3>) -> [MaterialPoint<3>; 2] {
-        match self.meeting(pair) {
+    fn material_points(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        rest: Configuration<3>,
+    ) -> [MaterialPoint<3>; 2] {
+        match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => [
-                self.mark_at_vertex(vertex, rest),
-                self.mark_on_triangle(triangle, foot, rest),
+                self.material_point_at_vertex(vertex, rest),
+                self.material_point_on_triangle(triangle, foot, rest),
             ],
             FeaturePair::Crossing { main, target } => [
-                self.mark_on_edge(main, foot[0], rest),
-                self.mark_on_edge(target, foot[1], rest),
+                self.material_point_on_edge(main, foot[0], rest),
+                self.material_point_on_edge(target, foot[1], rest),
             ],
         }
     }
 
-    fn at_marks(
+    fn locate(
         &self,
         marks: &[MaterialPoint<3>; 2],
         nodes: [Range<u32>; 2],
         rest: Configuration<3>,
     ) -> Option<(Pair, [f64; 2])> {
-        self.find_marks(marks, nodes, rest)
+        self.find_material_points(marks, nodes, rest)
     }
 
     fn classify(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> (ContactKind, f64) {
         let places = FeatureSet::both(self, pair, at, tolerance);
         (
             FeatureSet::kind(self, pair, &places, at),
-            self.share(pair, &places, at, tolerance),
+            self.tributary_area(pair, &places, at, tolerance),
         )
     }
 }

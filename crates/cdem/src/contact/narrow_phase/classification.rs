@@ -40,13 +40,13 @@ type Sector = [[f64; 3]; 2];
 
 impl FeatureSet {
     fn at_vertex(shell: &Boundary3d, vertex: u32, at: Configuration<3>) -> Self {
-        let edges = shell.skin.edges_at(vertex).iter().copied();
+        let edges = shell.triangulation.edges_at(vertex).iter().copied();
         Self {
             vertex: Some(vertex),
             edges: edges
-                .filter(|&edge| shell.skin.is_sharp(edge, at))
+                .filter(|&edge| shell.triangulation.is_sharp(edge, at))
                 .collect(),
-            triangles: shell.skin.triangles_at(vertex).into(),
+            triangles: shell.triangulation.triangles_at(vertex).into(),
         }
     }
 
@@ -59,11 +59,11 @@ impl FeatureSet {
         tolerance: f64,
     ) -> Self {
         let length = shell.length(edge, at);
-        let end = shell.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
-        if foot.min(1.0 - foot) * length <= tolerance && end < shell.skin.vertex_count {
+        let end = shell.triangulation.edges[edge as usize].ends[usize::from(foot > 0.5)];
+        if foot.min(1.0 - foot) * length <= tolerance && end < shell.triangulation.vertex_count {
             return Self::at_vertex(shell, end, at);
         }
-        let sides = shell.skin.edges[edge as usize].sides;
+        let sides = shell.triangulation.edges[edge as usize].sides;
         Self {
             vertex: None,
             edges: smallvec![edge],
@@ -78,12 +78,12 @@ impl FeatureSet {
         at: Configuration<3>,
         tolerance: f64,
     ) -> Self {
-        let facing = shell.facing(vertex, triangle, at);
-        let foot = shell.skin.point(vertex, at);
-        let own = &shell.skin.triangles[triangle as usize];
+        let facing = shell.point_triangle(vertex, triangle, at);
+        let foot = shell.triangulation.point(vertex, at);
+        let own = &shell.triangulation.triangles[triangle as usize];
         let is_near = |corner: u32| {
-            let apart = sub(&shell.skin.point(corner, at), &foot);
-            corner < shell.skin.vertex_count && norm(&apart) <= 2.0 * tolerance
+            let apart = sub(&shell.triangulation.point(corner, at), &foot);
+            corner < shell.triangulation.vertex_count && norm(&apart) <= 2.0 * tolerance
         };
         if let Some(corner) = own.corners.into_iter().find(|&corner| is_near(corner)) {
             return Self::at_vertex(shell, corner, at);
@@ -93,8 +93,10 @@ impl FeatureSet {
             ..Self::default()
         };
         for k in (0..3).filter(|&k| facing.inside(k) <= tolerance) {
-            place.triangles.extend(shell.skin.across(triangle, k));
-            if shell.skin.is_sharp(own.edges[k], at) {
+            place
+                .triangles
+                .extend(shell.triangulation.across(triangle, k));
+            if shell.triangulation.is_sharp(own.edges[k], at) {
                 place.edges.push(own.edges[k]);
             }
         }
@@ -108,14 +110,14 @@ impl FeatureSet {
         at: Configuration<3>,
         tolerance: f64,
     ) -> [Self; 2] {
-        match shell.meeting(pair) {
+        match shell.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => [
                 Self::at_vertex(shell, vertex, at),
                 Self::on_triangle(shell, (vertex, triangle), at, tolerance),
             ],
             FeaturePair::Crossing { main, target } => {
                 let foot = shell
-                    .crossing(main, target, at)
+                    .edge_edge(main, target, at)
                     .map_or([0.5; 2], |c| c.foot);
                 [
                     Self::on_edge(shell, main, foot[0], at, tolerance),
@@ -190,7 +192,7 @@ impl FeatureSet {
     /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
     fn dimension(&self, shell: &Boundary3d, at: Configuration<3>) -> u32 {
         let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
-            let [one, other] = [one, other].map(|edge| shell.skin.away(vertex, edge, at));
+            let [one, other] = [one, other].map(|edge| shell.triangulation.away(vertex, edge, at));
             norm(&cross(&one, &other)) <= FLUSH * norm(&one) * norm(&other)
                 && dot(&one, &other) < 0.0
         };
@@ -213,9 +215,9 @@ impl FeatureSet {
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         for &edge in &self.edges {
             let ways: SmallVec<[_; 2]> = match self.vertex {
-                Some(vertex) => smallvec![unit(shell.skin.away(vertex, edge, at))],
+                Some(vertex) => smallvec![unit(shell.triangulation.away(vertex, edge, at))],
                 None => {
-                    let [a, b] = shell.skin.edge(edge, at);
+                    let [a, b] = shell.triangulation.edge(edge, at);
                     smallvec![unit(sub(&b, &a)), unit(sub(&a, &b))]
                 }
             };
@@ -225,7 +227,7 @@ impl FeatureSet {
             support.rays.extend(in_plane);
         }
         for &triangle in &self.triangles {
-            let own = shell.skin.normal(triangle, at);
+            let own = shell.triangulation.normal(triangle, at);
             if norm(&cross(&own, normal)) > FLUSH {
                 continue;
             }
@@ -252,8 +254,8 @@ impl FeatureSet {
         normal: &[f64; 3],
         at: Configuration<3>,
     ) -> SmallVec<[Sector; 4]> {
-        let own = &shell.skin.triangles[triangle as usize];
-        let points = shell.skin.triangle(triangle, at);
+        let own = &shell.triangulation.triangles[triangle as usize];
+        let points = shell.triangulation.triangle(triangle, at);
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         if let Some(vertex) = self.vertex {
             let corner = own.corners.iter().position(|&corner| corner == vertex);
@@ -264,7 +266,7 @@ impl FeatureSet {
         let point = shell.point(pair, at);
         let facing =
             crate::contact::narrow_phase::point_triangle::PointTriangle::new(&point, &points);
-        let (k, _) = facing.outside();
+        let (k, _) = facing.foot_distance();
         let along = unit(sub(&points[(k + 1) % 3], &points[k]));
         let inward = cross(normal, &along);
         let [back, out] = [scale(-1.0, &along), scale(-1.0, &inward)];

@@ -29,7 +29,7 @@ const TURNS_OF_SIDES: f64 = 16.0;
 
 impl Boundary3d {
     /// Of a vertex no farther from a triangle than reach and tolerance, about.
-    pub(crate) fn nearness_facing(
+    pub(crate) fn cull_point_triangle(
         &self,
         vertex: u32,
         triangle: u32,
@@ -37,40 +37,41 @@ impl Boundary3d {
         (reach, tolerance): (f64, f64),
     ) -> CullingResult {
         let range = reach.max(tolerance);
-        let facing = self.facing(vertex, triangle, at);
-        if facing.gap > range || facing.gap < -range - tolerance || facing.outside().1 > range {
+        let facing = self.point_triangle(vertex, triangle, at);
+        if facing.gap > range || facing.gap < -range - tolerance || facing.foot_distance().1 > range
+        {
             return CullingResult::Apart;
         }
-        let edges = self.skin.edges_at(vertex).iter();
+        let edges = self.triangulation.edges_at(vertex).iter();
         let lengths = edges.map(|&edge| self.length(edge, at));
         let smallest = lengths.chain(facing.heights).fold(f64::MAX, f64::min);
-        let turn = -self.lowest_edge(vertex, &facing.normal, at) - FLUSH;
+        let turn = -self.least_cone_margin_at_vertex(vertex, &facing.normal, at) - FLUSH;
         until_turned(turn * smallest / TURNS, (reach, tolerance))
     }
 
     /// Of two edges, no farther from each other than reach and tolerance, about.
-    pub(crate) fn nearness_crossing(
+    pub(crate) fn cull_edge_edge(
         &self,
         edges: [u32; 2],
         at: Configuration<3>,
         (reach, tolerance): (f64, f64),
     ) -> CullingResult {
-        let [main, target] = edges.map(|edge| self.skin.edge(edge, at));
+        let [main, target] = edges.map(|edge| self.triangulation.edge(edge, at));
         if distance(&main, &target) > reach.max(tolerance) + tolerance {
             return CullingResult::Apart;
         }
         let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
-        let sharpens = |k: usize| self.skin.sharpens_after(edges[k], lengths[k], at);
+        let sharpens = |k: usize| self.triangulation.sharpens_after(edges[k], lengths[k], at);
         let sharpens = f64::max(sharpens(0), sharpens(1));
         if reach <= sharpens {
             return CullingResult::Lacks(sharpens);
         }
-        let Some(crossing) = self.crossing(edges[0], edges[1], at) else {
+        let Some(crossing) = self.edge_edge(edges[0], edges[1], at) else {
             return CullingResult::Near;
         };
-        let smallest = edges.map(|edge| self.skin.ridge(edge, at).least_height);
+        let smallest = edges.map(|edge| self.triangulation.edge_shape(edge, at).least_height);
         let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
-        let turn = -self.lowest_side(edges, &crossing.normal, at) - FLUSH;
+        let turn = -self.least_cone_margin_at_edges(edges, &crossing.normal, at) - FLUSH;
         let turn = f64::min(turn / TURNS_OF_EDGES, crossing.outward / TURNS_OF_SIDES);
         until_turned(turn * smallest, (reach, tolerance))
     }

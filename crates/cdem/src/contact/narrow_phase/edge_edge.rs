@@ -94,7 +94,7 @@ impl LinePair {
 
 impl EdgeEdge {
     /// How far outside the edges, of these lengths, the feet lie, m; ≤ 0 within.
-    pub(crate) fn outside(&self, lengths: [f64; 2]) -> f64 {
+    pub(crate) fn foot_distance(&self, lengths: [f64; 2]) -> f64 {
         let beyond = |k: usize| (-self.foot[k]).max(self.foot[k] - 1.0) * lengths[k];
         beyond(0).max(beyond(1))
     }

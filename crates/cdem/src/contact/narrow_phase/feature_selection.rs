@@ -10,7 +10,7 @@ use crate::math::vector::{add_scaled, dot, norm, sub};
 /// allow and that lie in each other least, the one that does so `then`. Two of different
 /// normals would hold corners together sideways. None where a corner goes past another, or
 /// `pair` may not touch and that one, in front, has a touch of its own to come.
-pub(crate) fn rightful<const D: usize>(
+pub(crate) fn select_feature_pair<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
     [at, then]: [Configuration<D>; 2],
@@ -18,7 +18,7 @@ pub(crate) fn rightful<const D: usize>(
     may: &dyn Fn(Pair) -> bool,
 ) -> Option<Pair> {
     let slack = SHALLOW * tolerance;
-    let mut rivals = rivals(surface, pair, at, tolerance);
+    let mut rivals = competing_pairs(surface, pair, at, tolerance);
     rivals.retain(|rival| may(*rival));
     // What a block that lands beside a joint is in the side of the next one by, within the
     // tolerance, it did not get into now.
@@ -52,7 +52,7 @@ pub(crate) fn rightful<const D: usize>(
 }
 
 /// The pairs that touch within the tolerance of the point of `pair`, itself first.
-fn rivals<const D: usize>(
+fn competing_pairs<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
     at: Configuration<D>,
@@ -62,12 +62,12 @@ fn rivals<const D: usize>(
         let projection = surface.project(*rival, at);
         projection.gap.abs() <= tolerance
             && projection.outside <= tolerance
-            && surface.admits(*rival, at)
-            && !surface.both_bear(pair, *rival, at)
+            && surface.in_normal_cone(*rival, at)
+            && !surface.is_reentrant_pair(pair, *rival, at)
     };
-    let beside = surface.beside(pair, at, tolerance).into_iter();
+    let beside = surface.adjacent_pairs(pair, at, tolerance).into_iter();
     let others = beside.filter(|rival| *rival != pair && touches(rival));
-    let own = surface.admits(pair, at).then_some(pair);
+    let own = surface.in_normal_cone(pair, at).then_some(pair);
     own.into_iter().chain(others).collect()
 }
 

@@ -8,19 +8,19 @@ use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 impl Boundary3d {
     /// Of a vertex and the point at `foot` of a triangle.
-    pub(crate) fn relate_facing(
+    pub(crate) fn jacobian_of_point_triangle(
         &self,
         operator: &mut ContactJacobian<3>,
         (vertex, triangle): (u32, u32),
         foot: &[f64; 2],
         at: Configuration<3>,
     ) {
-        let p = self.skin.point(vertex, at);
-        let points = self.skin.triangle(triangle, at);
+        let p = self.triangulation.point(vertex, at);
+        let points = self.triangulation.triangle(triangle, at);
         let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
         let material = TriangleMotion::new(&p, &points, &weights);
         let frame = frame(material.normal(), &sub(&points[1], &points[0]));
-        let corners = self.skin.triangles[triangle as usize].corners;
+        let corners = self.triangulation.triangles[triangle as usize].corners;
         let corners = [vertex, corners[0], corners[1], corners[2]];
         let rows = |direction: &[f64; 3]| {
             let [a, b, c] = material.rows(direction).map(|row| scale(-1.0, &row));
@@ -30,29 +30,30 @@ impl Boundary3d {
     }
 
     /// Of the points at `foot` of two edges.
-    pub(crate) fn relate_crossing(
+    pub(crate) fn jacobian_of_edge_edge(
         &self,
         operator: &mut ContactJacobian<3>,
         [main, target]: [u32; 2],
         (foot, along): (&[f64; 2], Option<&[f64; 3]>),
         at: Configuration<3>,
     ) {
-        let [one, other] = [main, target].map(|edge| self.skin.edge(edge, at));
+        let [one, other] = [main, target].map(|edge| self.triangulation.edge(edge, at));
         let outward = along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
-        let lines = LinePair::new(&one, &other, self.skin.tolerance);
+        let lines = LinePair::new(&one, &other, self.triangulation.tolerance);
         let crossing = lines.map(|lines| lines.between(&outward));
         let along = sub(&one[1], &one[0]);
         let are_parallel = crossing.is_none();
         let normal = crossing.map_or_else(
             || {
-                let outward = self.skin.outward(target, at);
+                let outward = self.triangulation.outward(target, at);
                 scale(1.0 / norm(&outward), &outward)
             },
             |crossing| crossing.normal,
         );
         let pivot = NormalRotation::new(&one, &other, (foot, &normal), are_parallel);
-        let [main, target] = [main, target].map(|edge| self.skin.edges[edge as usize].ends);
+        let [main, target] =
+            [main, target].map(|edge| self.triangulation.edges[edge as usize].ends);
         let corners = [main[0], main[1], target[0], target[1]];
         let frame = frame(&normal, &along);
         let rows = |direction: &[f64; 3]| pivot.rows(direction);
@@ -73,7 +74,7 @@ impl Boundary3d {
         operator.count = 0;
         let rows = frame.map(|direction| of_direction(&direction));
         for (c, corner) in corners.into_iter().enumerate() {
-            let nodes = self.skin.nodes_of_corner(corner);
+            let nodes = self.triangulation.nodes_of_corner(corner);
             let share = 1.0 / nodes.len() as f64;
             for &node in nodes {
                 let known = operator.nodes().iter().position(|&other| other == node);

@@ -8,67 +8,72 @@ use crate::contact::surface::{Configuration, FeatureKind, MaterialPoint, Pair};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 impl Boundary3d {
-    pub(super) fn mark_at_vertex(&self, vertex: u32, rest: Configuration<3>) -> MaterialPoint<3> {
+    pub(super) fn material_point_at_vertex(
+        &self,
+        vertex: u32,
+        rest: Configuration<3>,
+    ) -> MaterialPoint<3> {
         MaterialPoint {
-            place: self.skin.point(vertex, rest),
-            on: FeatureKind::Vertex,
+            place: self.triangulation.point(vertex, rest),
+            kind: FeatureKind::Vertex,
             outward: self.outward_at(vertex, rest),
         }
     }
 
-    pub(super) fn mark_on_edge(
+    pub(super) fn material_point_on_edge(
         &self,
         edge: u32,
         foot: f64,
         rest: Configuration<3>,
     ) -> MaterialPoint<3> {
-        let [a, b] = self.skin.edge(edge, rest);
+        let [a, b] = self.triangulation.edge(edge, rest);
         let along = sub(&b, &a);
         let mut place = a;
         add_scaled(&mut place, foot, &along);
         MaterialPoint {
             place,
-            on: FeatureKind::Edge(scale(1.0 / norm(&along), &along)),
-            outward: self.skin.outward(edge, rest),
+            kind: FeatureKind::Edge(scale(1.0 / norm(&along), &along)),
+            outward: self.triangulation.outward(edge, rest),
         }
     }
 
-    pub(super) fn mark_on_triangle(
+    pub(super) fn material_point_on_triangle(
         &self,
         triangle: u32,
         foot: &[f64; 2],
         rest: Configuration<3>,
     ) -> MaterialPoint<3> {
-        let [a, b, c] = self.skin.triangle(triangle, rest);
+        let [a, b, c] = self.triangulation.triangle(triangle, rest);
         let mut place = a;
         add_scaled(&mut place, foot[0], &sub(&b, &a));
         add_scaled(&mut place, foot[1], &sub(&c, &a));
         MaterialPoint {
             place,
-            on: FeatureKind::Face,
-            outward: self.skin.normal(triangle, rest),
+            kind: FeatureKind::Face,
+            outward: self.triangulation.normal(triangle, rest),
         }
     }
 
     /// Sum of the normals of the triangles at a vertex.
     fn outward_at(&self, vertex: u32, rest: Configuration<3>) -> [f64; 3] {
-        let triangles = self.skin.triangles_at(vertex).iter();
-        let normals = triangles.map(|&triangle| self.skin.normal(triangle, rest));
+        let triangles = self.triangulation.triangles_at(vertex).iter();
+        let normals = triangles.map(|&triangle| self.triangulation.normal(triangle, rest));
         normals.fold([0.0; 3], |sum, normal| add(&sum, &normal))
     }
 
     /// The pair with its points there, on blocks of these nodes, and its foot.
-    pub(super) fn find_marks(
+    pub(super) fn find_material_points(
         &self,
         [main, target]: &[MaterialPoint<3>; 2],
         [own, others]: [Range<u32>; 2],
         rest: Configuration<3>,
     ) -> Option<(Pair, [f64; 2])> {
-        match (main.on, target.on) {
+        match (main.kind, target.kind) {
             (FeatureKind::Vertex, FeatureKind::Face) => {
-                let vertices = 0..self.skin.vertex_count;
-                let vertices = self.of_block(vertices, &own, |v| self.skin.nodes_of_corner(v)[0]);
-                let is_there = |&vertex: &u32| self.skin.point(vertex, rest) == main.place;
+                let vertices = 0..self.triangulation.vertex_count;
+                let vertices =
+                    self.of_block(vertices, &own, |v| self.triangulation.nodes_of_corner(v)[0]);
+                let is_there = |&vertex: &u32| self.triangulation.point(vertex, rest) == main.place;
                 let unlike = |&vertex: &u32| main.is_unlike(&self.outward_at(vertex, rest));
                 let vertex = vertices.filter(is_there).min_by_key(unlike)?;
                 let (triangle, foot) = self.triangle_at(target, &others, rest)?;
@@ -113,10 +118,10 @@ impl Boundary3d {
         nodes: &Range<u32>,
         rest: Configuration<3>,
     ) -> Option<(u32, [f64; 2])> {
-        let all = 0..self.skin.triangles.len() as u32;
-        let own = self.of_block(all, nodes, |t| self.skin.nodes_of_triangle(t)[0]);
+        let all = 0..self.triangulation.triangles.len() as u32;
+        let own = self.of_block(all, nodes, |t| self.triangulation.nodes_of_triangle(t)[0]);
         let beside = own.filter_map(|triangle| {
-            let corners = self.skin.triangle(triangle, rest);
+            let corners = self.triangulation.triangle(triangle, rest);
             if !is_about(&mark.place, &corners) {
                 return None;
             }
@@ -144,10 +149,10 @@ impl Boundary3d {
         nodes: &Range<u32>,
         rest: Configuration<3>,
     ) -> Option<(u32, f64)> {
-        let all = 0..self.skin.edges.len() as u32;
-        let own = self.of_block(all, nodes, |e| self.skin.nodes_of_edge(e)[0]);
+        let all = 0..self.triangulation.edges.len() as u32;
+        let own = self.of_block(all, nodes, |e| self.triangulation.nodes_of_edge(e)[0]);
         let along = own.filter_map(|edge| {
-            let [a, b] = self.skin.edge(edge, rest);
+            let [a, b] = self.triangulation.edge(edge, rest);
             if !is_about(&mark.place, &[a, b]) {
                 return None;
             }
@@ -158,7 +163,7 @@ impl Boundary3d {
             let beside = norm(&cross(&from, direction));
             let outside = (-foot).max(foot - 1.0);
             let is_part = turned <= PART && beside <= PART * length && outside <= PART;
-            let unlike = || mark.is_unlike(&self.skin.outward(edge, rest));
+            let unlike = || mark.is_unlike(&self.triangulation.outward(edge, rest));
             is_part.then(|| (edge, foot.clamp(0.0, 1.0), (unlike(), outside)))
         });
         let better = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));

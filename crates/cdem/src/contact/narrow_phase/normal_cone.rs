@@ -24,15 +24,15 @@ impl Boundary3d {
         depth: f64,
     ) -> bool {
         let is_near = || {
-            let points = self.skin.triangle(triangle, at);
-            distance_to(&points, self.skin.point(vertex, at)) <= depth
+            let points = self.triangulation.triangle(triangle, at);
+            distance_to(&points, self.triangulation.point(vertex, at)) <= depth
         };
         (0..3).all(|k| {
             let inside = facing.inside(k);
             let slack = FOOT_ROUND_OFF * facing.heights[k];
-            let edge = self.skin.triangles[triangle as usize].edges[k];
+            let edge = self.triangulation.triangles[triangle as usize].edges[k];
             inside >= -slack
-                || inside >= -slack - beyond_reentrant(self.skin.turn(edge, at), depth)
+                || inside >= -slack - beyond_reentrant(self.triangulation.turn(edge, at), depth)
                 || inside >= -slack - depth
                     && is_near()
                     && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
@@ -51,7 +51,7 @@ impl Boundary3d {
     ) -> bool {
         edges.iter().zip(foot).all(|(&edge, &foot)| {
             let beyond = (-foot).max(foot - 1.0) - FOOT_ROUND_OFF;
-            let end = self.skin.edges[edge as usize].ends[usize::from(foot > 0.5)];
+            let end = self.triangulation.edges[edge as usize].ends[usize::from(foot > 0.5)];
             let beyond = beyond * self.length(edge, at);
             beyond <= 0.0
                 || beyond <= FARTHEST_BEYOND * depth
@@ -62,15 +62,15 @@ impl Boundary3d {
     /// Whether two triangles look at each other, as those of a re-entrant corner.
     pub(crate) fn face_each_other(&self, triangles: [u32; 2], at: Configuration<3>) -> bool {
         let faces = |from: u32, to: u32| {
-            let [a, b, c] = self.skin.triangle(to, at);
+            let [a, b, c] = self.triangulation.triangle(to, at);
             let middle = scale(1.0 / 3.0, &add(&add(&a, &b), &c));
-            let way = sub(&middle, &self.skin.triangle(from, at)[0]);
-            dot(&way, &self.skin.normal(from, at)) > FLUSH * norm(&way)
+            let way = sub(&middle, &self.triangulation.triangle(from, at)[0]);
+            dot(&way, &self.triangulation.normal(from, at)) > FLUSH * norm(&way)
         };
         let [one, other] = triangles;
-        let edges = triangles.map(|triangle| self.skin.triangles[triangle as usize].edges);
+        let edges = triangles.map(|triangle| self.triangulation.triangles[triangle as usize].edges);
         match edges[0].iter().find(|edge| edges[1].contains(edge)) {
-            Some(&shared) if one != other => self.skin.turn(shared, at) < -FLUSH,
+            Some(&shared) if one != other => self.triangulation.turn(shared, at) < -FLUSH,
             _ => faces(one, other) && faces(other, one),
         }
     }
@@ -83,12 +83,12 @@ impl Boundary3d {
         outward: [[f64; 3]; 2],
         at: Configuration<3>,
     ) -> bool {
-        let [ends, others] = edges.map(|edge| self.skin.edges[edge as usize].ends);
+        let [ends, others] = edges.map(|edge| self.triangulation.edges[edge as usize].ends);
         let Some(&corner) = ends.iter().find(|end| others.contains(end)) else {
             return false;
         };
         let rises = |edge: u32, normal: &[f64; 3]| {
-            let away = self.skin.away(corner, edge, at);
+            let away = self.triangulation.away(corner, edge, at);
             dot(&away, normal) > FLUSH * norm(&away)
         };
         edges[0] != edges[1] && rises(edges[1], &outward[0]) && rises(edges[0], &outward[1])
@@ -96,8 +96,8 @@ impl Boundary3d {
 
     /// The least turn of the edges that begin at a corner, rad.
     fn least_turn(&self, corner: u32, at: Configuration<3>) -> f64 {
-        let edges = self.skin.edges_at(corner).iter();
-        let turns = edges.map(|&edge| self.skin.turn(edge, at));
+        let edges = self.triangulation.edges_at(corner).iter();
+        let turns = edges.map(|&edge| self.triangulation.turn(edge, at));
         turns.fold(f64::MAX, f64::min)
     }
 
@@ -110,11 +110,11 @@ impl Boundary3d {
         normal: &[f64; 3],
         at: Configuration<3>,
     ) -> bool {
-        let points = self.skin.triangle(triangle, at);
+        let points = self.triangulation.triangle(triangle, at);
         let along = sub(&points[(k + 1) % 3], &points[k]);
         let inward = cross(normal, &scale(1.0 / norm(&along), &along));
-        self.skin.edges_at(vertex).iter().any(|&edge| {
-            let away = self.skin.away(vertex, edge, at);
+        self.triangulation.edges_at(vertex).iter().any(|&edge| {
+            let away = self.triangulation.away(vertex, edge, at);
             let slack = FLUSH * norm(&away);
             dot(&away, normal).abs() <= slack && dot(&away, &inward) > slack
         })
@@ -122,10 +122,15 @@ impl Boundary3d {
 
     /// The lowest an edge from a vertex leads over a plane with this normal: the sine
     /// of its angle with it.
-    pub(crate) fn lowest_edge(&self, vertex: u32, normal: &[f64; 3], at: Configuration<3>) -> f64 {
-        let edges = self.skin.edges_at(vertex).iter();
+    pub(crate) fn least_cone_margin_at_vertex(
+        &self,
+        vertex: u32,
+        normal: &[f64; 3],
+        at: Configuration<3>,
+    ) -> f64 {
+        let edges = self.triangulation.edges_at(vertex).iter();
         let heights = edges.map(|&edge| {
-            let away = self.skin.away(vertex, edge, at);
+            let away = self.triangulation.away(vertex, edge, at);
             dot(&away, normal) / norm(&away)
         });
         heights.fold(f64::MAX, f64::min)
@@ -133,14 +138,14 @@ impl Boundary3d {
 
     /// The lowest a face beside a main edge leads over a plane with this normal, or one
     /// beside a target edge under it: the sine of its angle with it.
-    pub(crate) fn lowest_side(
+    pub(crate) fn least_cone_margin_at_edges(
         &self,
         edges: [u32; 2],
         normal: &[f64; 3],
         at: Configuration<3>,
     ) -> f64 {
         let of = |(edge, sign): (u32, f64)| {
-            let sides = self.skin.directions_into_sides(edge, at);
+            let sides = self.triangulation.directions_into_sides(edge, at);
             let heights = sides.into_iter().flatten();
             heights.map(move |into| sign * dot(&into, normal))
         };
@@ -156,11 +161,14 @@ impl Boundary3d {
         triangle: u32,
         at: Configuration<3>,
     ) -> Option<Pair> {
-        let (k, _) = self.facing(vertex, triangle, at).outside();
-        let next = self.skin.across(triangle, k)?;
+        let (k, _) = self.point_triangle(vertex, triangle, at).foot_distance();
+        let next = self.triangulation.across(triangle, k)?;
         let pair = Self::face_pair(vertex, next);
-        let turn = dot(&self.skin.normal(triangle, at), &self.skin.normal(next, at));
-        (turn > 0.0 && self.admits(pair, at)).then_some(pair)
+        let turn = dot(
+            &self.triangulation.normal(triangle, at),
+            &self.triangulation.normal(next, at),
+        );
+        (turn > 0.0 && self.in_normal_cone(pair, at)).then_some(pair)
     }
 
     /// A point that leaves one of two edges at an end goes on along that edge from there
@@ -173,23 +181,23 @@ impl Boundary3d {
     ) -> Option<Pair> {
         let beyond = |k: usize| (-foot[k]).max(foot[k] - 1.0) * self.length(edges[k], at);
         let k = usize::from(beyond(1) > beyond(0));
-        let end = self.skin.edges[edges[k] as usize].ends[usize::from(foot[k] > 0.5)];
-        let back = self.skin.away(end, edges[k], at);
+        let end = self.triangulation.edges[edges[k] as usize].ends[usize::from(foot[k] > 0.5)];
+        let back = self.triangulation.away(end, edges[k], at);
         let straight = |edge: u32| {
-            let on = self.skin.away(end, edge, at);
+            let on = self.triangulation.away(end, edge, at);
             -dot(&on, &back) / (norm(&on) * norm(&back))
         };
         let length = self.length(edges[1 - k], at);
-        let beside = self.skin.edges_at(end).iter().copied();
+        let beside = self.triangulation.edges_at(end).iter().copied();
         let others = beside.filter(|&edge| {
             edge != edges[k]
                 && straight(edge) > std::f64::consts::FRAC_1_SQRT_2
-                && self.skin.is_sharp_under(edge, length, at)
+                && self.triangulation.is_sharp_under(edge, length, at)
         });
         // The rim of a thin plate bends, and on its narrow side a diagonal goes on too.
         let pairs = others.map(|edge| self.edge_pair(edge, edges[1 - k]));
         let outside = |pair: &Pair| self.project(*pair, at).outside;
-        let admitted = pairs.filter(|&pair| self.admits(pair, at));
+        let admitted = pairs.filter(|&pair| self.in_normal_cone(pair, at));
         admitted.min_by(|one, other| outside(one).total_cmp(&outside(other)))
     }
 
@@ -201,23 +209,24 @@ impl Boundary3d {
         at: Configuration<3>,
         tolerance: f64,
     ) -> Option<(Pair, bool)> {
-        let crossing = self.crossing(edges[0], edges[1], at)?;
+        let crossing = self.edge_edge(edges[0], edges[1], at)?;
         let beyond = |k: usize| {
             let foot = crossing.foot[k];
             (-foot).max(foot - 1.0) * self.length(edges[k], at)
         };
         let k = usize::from(beyond(1) > beyond(0));
-        let end = self.skin.edges[edges[k] as usize].ends[usize::from(crossing.foot[k] > 0.5)];
-        if end >= self.skin.vertex_count {
+        let end =
+            self.triangulation.edges[edges[k] as usize].ends[usize::from(crossing.foot[k] > 0.5)];
+        if end >= self.triangulation.vertex_count {
             return None;
         }
-        let sides = self.skin.edges[edges[1 - k] as usize].sides?;
+        let sides = self.triangulation.edges[edges[1 - k] as usize].sides?;
         let bears = |triangle: &u32| {
             let pair = Self::face_pair(end, *triangle);
-            let normal = self.skin.normal(*triangle, at);
+            let normal = self.triangulation.normal(*triangle, at);
             norm(&cross(&normal, &crossing.normal)) <= FLUSH
                 && self.project(pair, at).outside <= tolerance
-                && self.admits(pair, at)
+                && self.in_normal_cone(pair, at)
         };
         let triangle = sides.into_iter().find(bears)?;
         Some((Self::face_pair(end, triangle), k == 1))

@@ -47,7 +47,7 @@ impl PointTriangle {
     }
 
     /// The edge beyond which the foot lies farthest, and how far, m; ≤ 0 within.
-    pub(crate) fn outside(&self) -> (usize, f64) {
+    pub(crate) fn foot_distance(&self) -> (usize, f64) {
         let beyond = (0..3).map(|k| (k, -self.inside(k)));
         beyond
             .max_by(|one, other| one.1.total_cmp(&other.1))

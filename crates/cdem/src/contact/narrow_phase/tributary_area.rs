@@ -51,10 +51,10 @@ impl ContactPlane {
 impl ProjectedFacet {
     /// A facet, counter-clockwise about the normal of contact.
     fn new(shell: &Boundary3d, facet: u32, plane: &ContactPlane, at: Configuration<3>) -> Self {
-        let mut vertices = SmallVec::from_slice(shell.skin.facet(facet));
+        let mut vertices = SmallVec::from_slice(shell.triangulation.facet(facet));
         let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
             .iter()
-            .map(|&vertex| plane.at(&shell.skin.point(vertex, at)))
+            .map(|&vertex| plane.at(&shell.triangulation.point(vertex, at)))
             .collect();
         if area(&corners) < 0.0 {
             vertices.reverse();
@@ -63,8 +63,8 @@ impl ProjectedFacet {
         let next = vertices.iter().cycle().skip(1);
         let edges = vertices.iter().zip(next);
         let sharp = edges.map(|(&one, &other): (&u32, &u32)| {
-            let edge = shell.skin.edge_between(one, other);
-            edge.is_some_and(|edge| shell.skin.is_sharp(edge, at))
+            let edge = shell.triangulation.edge_between(one, other);
+            edge.is_some_and(|edge| shell.triangulation.is_sharp(edge, at))
         });
         Self {
             sharp: sharp.collect(),
@@ -138,7 +138,7 @@ impl ProjectedFacet {
 impl Boundary3d {
     /// Tributary area of a contact between the places of main and target, m²: 0
     /// where no faces lie on each other.
-    pub(crate) fn share(
+    pub(crate) fn tributary_area(
         &self,
         pair: Pair,
         places: &[FeatureSet; 2],
@@ -155,12 +155,15 @@ impl Boundary3d {
         let (Some(&first), Some(_)) = (main.first(), target.first()) else {
             return 0.0;
         };
-        let [a, b, ..] = self.skin.facet(first) else {
+        let [a, b, ..] = self.triangulation.facet(first) else {
             return 0.0;
         };
-        let along = sub(&self.skin.point(*b, at), &self.skin.point(*a, at));
+        let along = sub(
+            &self.triangulation.point(*b, at),
+            &self.triangulation.point(*a, at),
+        );
         let plane = ContactPlane::new(point, &normal, &along);
-        let vertex = match self.meeting(pair) {
+        let vertex = match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, .. } => Some(vertex),
             FeaturePair::Crossing { .. } => None,
         };
@@ -243,10 +246,10 @@ impl Boundary3d {
         at: Configuration<3>,
     ) -> FeatureList {
         let flush = |triangle: &&u32| {
-            let own = self.skin.normal(**triangle, at);
+            let own = self.triangulation.normal(**triangle, at);
             norm(&cross(&own, normal)) <= FLUSH
         };
-        let of = |triangle: &u32| self.skin.triangles[*triangle as usize].facet;
+        let of = |triangle: &u32| self.triangulation.triangles[*triangle as usize].facet;
         let mut facets: FeatureList = triangles.iter().filter(flush).map(of).collect();
         facets.sort_unstable();
         facets.dedup();
@@ -272,7 +275,8 @@ impl Boundary3d {
                 continue;
             }
             for &vertex in &other.vertices {
-                let neighbours = self.flush_facets(self.skin.triangles_at(vertex), normal, at);
+                let neighbours =
+                    self.flush_facets(self.triangulation.triangles_at(vertex), normal, at);
                 for facet in neighbours {
                     if let Err(place) = known.binary_search(&facet) {
                         known.insert(place, facet);

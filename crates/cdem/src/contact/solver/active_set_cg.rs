@@ -90,11 +90,11 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         self.direction.resize(count, [0.0; D]);
         self.response.resize(count, [0.0; D]);
         self.velocity.resize(system.velocity.len(), P::default());
-        system.awake_packs(&mut self.packs);
+        system.active_blocks(&mut self.packs);
         let mut velocity = std::mem::take(&mut system.velocity);
         system.relative_velocities(&mut velocity, &mut self.response);
         system.velocity = velocity;
-        for (place, point) in system.awake() {
+        for (place, point) in system.active() {
             let opens = point.impulse[0] <= -point.limit.tension;
             let slips = point.limit.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
@@ -113,7 +113,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
 
     /// The largest velocity that is missing, m/s.
     fn worst(&self, system: &ContactSystem<D, P>) -> f64 {
-        let missing = system.awake().flat_map(|(place, _)| &self.missing[place]);
+        let missing = system.active().flat_map(|(place, _)| &self.missing[place]);
         missing.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
@@ -121,7 +121,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     /// velocity that a contact's part of it makes alone, m/s.
     fn turn(&mut self, system: &ContactSystem<D, P>) -> (f64, f64) {
         let mut square = 0.0;
-        for (place, point) in system.awake() {
+        for (place, point) in system.active() {
             let (missing, compliance) = (&self.missing[place], &point.compliance);
             for r in (0..D).filter(|&r| missing[r] != 0.0) {
                 square += missing[r] * missing[r] / compliance[r.min(1)];
@@ -154,7 +154,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         let steepest = system.respond(&mut self.direction, &mut self.velocity, turn);
         system.relative_velocities(&mut self.velocity, &mut self.response);
         let (mut own, mut curvature) = (0.0, 0.0);
-        for (place, point) in system.awake() {
+        for (place, point) in system.active() {
             let (direction, response) = (&self.direction[place], &self.response[place]);
             for r in 0..D {
                 own += direction[r] * direction[r] * point.compliance[r.min(1)];
@@ -175,7 +175,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     /// The step at which a first contact comes to a bound, and which.
     fn bound(&self, system: &ContactSystem<D, P>) -> (f64, Option<StepBound>) {
         let mut first = (f64::INFINITY, None);
-        for (place, point) in system.awake() {
+        for (place, point) in system.active() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
             if free[0] && direction[0] < 0.0 {
                 let step = (-point.limit.tension - point.impulse[0]) / direction[0];
@@ -194,7 +194,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 
     fn advance(&mut self, system: &mut ContactSystem<D, P>, step: f64) {
-        let (points, awake) = (&mut system.points, system.colours.awake());
+        let (points, awake) = (&mut system.points, system.colours.active());
         for place in awake.iter().map(|&place| place as usize) {
             add_scaled(&mut points[place].impulse, step, &self.direction[place]);
             for r in (0..D).filter(|&r| self.free[place][r]) {
@@ -233,7 +233,7 @@ fn step_to_slip<const D: usize>(
     impulse: &[f64; D],
     direction: &[f64; D],
 ) -> f64 {
-    let (bound, growth) = (limit.shear(impulse[0]), limit.friction * direction[0]);
+    let (bound, growth) = (limit.shear_bound(impulse[0]), limit.friction * direction[0]);
     let shear = |a: &[f64; D], b: &[f64; D]| (1..D).map(|r| a[r] * b[r]).sum::<f64>();
     let a = shear(direction, direction) - growth * growth;
     let b = shear(impulse, direction) - bound * growth;

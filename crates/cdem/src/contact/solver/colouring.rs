@@ -80,7 +80,7 @@ pub(super) struct Colouring {
     /// How many nodes there are.
     node_count: usize,
     /// Places that passes visit, in order, and where those of each task begin among them.
-    awake: Vec<u32>,
+    active: Vec<u32>,
     begins: Vec<usize>,
 }
 
@@ -110,7 +110,7 @@ impl Colouring {
         } else {
             self.colour(nodes_of);
         }
-        self.wake_all();
+        self.activate_all();
     }
 
     /// Adds points colour by colour.
@@ -143,9 +143,9 @@ impl Colouring {
     }
 
     /// Has passes visit all places.
-    pub(super) fn wake_all(&mut self) {
-        self.awake.clear();
-        self.awake.extend(0..self.order.len() as u32);
+    pub(super) fn activate_all(&mut self) {
+        self.active.clear();
+        self.active.extend(0..self.order.len() as u32);
         self.begins.clear();
         self.begins.extend(self.tasks.iter().map(|task| task.start));
         self.begins.push(self.order.len());
@@ -153,23 +153,23 @@ impl Colouring {
 
     /// Has passes visit only those, of the places that they do, that `stay` so; these are told
     /// with their nodes.
-    pub(super) fn doze(&mut self, mut stay: impl FnMut(usize, &[u32]) -> bool) {
+    pub(super) fn deactivate(&mut self, mut stay: impl FnMut(usize, &[u32]) -> bool) {
         let (mut kept, mut next) = (0, 0);
         for task in 1..self.begins.len() {
             for number in next..self.begins[task] {
-                let place = self.awake[number];
-                self.awake[kept] = place;
+                let place = self.active[number];
+                self.active[kept] = place;
                 let place = place as usize;
                 kept += usize::from(stay(place, self.nodes(place)));
             }
             next = std::mem::replace(&mut self.begins[task], kept);
         }
-        self.awake.truncate(kept);
+        self.active.truncate(kept);
     }
 
     /// The places that passes visit, in order.
-    pub(super) fn awake(&self) -> &[u32] {
-        &self.awake
+    pub(super) fn active(&self) -> &[u32] {
+        &self.active
     }
 
     /// Adds a colour: runs of points, each for one thread to visit.
@@ -224,7 +224,8 @@ impl Colouring {
             // SAFETY: tasks of a colour share neither places nor nodes, and no two
             // colours are visited at once. All are in range: `push` has asserted it of
             // the nodes, and the lengths are asserted above.
-            let task = unsafe { ColourTask::new(self, &self.awake[awake], (&own, &values), visit) };
+            let task =
+                unsafe { ColourTask::new(self, &self.active[awake], (&own, &values), visit) };
             Arch::new().dispatch(task)
         };
         let mut all = [0.0; N];
@@ -516,10 +517,10 @@ mod tests {
             let mut colours = colours(&lists, 2);
             let mut awake: Vec<usize> = (0..lists.len()).collect();
             for of in sleep {
-                colours.doze(|place, _| place % of > 0);
+                colours.deactivate(|place, _| place % of > 0);
                 awake.retain(|place| place % of > 0);
             }
-            prop_assert!(colours.awake().iter().map(|&place| place as usize).eq(awake.clone()));
+            prop_assert!(colours.active().iter().map(|&place| place as usize).eq(awake.clone()));
             let start = || {
                 let own: Vec<f64> = (0..lists.len()).map(|i| (i as f64).sin()).collect();
                 (own, vec![1.0; 100])

@@ -109,7 +109,7 @@ pub(super) fn nodes_of<'a, const D: usize>(
     mobility: KickMobility<'a, D>,
 ) -> impl Iterator<Item = (usize, u32, bool)> + 'a {
     let nodes = operator.nodes().iter().enumerate();
-    nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_held(node as usize)))
+    nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_prescribed(node as usize)))
 }
 
 impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
@@ -191,9 +191,12 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
         let coupled = inertia.coupled(nodes[first] as usize);
         let is_coupled = |node: &&u32| coupled.contains(&(**node as usize));
         let own = first..first + nodes[first..].iter().take_while(is_coupled).count();
-        let share = mobility.share(nodes[first]);
+        let share = mobility.damping_factor(nodes[first]);
         first = own.end;
-        if own.clone().all(|k| inertia.is_held(nodes[k] as usize)) {
+        if own
+            .clone()
+            .all(|k| inertia.is_prescribed(nodes[k] as usize))
+        {
             continue;
         }
         if coupled.len() == 1 {
@@ -280,19 +283,19 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
             let (own, rest) = operators.split_at_mut(point.operators.len());
             let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
             let (own_levers, rest_levers) = levers.split_at_mut(levers_of::<P>(own.len()));
-            let operator = &self.constraints[point.number as usize].operator;
+            let operator = &self.constraints[point.number as usize].jacobian;
             let unheld = take(own, operator, self.mobility);
             let seen = if P::BY_COLUMNS {
                 let moved = nodes_of(operator, self.mobility).filter(|(.., held)| !held);
                 for (lever, (_, node, _)) in own_levers.iter_mut().zip(moved) {
-                    lever.share = self.mobility.share(node);
+                    lever.share = self.mobility.damping_factor(node);
                 }
                 seen_by_columns(own, own_levers, self.columns)
             } else {
                 respond(simd, own_gains, operator, self.mobility);
                 seen_by_gains(own, own_gains)
             };
-            point.weigh(&seen, &unheld);
+            point.set_effective_mass(&seen, &unheld);
             (operators, gains, levers) = (rest, rest_gains, rest_levers);
         }
     }
@@ -375,7 +378,7 @@ fn seen_by_columns<const D: usize, P: SimdBlock>(
 impl<const D: usize> ContactRows<D> {
     /// Takes the relative velocity `own` in each row for a unit impulse in each other, 1/kg.
     #[inline(always)]
-    fn weigh(&mut self, own: &[PaddedVector; D], unheld: &[f64; D]) {
+    fn set_effective_mass(&mut self, own: &[PaddedVector; D], unheld: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
         // Between nodes that are held along the row there is nothing to push.
         let seen = |r: usize| {
@@ -403,15 +406,15 @@ impl<const D: usize> ContactRows<D> {
     /// A `share` of the relative velocities that the change to an impulse since the start
     /// makes alone, m/s.
     #[inline(always)]
-    fn held_back(&self, impulse: &[f64; D], share: f64) -> [f64; D] {
+    fn proximal_impulse(&self, impulse: &[f64; D], share: f64) -> [f64; D] {
         let change = |r: usize| impulse[r] - self.start[r];
         std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
     }
 
     /// The largest relative velocity that it misses for a `reluctance`, m/s: none along
     /// what is at its bound.
-    pub(super) fn misses(&self, reluctance: f64) -> f64 {
-        let mut missed = self.held_back(&self.impulse, reluctance);
+    pub(super) fn residual(&self, reluctance: f64) -> f64 {
+        let mut missed = self.proximal_impulse(&self.impulse, reluctance);
         if self.impulse[0] <= -self.limit.tension {
             return 0.0;
         }
@@ -448,7 +451,7 @@ impl<const D: usize> ContactRows<D> {
     /// of it at a relative velocity, held back by a `reluctance` to change it, the normal
     /// first; the square of the largest change of relative velocity, m²/s².
     #[inline(always)]
-    pub(super) fn relaxed(
+    pub(super) fn local_solve(
         &self,
         old: &[f64; D],
         relative: &[f64; D],
@@ -457,7 +460,7 @@ impl<const D: usize> ContactRows<D> {
         let mut impulse = *old;
         let ProximalWeight { share, whole, give } = reluctance;
         let back = if share > 0.0 {
-            self.held_back(old, share)
+            self.proximal_impulse(old, share)
         } else {
             [0.0; D]
         };
@@ -471,7 +474,7 @@ impl<const D: usize> ContactRows<D> {
         }
         let push = impulse[0] - old[0];
         let change = (push * normal) * (push * normal);
-        let bound = self.limit.shear(impulse[0]);
+        let bound = self.limit.shear_bound(impulse[0]);
         if tangent == 0.0 || (bound == 0.0 && old[1..].iter().all(|&x| x == 0.0)) {
             return (impulse, change);
         }
@@ -479,7 +482,7 @@ impl<const D: usize> ContactRows<D> {
             let wanted = self.target[r] - relative[r] - back[r] - self.by_normal[r] * push;
             impulse[r] += wanted * (give * self.inertia[r]);
         }
-        self.limit.cut(&mut impulse);
+        self.limit.clamp_shear(&mut impulse);
         let sheared = shear_square(&sub(&impulse, old)) * (tangent * tangent);
         (impulse, if sheared <= change { change } else { sheared })
     }

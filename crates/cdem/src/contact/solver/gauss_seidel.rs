@@ -96,11 +96,11 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             least: least.max(ROUND_OFF * self.fastest()),
             ..SolveProgress::default()
         };
-        self.wake_all();
+        self.activate_all();
         let (residual, scale) = if self.points.len() <= FEW {
             self.follow(&mut course, 0.0)
         } else {
-            self.wake_and_follow(&mut course)
+            self.activate_and_iterate(&mut course)
         };
         if residual.is_nan() {
             return f64::INFINITY; // the run stops at the end of the step
@@ -109,18 +109,18 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             return residual;
         }
         let points = self.points.iter();
-        let missed = points.map(|point| point.misses(course.reluctance));
+        let missed = points.map(|point| point.residual(course.reluctance));
         residual.max(missed.fold(0.0, f64::max) / scale)
     }
 
     /// A sweep over all contacts tells which are awake: those that it changes. With
     /// these alone the solve goes on until they are right, and begins anew; it ends with
     /// a sweep over all. Returns its residual, and its scale, m/s.
-    fn wake_and_follow(&mut self, course: &mut SolveProgress) -> (f64, f64) {
+    fn activate_and_iterate(&mut self, course: &mut SolveProgress) -> (f64, f64) {
         course.dozes = DOZES * course.done;
         let mut before = f64::INFINITY;
         loop {
-            self.wake_all();
+            self.activate_all();
             let (residual, SweepResult { scale, .. }) = self.sweep_to(course);
             course.effort += 1;
             if residual.is_nan() || residual <= course.done || course.is_over() {
@@ -147,7 +147,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
-        self.doze(course.dozes * scale);
+        self.deactivate_converged(course.dozes * scale);
         let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
         let mut in_vain = 0;
         let last_sweep = loop {
@@ -165,7 +165,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 last = if pause { residual } else { last };
                 // What a descent has set right may be wrong again after the next sweep.
                 if sweeps > 1 {
-                    self.doze(course.dozes * scale);
+                    self.deactivate_converged(course.dozes * scale);
                 }
                 directions.advance(self, swept.square);
                 continue;
@@ -189,7 +189,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             } else {
                 // The last sweeps: whom they concern is seen anew.
                 course.reluctance = RELUCTANCE;
-                self.wake_all();
+                self.activate_all();
             }
             directions.begin(self);
             (sweeps, last) = (0, f64::INFINITY);
@@ -255,7 +255,7 @@ impl<const D: usize> SearchDirections<D> {
     }
 
     fn keep<P: SimdBlock>(&mut self, system: &ContactSystem<D, P>) {
-        for (place, point) in system.awake() {
+        for (place, point) in system.active() {
             self.kept[place] = point.impulse;
         }
     }

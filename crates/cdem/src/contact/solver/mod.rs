@@ -77,11 +77,11 @@ impl<const D: usize> Solver<D> {
             2
         };
         let mut most = 1;
-        for &node in constraints.iter().flat_map(|c| c.operator.nodes()) {
+        for &node in constraints.iter().flat_map(|c| c.jacobian.nodes()) {
             if most >= enough {
                 break;
             }
-            if !inertia.is_held(node as usize) {
+            if !inertia.is_prescribed(node as usize) {
                 most = most.max(inertia.coupled(node as usize).len());
             }
         }

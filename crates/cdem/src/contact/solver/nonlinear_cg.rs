@@ -46,13 +46,13 @@ impl<P: SimdBlock> NonlinearCg<P> {
 
     /// Goes on with the nodes of the contacts awake, once these are half as many as before.
     pub(super) fn narrow(&mut self, colours: &Colouring) {
-        if 2 * colours.awake().len() < self.of_contacts {
+        if 2 * colours.active().len() < self.of_contacts {
             self.list(colours);
         }
     }
 
     fn list(&mut self, colours: &Colouring) {
-        let awake = colours.awake();
+        let awake = colours.active();
         self.of_contacts = awake.len();
         self.are_listed = awake.len() < colours.order().len();
         self.listed.clear();

@@ -91,7 +91,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     fn fits(&self, constraints: &[Constraint<D>], mobility: KickMobility<D>) -> bool {
         let mut known = self.known.iter();
         let same = |constraint: &Constraint<D>| {
-            let mut nodes = nodes_of(&constraint.operator, mobility);
+            let mut nodes = nodes_of(&constraint.jacobian, mobility);
             nodes.all(|(_, node, held)| known.next() == Some(&Some((node, held))))
                 && known.next() == Some(&None)
         };
@@ -107,7 +107,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let moved = &mut self.moved;
         moved.clear();
         for constraint in constraints {
-            for (_, node, held) in nodes_of(&constraint.operator, mobility) {
+            for (_, node, held) in nodes_of(&constraint.jacobian, mobility) {
                 self.known.push(Some((node, held)));
                 if !held {
                     moved.push(node);
@@ -121,7 +121,10 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             .seat(moved, mobility.inertia, &mut self.terms.columns);
         let seating = &self.seating;
         self.packs_of.clear();
-        for Constraint { operator, .. } in constraints {
+        for Constraint {
+            jacobian: operator, ..
+        } in constraints
+        {
             let add = |packs: &mut Vec<u32>| seating.add_packs(operator, mobility, packs);
             self.packs_of.push(add);
         }
@@ -145,7 +148,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             let number = self.colours.order()[place];
             let list = packs_of.of(number as usize);
             let start = [self.terms.operators.len(), self.terms.gains.len()];
-            for (k, node, held) in nodes_of(&constraints[number as usize].operator, mobility) {
+            for (k, node, held) in nodes_of(&constraints[number as usize].jacobian, mobility) {
                 if held {
                     self.held.push(PrescribedNode {
                         place,
@@ -215,23 +218,23 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.others.clear();
         let others = self.seating.others().iter();
         self.others.extend(others.map(|&node| velocity(node)));
-        self.colours.wake_all();
+        self.colours.activate_all();
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
             point.target = constraint.target;
-            point.limit = constraint.limit;
-            point.borne = constraint.borne;
+            point.limit = constraint.bounds;
+            point.borne = constraint.impulse_before;
             point.impulse = std::array::from_fn(|r| {
                 if point.moves(r) {
                     constraint.impulse[r]
                 } else {
-                    constraint.borne[r]
+                    constraint.impulse_before[r]
                 }
             });
             point.start = point.impulse;
             sub(&point.impulse, &point.borne)
         });
-        self.add_held(constraints, velocity);
+        self.add_prescribed(constraints, velocity);
     }
 
     /// Ends a solve: nodes without a seat get their velocities.
@@ -257,11 +260,15 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
 
     /// Takes what nodes that are held do from what is asked of the others; notes how fast they
     /// are.
-    fn add_held(&mut self, constraints: &[Constraint<D>], velocity: impl Fn(u32) -> [f64; D]) {
+    fn add_prescribed(
+        &mut self,
+        constraints: &[Constraint<D>],
+        velocity: impl Fn(u32) -> [f64; D],
+    ) {
         self.held_speed = 0.0;
         for held in &self.held {
             let point = &mut self.points[held.place];
-            let operator = &constraints[point.number as usize].operator;
+            let operator = &constraints[point.number as usize].jacobian;
             let velocity = velocity(held.node);
             self.held_speed = self.held_speed.max(norm(&velocity));
             for r in 0..D {
@@ -307,19 +314,19 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     }
 
     /// Has all contacts take part in what follows.
-    pub(super) fn wake_all(&mut self) {
-        self.colours.wake_all();
+    pub(super) fn activate_all(&mut self) {
+        self.colours.activate_all();
     }
 
     /// Leaves those out of what follows whose relative velocities changed by less than
     /// `least` in the last sweep, m/s: directions go on without theirs.
-    pub(super) fn doze(&mut self, least: f64) {
+    pub(super) fn deactivate_converged(&mut self, least: f64) {
         if least == 0.0 {
             return;
         }
         let (points, heading) = (&self.points, &mut self.heading);
         let terms = &self.terms;
-        self.colours.doze(|place, packs| {
+        self.colours.deactivate(|place, packs| {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
@@ -331,15 +338,15 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     }
 
     /// The contacts that take part, by their places.
-    pub(super) fn awake(&self) -> impl ExactSizeIterator<Item = (usize, &ContactRows<D>)> {
-        let places = self.colours.awake().iter();
+    pub(super) fn active(&self) -> impl ExactSizeIterator<Item = (usize, &ContactRows<D>)> {
+        let places = self.colours.active().iter();
         places.map(|&place| (place as usize, &self.points[place as usize]))
     }
 
     /// The packs of those, sorted.
-    pub(super) fn awake_packs(&self, packs: &mut Vec<u32>) {
+    pub(super) fn active_blocks(&self, packs: &mut Vec<u32>) {
         packs.clear();
-        for &place in self.colours.awake() {
+        for &place in self.colours.active() {
             packs.extend_from_slice(self.colours.nodes(place as usize));
         }
         packs.sort_unstable();
@@ -375,7 +382,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
 
     /// Has the next [`advance`](Self::advance) go nowhere.
     pub(super) fn forget_directions(&mut self) {
-        for &place in self.colours.awake() {
+        for &place in self.colours.active() {
             let point = &mut self.points[place as usize];
             (point.direction, point.step) = ([0.0; D], [0.0; D]);
         }
@@ -456,7 +463,7 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
     ) -> [f64; 3] {
         let relative = self.terms.relative(point, &velocity);
         let old = point.advance(self.ratio);
-        let (impulse, change) = point.relaxed(&old, &relative, self.reluctance);
+        let (impulse, change) = point.local_solve(&old, &relative, self.reluctance);
         let mut step = [0.0; D];
         // Number by number: what is written as a whole and read in parts waits for that.
         for r in 0..D {

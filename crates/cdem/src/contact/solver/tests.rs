@@ -38,8 +38,8 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
         }
     }
     Constraint {
-        operator,
-        limit: FrictionBounds {
+        jacobian: operator,
+        bounds: FrictionBounds {
             friction,
             ..FrictionBounds::default()
         },
@@ -76,9 +76,9 @@ fn flush_faces(counts: [u32; 2], friction: f64) -> Vec<Constraint<2>> {
 /// `least`, m/s.
 fn assert_solved(constraints: &[Constraint<2>], velocity: &[[f64; 2]], least: f64) {
     for constraint in constraints {
-        let [normal, shear] = constraint.operator.relative_velocities(velocity);
+        let [normal, shear] = constraint.jacobian.relative_velocities(velocity);
         let [press, drag] = constraint.impulse;
-        let limit = constraint.limit.shear(press);
+        let limit = constraint.bounds.shear_bound(press);
         assert!(press >= 0.0 && normal >= constraint.target[0] - least);
         assert!(press == 0.0 || normal <= constraint.target[0] + least);
         assert!(drag.abs() <= limit * (1.0 + 1e-12));
@@ -128,7 +128,7 @@ fn velocities_are_what_impulses_make_of_them() {
     let (mut constraints, mut start) = (Vec::new(), Vec::new());
     for pair in 0..pairs {
         for mut constraint in flush_faces(counts, 0.6) {
-            let own = &mut constraint.operator.nodes;
+            let own = &mut constraint.jacobian.nodes;
             own.iter_mut().for_each(|node| *node += pair * nodes);
             constraints.push(constraint);
         }
@@ -149,8 +149,8 @@ fn velocities_are_what_impulses_make_of_them() {
     let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
     assert!(residual <= RESIDUAL, "{residual:e}");
     for constraint in &constraints {
-        let operator = &constraint.operator;
-        operator.deliver(&constraint.impulse, |node, impulse| {
+        let operator = &constraint.jacobian;
+        operator.apply_transpose(&constraint.impulse, |node, impulse| {
             inertia.push(node as usize, impulse, &mut start);
         });
     }
@@ -297,7 +297,7 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
             held[D - 1] |= node.is_multiple_of(last);
             held
         };
-        inertia.hold(&(0..nodes).map(hold).collect::<Vec<_>>());
+        inertia.set_prescribed(&(0..nodes).map(hold).collect::<Vec<_>>());
         let mobility = KickMobility {
             inertia: &inertia,
             block_of: &block_of,
@@ -315,7 +315,9 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
         let mut expected = start.clone();
         for constraint in &borne {
             let push = |node, impulse: &[f64; D]| mobility.push(node, impulse, &mut expected);
-            constraint.operator.deliver(&constraint.impulse, push);
+            constraint
+                .jacobian
+                .apply_transpose(&constraint.impulse, push);
         }
         assert!(borne.iter().any(|c| c.impulse[0] > 0.1));
         for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
@@ -373,7 +375,7 @@ fn what_is_held_may_change_between_solves() {
     };
     let mut kept = Solver::default();
     for held in [[false; 2], [true; 2], [true, false], [false; 2]] {
-        inertia.hold(&[[false; 2], [false; 2], held, [false, held[0]], [false; 2]]);
+        inertia.set_prescribed(&[[false; 2], [false; 2], held, [false, held[0]], [false; 2]]);
         let found = solve(&mut kept, &inertia);
         assert_eq!(found, solve(&mut Solver::default(), &inertia), "{held:?}");
         if held == [true; 2] {
@@ -392,7 +394,7 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
         for (constraint, (sign, start)) in constraints.iter_mut().zip([1.0, -1.0].iter().zip(start))
         {
             constraint.target[0] = sign * asked;
-            constraint.limit.tension = f64::INFINITY;
+            constraint.bounds.tension = f64::INFINITY;
             constraint.impulse[0] = start;
         }
         let mut velocity = vec![[0.0, -1.0], [0.0, 1.0]];

@@ -13,9 +13,9 @@ pub(crate) struct GeometryCache<const D: usize> {
     /// Points of the surface by number, m.
     pub(super) points: Lazy<[f64; D]>,
     /// In space, how its triangles lie by number.
-    pub(super) shapes: Lazy<TriangleShape>,
+    pub(super) triangle_shapes: Lazy<TriangleShape>,
     /// In space, how its edges stand out by number.
-    pub(super) ridges: Lazy<EdgeShape>,
+    pub(super) edge_shapes: Lazy<EdgeShape>,
 }
 
 /// How a triangle lies, and how large it is.
@@ -49,16 +49,16 @@ impl<const D: usize> GeometryCache<D> {
     pub(super) fn new([points, triangles, edges]: [usize; 3]) -> Self {
         Self {
             points: Lazy::new(points),
-            shapes: Lazy::new(triangles),
-            ridges: Lazy::new(edges),
+            triangle_shapes: Lazy::new(triangles),
+            edge_shapes: Lazy::new(edges),
         }
     }
 
     /// Forgets all: positions have changed.
     pub(super) fn clear(&mut self) {
         self.points.clear();
-        self.shapes.clear();
-        self.ridges.clear();
+        self.triangle_shapes.clear();
+        self.edge_shapes.clear();
     }
 }
 
@@ -121,12 +121,12 @@ mod tests {
             for number in [0, 31, 32, 99] {
                 let x = x + f64::from(number);
                 let point = formed.points.get(number, || [x; 3]);
-                let shape = formed.shapes.get(number, || TriangleShape {
+                let shape = formed.triangle_shapes.get(number, || TriangleShape {
                     normal: [x; 3],
                     twice_area: x,
                     least_height: x,
                 });
-                let ridge = formed.ridges.get(number, || EdgeShape {
+                let ridge = formed.edge_shapes.get(number, || EdgeShape {
                     height: x,
                     arm: x,
                     least_height: x,

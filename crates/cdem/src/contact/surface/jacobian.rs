@@ -66,7 +66,11 @@ impl<const D: usize> ContactJacobian<D> {
     }
 
     /// Calls `receive` with the impulse on each node, N·s, of one in the frame.
-    pub(crate) fn deliver(&self, impulse: &[f64; D], mut receive: impl FnMut(u32, &[f64; D])) {
+    pub(crate) fn apply_transpose(
+        &self,
+        impulse: &[f64; D],
+        mut receive: impl FnMut(u32, &[f64; D]),
+    ) {
         for (&node, rows) in self.nodes().iter().zip(&self.rows) {
             let mut on = [0.0; D];
             for r in 0..D {

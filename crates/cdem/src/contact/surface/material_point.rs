@@ -8,7 +8,7 @@ pub(crate) struct MaterialPoint<const D: usize> {
     /// Place at rest, m.
     pub(crate) place: [f64; D],
     /// What kind of feature it is on.
-    pub(crate) on: FeatureKind<D>,
+    pub(crate) kind: FeatureKind<D>,
     /// Where that looks to at rest: the two lips of a crack are at one place.
     pub(crate) outward: [f64; D],
 }

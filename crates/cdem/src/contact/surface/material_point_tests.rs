@@ -64,13 +64,13 @@ fn are_found_again<const D: usize>(space: Space<D>, kind: ElementKind) {
     let pairs = patches.overlapping(&*surface, rest, &|_| ALL, &|[a, b]| a != b);
     assert!(pairs.len() > 8 * D);
     for pair in pairs {
-        let marks = surface.marks(pair, &[0.3, 0.3], rest);
+        let marks = surface.material_points(pair, &[0.3, 0.3], rest);
         let of = |nodes: &[u32]| mesh.blocks[block_of(nodes[0]) as usize].nodes.clone();
         let nodes = [
             of(surface.main_nodes(pair.main)),
             of(surface.target_nodes(pair.target)),
         ];
-        let found = surface.at_marks(&marks, nodes, rest);
+        let found = surface.locate(&marks, nodes, rest);
         assert_eq!(found.map(|(pair, _)| pair), Some(pair), "{kind:?}");
     }
 }

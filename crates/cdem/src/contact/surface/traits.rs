@@ -19,7 +19,11 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
     /// Room for what so many `pairs` have in common of it at some positions, if that pays: `old`
     /// room of this surface, emptied, is used in any case. What is asked with that has the same
     /// bits.
-    fn form(&self, _pairs: usize, _old: Option<GeometryCache<D>>) -> Option<GeometryCache<D>> {
+    fn geometry_cache(
+        &self,
+        _pairs: usize,
+        _old: Option<GeometryCache<D>>,
+    ) -> Option<GeometryCache<D>> {
         None
     }
     /// Numbers of the main and of the target features that are looked at against
@@ -38,7 +42,7 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
     }
     /// Whether a pair of a family is one to look at: where either feature could be
     /// the main one, only one of the two ways is.
-    fn matches(&self, _pair: Pair) -> bool {
+    fn is_canonical(&self, _pair: Pair) -> bool {
         true
     }
 }
@@ -47,20 +51,14 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
 pub(crate) trait Distance<const D: usize>: Topology<D> {
     /// Distance between the features of a pair, m, or less: never more, and it
     /// changes by no more than the nodes of both features move.
-    fn apart(&self, pair: Pair, at: Configuration<D>) -> f64 {
+    fn distance_lower_bound(&self, pair: Pair, at: Configuration<D>) -> f64 {
         let main = self.main_box(pair.main, at, 0.0);
         main.apart(&self.target_box(pair.target, at, 0.0))
     }
     /// Whether a relative motion of `reach` may make the two touch; `tolerance`
     /// is what they may lie in each other. Only asked of features no farther
-    /// [`apart`](Self::apart) than 1.5 of both together.
-    fn nearness(
-        &self,
-        pair: Pair,
-        at: Configuration<D>,
-        reach: f64,
-        tolerance: f64,
-    ) -> CullingResult {
+    /// [that bound](Self::distance_lower_bound) than 1.5 of both together.
+    fn cull(&self, pair: Pair, at: Configuration<D>, reach: f64, tolerance: f64) -> CullingResult {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
         if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
@@ -73,12 +71,12 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     /// as long as it is flat; nor do corners and edges that only just meet, as those
     /// of stones side by side and one above the other: it takes a motion to say
     /// which way.
-    fn presses(&self, _pair: Pair, _at: Configuration<D>, _tolerance: f64) -> bool {
+    fn can_transmit_load(&self, _pair: Pair, _at: Configuration<D>, _tolerance: f64) -> bool {
         true
     }
     /// Whether a point has two contacts, as in a re-entrant corner, whose sides face
     /// each other: neither leaves nothing to the other.
-    fn both_bear(&self, one: Pair, other: Pair, at: Configuration<D>) -> bool;
+    fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<D>) -> bool;
     /// Where the main point lies with respect to the target.
     fn project(&self, pair: Pair, at: Configuration<D>) -> Projection;
     /// Gap of a pair whose normal, out of the target, goes the way of `along`, m; `None` for
@@ -91,7 +89,7 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     fn normal(&self, pair: Pair, at: Configuration<D>) -> Option<[f64; D]>;
     /// Whether the target's inward normal lies in the main feature's normal
     /// cone: without it, flush corners press sideways (design, section 4.3).
-    fn admits(&self, pair: Pair, at: Configuration<D>) -> bool;
+    fn in_normal_cone(&self, pair: Pair, at: Configuration<D>) -> bool;
     /// Size of the target feature, m.
     fn target_size(&self, target: u32, at: Configuration<D>) -> f64;
     /// Whether two pairs say the same: one physical contact is counted once.
@@ -116,14 +114,19 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     ) -> Option<f64>;
     /// Whether the features of a pair may be such that they touch in a drift from `at` to its
     /// `end`, at a glance: edges within flat faces are not.
-    fn may_touch(&self, _pair: Pair, _at: Configuration<D>, _end: Configuration<D>) -> bool {
+    fn may_touch_in_drift(
+        &self,
+        _pair: Pair,
+        _at: Configuration<D>,
+        _end: Configuration<D>,
+    ) -> bool {
         true
     }
     /// Whether a pair that touches, within some slack, stays as it is for `duration` at
     /// constant velocities, within some too; never, if it might not. Or whether it is clear
     /// of its target by so much that it waits: parallel edges, whose gap says nothing, are
     /// wherever a pair can be.
-    fn rests(
+    fn stays_in_contact(
         &self,
         pair: Pair,
         at: Configuration<D>,
@@ -137,7 +140,7 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
 pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     /// The pairs of all features around the point of a pair, within `tolerance`, which may
     /// touch there as well; of a point in the middle of a feature none but the pair itself.
-    fn beside(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> Pairs;
+    fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> Pairs;
     /// The target feature on which a point goes on that has left this one.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Option<Pair>;
     /// The pair that goes on bearing where the point of one has left its features by more
@@ -154,7 +157,7 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     /// Makes an operator that of the relative motion of the pair with the target point anchored
     /// at `foot`, its normal going the way of `along`, if that is known. In place: operators
     /// are large, and kept where solvers find them.
-    fn relate(
+    fn assemble_jacobian(
         &self,
         operator: &mut ContactJacobian<D>,
         pair: Pair,
@@ -163,15 +166,20 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
         along: Option<&[f64; D]>,
     );
     /// A new one, whose normal goes the way that the surface says.
-    fn operator(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> ContactJacobian<D> {
+    fn jacobian(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> ContactJacobian<D> {
         let mut operator = ContactJacobian::default();
-        self.relate(&mut operator, pair, foot, at, None);
+        self.assemble_jacobian(&mut operator, pair, foot, at, None);
         operator
     }
     /// Where the points of a pair with this `foot` are: on the main and on the target.
-    fn marks(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<D>) -> [MaterialPoint<D>; 2];
+    fn material_points(
+        &self,
+        pair: Pair,
+        foot: &[f64; 2],
+        rest: Configuration<D>,
+    ) -> [MaterialPoint<D>; 2];
     /// The pair with its points there, on blocks of these nodes, and its foot.
-    fn at_marks(
+    fn locate(
         &self,
         marks: &[MaterialPoint<D>; 2],
         nodes: [Range<u32>; 2],

@@ -271,16 +271,18 @@ impl Triangulation {
     #[inline]
     pub(crate) fn normal(&self, triangle: u32, at: Configuration<3>) -> [f64; 3] {
         match at.cache() {
-            Some(_) => self.shape(triangle, at).normal,
+            Some(_) => self.triangle_shape(triangle, at).normal,
             None => scaled_normal(&self.triangle(triangle, at)).0,
         }
     }
 
     /// How a triangle lies.
     #[inline]
-    fn shape(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
+    fn triangle_shape(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         match at.cache() {
-            Some(formed) => formed.shapes.get(triangle, || self.shape_of(triangle, at)),
+            Some(formed) => formed
+                .triangle_shapes
+                .get(triangle, || self.shape_of(triangle, at)),
             None => self.shape_of(triangle, at),
         }
     }
@@ -300,7 +302,7 @@ impl Triangulation {
     }
 
     /// Room for all points, shapes and ridges.
-    pub(super) fn form(&self) -> GeometryCache<3> {
+    pub(super) fn geometry_cache(&self) -> GeometryCache<3> {
         GeometryCache::new([self.corners.len(), self.triangles.len(), self.edges.len()])
     }
 
@@ -364,7 +366,7 @@ impl Triangulation {
 
     /// The same for one of a length, m, that may reach over many edges which turn alike.
     pub(crate) fn is_sharp_under(&self, edge: u32, length: f64, at: Configuration<3>) -> bool {
-        let ridge = self.ridge(edge, at);
+        let ridge = self.edge_shape(edge, at);
         let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
         ridge.height * widened > SAGITTA * self.tolerance
     }
@@ -422,7 +424,7 @@ impl Triangulation {
     /// at most, so raises the ridge by 4aw/m at first order; a fifth more covers what m
     /// and the arm a change by meanwhile.
     pub(crate) fn sharpens_after(&self, edge: u32, length: f64, at: Configuration<3>) -> f64 {
-        let ridge = self.ridge(edge, at);
+        let ridge = self.edge_shape(edge, at);
         if ridge.height.is_infinite() {
             return f64::NEG_INFINITY;
         }
@@ -438,15 +440,15 @@ impl Triangulation {
     /// `margin`, m: each triangle turns by twice that over its smallest height, or less,
     /// and where that is no small angle anything may be.
     pub(super) fn may_be_sharp(&self, edge: u32, at: Configuration<3>, margin: f64) -> bool {
-        let turns = 4.0 * margin / self.ridge(edge, at).least_height;
+        let turns = 4.0 * margin / self.edge_shape(edge, at).least_height;
         turns > SMALL || self.turn(edge, at) > REENTRANT - turns
     }
 
     /// How an edge stands out.
     #[inline]
-    pub(crate) fn ridge(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
+    pub(crate) fn edge_shape(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         match at.cache() {
-            Some(formed) => formed.ridges.get(edge, || self.ridge_of(edge, at)),
+            Some(formed) => formed.edge_shapes.get(edge, || self.ridge_of(edge, at)),
             None => self.ridge_of(edge, at),
         }
     }
@@ -458,7 +460,7 @@ impl Triangulation {
         let length = norm(&along);
         let (mut bend, mut least_height) = (0.0, length);
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
-            let shape = self.shape(side, at);
+            let shape = self.triangle_shape(side, at);
             bend += length / shape.twice_area;
             least_height = least_height.min(shape.least_height);
         }

@@ -15,7 +15,7 @@ pub(super) struct BlockBefore<const D: usize> {
 
 impl<const D: usize> BlockBefore<D> {
     /// The same with less energy, by so many J.
-    pub(super) fn less(self, energy: f64) -> Self {
+    pub(super) fn change(self, energy: f64) -> Self {
         Self {
             energy: self.energy - energy,
             ..self
@@ -33,7 +33,7 @@ pub(super) struct BlockMotion<const D: usize> {
 
 impl<const D: usize> BlockMotion<D> {
     /// Velocities without a share of the loose ones, m/s.
-    pub(super) fn but_loose(&self, share: f64) -> Vec<[f64; D]> {
+    pub(super) fn without_rigid_motion(&self, share: f64) -> Vec<[f64; D]> {
         let all = self.velocities.iter().zip(&self.loose);
         all.map(|(velocity, loose)| sub(velocity, &scale(share, loose)))
             .collect()
@@ -58,9 +58,11 @@ impl<const D: usize> Run<D> {
     }
 
     /// Components of the nodes of a block whose motion is prescribed.
-    pub(super) fn held(&self, block: usize) -> Vec<[bool; D]> {
+    pub(super) fn prescribed_components(&self, block: usize) -> Vec<[bool; D]> {
         let nodes = self.model.nodes(block);
-        nodes.map(|node| self.model.inertia.held(node)).collect()
+        nodes
+            .map(|node| self.model.inertia.prescribed(node))
+            .collect()
     }
 
     /// Momenta and energy of a block, to be had again in another mesh.
@@ -105,7 +107,7 @@ impl<const D: usize> Run<D> {
         let first = self.model.nodes(block).start;
         let mut force = [[0.0; D]; MAX_NODES];
         let work = self.model.elements(block).map(|element| {
-            let (set, i) = self.model.place.of(element);
+            let (set, i) = self.model.numbering.of(element);
             let set = &self.model.sets[set];
             set.force(i, &self.state.displacement, &mut force);
             let nodes = self.model.mesh.elements[element].nodes().iter().zip(&force);
@@ -128,38 +130,42 @@ impl<const D: usize> Run<D> {
     /// Kinetic energy of a block without its loose motion, J.
     pub(super) fn bound_energy_of(&self, block: usize) -> f64 {
         let motion = self.with_momenta(block, &self.before(block));
-        self.kinetic_energy_of(block, &motion.but_loose(1.0))
+        self.kinetic_energy_of(block, &motion.without_rigid_motion(1.0))
     }
 
     /// Gives a block its momenta back, and takes what energy it has gained; returns how much
     /// more that was than it can give now, J. What holds a block gives it the momentum that
     /// it lacks then.
-    pub(super) fn give_back(&mut self, block: usize, before: &BlockBefore<D>) -> f64 {
+    pub(super) fn restore_momenta(&mut self, block: usize, before: &BlockBefore<D>) -> f64 {
         let nodes = self.model.nodes(block);
         let motion = self.with_momenta(block, before);
         self.state.velocity[nodes].copy_from_slice(&motion.velocities);
-        self.bear(block, &before.momenta);
+        self.book_remesh(block, &before.momenta);
         let gained = self.energy_of(block) - before.energy;
-        gained.max(0.0) - self.pay(block, gained)
+        gained.max(0.0) - self.repay_energy(block, gained)
     }
 
     /// Books what a block that is held has been given of momentum, and had not before.
-    fn bear(&mut self, block: usize, before: &RigidMomenta) {
-        if self.held(block).iter().any(|held| held.contains(&true)) {
+    fn book_remesh(&mut self, block: usize, before: &RigidMomenta) {
+        if self
+            .prescribed_components(block)
+            .iter()
+            .any(|held| held.contains(&true))
+        {
             let given = sub(&self.before(block).momenta.linear, &before.linear);
             self.ledger.impulse.add_scaled(1.0, &given);
         }
     }
 
     /// Takes some energy, J, of a block's loose motion; returns how much there was.
-    pub(super) fn pay(&mut self, block: usize, energy: f64) -> f64 {
+    pub(super) fn repay_energy(&mut self, block: usize, energy: f64) -> f64 {
         if energy <= 0.0 {
             return 0.0;
         }
         let before = self.before(block);
         let motion = self.with_momenta(block, &before);
         // Of a share s of it, s² of its kinetic energy is left, and s of the work.
-        let bound = motion.but_loose(1.0);
+        let bound = motion.without_rigid_motion(1.0);
         let kinetic = self.kinetic_energy_of(block, &motion.loose);
         let both = self.kinetic_energy_of(block, &motion.velocities);
         let mixed = both - kinetic - self.kinetic_energy_of(block, &bound);
@@ -168,8 +174,8 @@ impl<const D: usize> Run<D> {
             return 0.0;
         };
         let nodes = self.model.nodes(block);
-        self.state.velocity[nodes].copy_from_slice(&motion.but_loose(1.0 - share));
-        self.bear(block, &before.momenta);
+        self.state.velocity[nodes].copy_from_slice(&motion.without_rigid_motion(1.0 - share));
+        self.book_remesh(block, &before.momenta);
         before.energy - self.energy_of(block)
     }
 
@@ -177,7 +183,7 @@ impl<const D: usize> Run<D> {
     pub(super) fn with_momenta(&self, block: usize, before: &BlockBefore<D>) -> BlockMotion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
-        let held = self.held(block);
+        let held = self.prescribed_components(block);
         let mut wanted = before.momenta;
         if !held.iter().any(|held| held.contains(&true)) {
             let (_, centre) = body.centre();

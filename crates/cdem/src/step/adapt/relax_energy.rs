@@ -14,15 +14,15 @@ impl<const D: usize> Run<D> {
     /// its momenta back; returns how much it still has too much. The field of an element that
     /// is no simplex has more strain energy on simplices: in the middle of its vibration a
     /// block has no motion to take that from. Nothing moves that is beside others.
-    pub(super) fn slacken(
+    pub(super) fn relax_energy(
         &mut self,
         block: usize,
         overlay: &Overlay<D>,
         lame: [f64; 2],
         energy: f64,
     ) -> f64 {
-        let wanted = self.before(block).less(energy);
-        let Some(shift) = self.slack(block, overlay, lame) else {
+        let wanted = self.before(block).change(energy);
+        let Some(shift) = self.relaxation(block, overlay, lame) else {
             return energy;
         };
         let first = self.model.nodes(block).start;
@@ -39,16 +39,25 @@ impl<const D: usize> Run<D> {
         let square = 2.0 * (all + none - 2.0 * half);
         let left = share(square, all - none - square, energy).unwrap_or(1.0);
         energy_after(1.0 - left);
-        self.give_back(block, &wanted)
+        self.restore_momenta(block, &wanted)
     }
 
     /// Where the nodes of a block that are not beside others would go without deformation, m.
-    fn slack(&self, block: usize, overlay: &Overlay<D>, lame: [f64; 2]) -> Option<Vec<[f64; D]>> {
+    fn relaxation(
+        &self,
+        block: usize,
+        overlay: &Overlay<D>,
+        lame: [f64; 2],
+    ) -> Option<Vec<[f64; D]>> {
         let contacts = self.contacts.as_ref()?;
         let nodes = self.model.nodes(block);
         let at = self.model.positions(&self.state);
         let own = &self.state.displacement[nodes.clone()];
-        let mut kept: Vec<bool> = self.held(block).iter().map(|h| h.contains(&true)).collect();
+        let mut kept: Vec<bool> = self
+            .prescribed_components(block)
+            .iter()
+            .map(|h| h.contains(&true))
+            .collect();
         let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
         for _ in 0..LOOKS {
             let mut shift = overlay.slack(own, &kept, lame);
@@ -56,7 +65,7 @@ impl<const D: usize> Run<D> {
                 self.centre(block, &mut shift);
             }
             moves[nodes.clone()].copy_from_slice(&shift);
-            let harmed = contacts.harmed(at.into(), &moves);
+            let harmed = contacts.blocks_harmed(at.into(), &moves);
             let harmed = &harmed[nodes.clone()];
             if !harmed.contains(&true) {
                 return Some(shift);

@@ -9,18 +9,18 @@ use crate::refinement::{Adaptivity, BaseModel, RefinedBlock};
 impl<const D: usize> Model<D> {
     /// Makes the model anew for a refined mesh of the same blocks, at `time`.
     pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) {
-        let (foundation, covers) = (&second_scale.foundation, second_scale.covers());
+        let (foundation, covers) = (&second_scale.base_model, second_scale.refined_blocks());
         let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
         self.sets = foundation.all_sets(&self.mesh);
-        self.place = ElementNumbering::new(&self.sets, self.mesh.elements.len());
+        self.numbering = ElementNumbering::new(&self.sets, self.mesh.elements.len());
         self.block_of = block_of(&self.mesh);
         let meshes = [&old, &self.mesh];
         remesh_inertia(&mut self.inertia, foundation, covers, meshes);
         self.base_level = refined_levels(foundation, covers, &self.mesh);
         let had = "the mesh before refinement had these groups";
         self.loads = self.surface_loads(&foundation.scene).expect(had);
-        self.prescribed = self.prescribed_motions(&foundation.scene).expect(had);
-        self.hold(time);
+        self.boundaries = self.prescribed_motions(&foundation.scene).expect(had);
+        self.set_prescribed_nodes(time);
     }
 }
 

@@ -23,7 +23,7 @@ impl<const D: usize> Run<D> {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<BlockBefore<D>> = blocks.iter().map(|&block| self.before(block)).collect();
         let bound = blocks.iter().zip(&before).map(|(&block, before)| {
-            let bound = self.with_momenta(block, before).but_loose(1.0);
+            let bound = self.with_momenta(block, before).without_rigid_motion(1.0);
             (block, bound)
         });
         let bound = bound.collect();
@@ -31,26 +31,26 @@ impl<const D: usize> Run<D> {
         let (old_state, kicks) = self.carry_over(second, changes, &bound, &old_mesh);
         let unpaid = blocks.iter().zip(&before);
         let unpaid: Vec<f64> = unpaid
-            .map(|(&block, before)| self.give_back(block, before))
+            .map(|(&block, before)| self.restore_momenta(block, before))
             .collect();
         for (&block, before) in blocks.iter().zip(&before) {
             let work = self.work_of_gravity(block, before);
             self.ledger.gravity_work += work;
-            second.owe(block, -work);
+            second.add_energy_debt(block, -work);
         }
         self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
-            let unpaid = self.pay_of_deformation(second, block, unpaid);
-            second.owe(block, unpaid);
+            let unpaid = self.repay_from_deformation(second, block, unpaid);
+            second.add_energy_debt(block, unpaid);
         }
         // What a block has been given now is no acceleration.
         for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
             self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
         }
         let mesh = &self.model.mesh;
-        self.around = Adjacency::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
-        self.touched = (0..mesh.nodes.len() as u32).collect();
-        self.plan = KickSchedule::default();
+        self.adjacency = Adjacency::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
+        self.touched_nodes = (0..mesh.nodes.len() as u32).collect();
+        self.schedule = KickSchedule::default();
     }
 
     /// Exchanges covers, and carries over model and state: velocities of blocks that are
@@ -78,17 +78,17 @@ impl<const D: usize> Run<D> {
         let old_elements = MeshElements {
             mesh: old_mesh,
             sets: std::mem::take(&mut self.model.sets),
-            place: std::mem::take(&mut self.model.place),
+            place: std::mem::take(&mut self.model.numbering),
         };
         let time = old_state.number as f64 * self.model.step;
         self.model.remesh(second, time);
         let covers = old_covers.iter().map(|(&block, old)| {
-            let covers = [old.as_ref(), second.covers()[block].as_ref()];
+            let covers = [old.as_ref(), second.refined_blocks()[block].as_ref()];
             (block, covers)
         });
         let covers: BTreeMap<usize, [Option<&RefinedBlock<D>>; 2]> = covers.collect();
         let transfers = covers.iter().map(|(&block, &[old, new])| {
-            let transfer = MeshTransfer::between(old, new, second.foundation.lame(block));
+            let transfer = MeshTransfer::between(old, new, second.base_model.lame(block));
             (block, transfer.expect("zones come or go, not both"))
         });
         let transfers: BTreeMap<usize, MeshTransfer<D>> = transfers.collect();
@@ -96,7 +96,7 @@ impl<const D: usize> Run<D> {
             old: old_mesh,
             new: &self.model.mesh,
             transfers: &transfers,
-            base: &second.foundation.mesh,
+            base: &second.base_model.mesh,
             covers,
         };
         let origins = carry.origins();
@@ -116,18 +116,18 @@ impl<const D: usize> Run<D> {
             inertia.solve(nodes.start, (&gathered, &bound), own);
         }
         self.model
-            .remember(&old_elements, &origins, &state.displacement);
+            .restore_history(&old_elements, &origins, &state.displacement);
         self.state = state;
         (old_state, kicks)
     }
 
     /// Takes some energy, J, of the deformation of a block that is refined; returns how much
     /// it has too much yet.
-    fn pay_of_deformation(&mut self, second: &Adaptivity<D>, block: usize, energy: f64) -> f64 {
-        match &second.covers()[block] {
+    fn repay_from_deformation(&mut self, second: &Adaptivity<D>, block: usize, energy: f64) -> f64 {
+        match &second.refined_blocks()[block] {
             Some(cover) if energy > ROUND_OFF * self.energy_of(block) => {
-                let lame = second.foundation.lame(block);
-                self.slacken(block, &cover.overlay, lame, energy)
+                let lame = second.base_model.lame(block);
+                self.relax_energy(block, &cover.overlay, lame, energy)
             }
             _ => energy,
         }
@@ -154,7 +154,7 @@ impl<const D: usize> Run<D> {
         };
         let mut changed = vec![false; self.model.blocks.len()];
         blocks.iter().for_each(|&block| changed[block] = true);
-        let surface = second.foundation.surface(mesh, contacts.tolerance());
+        let surface = second.base_model.surface(mesh, contacts.tolerance());
         let time = self.state.number as f64 * self.model.step;
         let inertia = &self.model.inertia;
         contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
@@ -164,7 +164,7 @@ impl<const D: usize> Run<D> {
     fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
         let model = &mut self.model;
         for &block in blocks {
-            for (set, i) in model.elements(block).map(|e| model.place.of(e)) {
+            for (set, i) in model.elements(block).map(|e| model.numbering.of(e)) {
                 model.sets[set].bring_up(i, &state.displacement);
             }
         }
@@ -208,14 +208,14 @@ impl<const D: usize> MeshElements<'_, D> {
 
 impl<const D: usize> Model<D> {
     /// Gives elements the pasts of those that they have come of.
-    fn remember(
+    fn restore_history(
         &mut self,
         old: &MeshElements<D>,
         origins: &SourceElements,
         displacement: &[[f64; D]],
     ) {
         for (element, of) in origins.iter().enumerate() {
-            let (set, i) = self.place.of(element);
+            let (set, i) = self.numbering.of(element);
             let set = &mut self.sets[set];
             let own = MeshElements::corners(&self.mesh, element);
             if own.eq(MeshElements::corners(old.mesh, of[0] as usize)) {
@@ -282,7 +282,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
                 let known = coarser.get(&block).cloned();
                 known.unwrap_or_else(|| transfer.grown(of))
             }),
-            carry: self.values(&old.carry),
+            compensation: self.values(&old.compensation),
             velocity: self.vectors(&old.velocity, |_, transfer, of| transfer.velocities(of)),
             element_interval: origins.means(&old.element_interval),
             node_interval: self.scalars(&old.node_interval),

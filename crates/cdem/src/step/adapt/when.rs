@@ -1,5 +1,5 @@
 //! The second scale in time: blocks are refined before they collide, and as they were
-//! again after it (design, section 6; [Li2015], section 5). Here: where, when, how finely.
+//! again after it (design, section 6; \[Li2015\], section 5). Here: where, when, how finely.
 
 use std::collections::BTreeSet;
 
@@ -46,28 +46,28 @@ impl<const D: usize> Run<D> {
     /// Section 6: refines blocks where they are about to collide. Returns what the ledger
     /// lacked before, J, if any mesh has changed.
     pub(crate) fn refine(&mut self) -> Option<f64> {
-        self.second_scale.as_ref()?;
-        if !self.outlook.is_physical() {
+        self.adaptivity.as_ref()?;
+        if !self.speed_bounds.is_physical() {
             return None;
         }
-        let mut second = self.second_scale.take()?;
+        let mut second = self.adaptivity.take()?;
         second.set_still(self.still_blocks());
         let mut before = None;
-        for block in second.debtors() {
-            let debt = second.debt(block);
+        for block in second.blocks_in_debt() {
+            let debt = second.energy_debt(block);
             if debt > ROUND_OFF * self.energy_of(block) {
                 before.get_or_insert_with(|| self.balance());
-                let paid = self.pay(block, debt);
-                second.owe(block, -paid);
+                let paid = self.repay_energy(block, debt);
+                second.add_energy_debt(block, -paid);
             } else {
-                second.owe(block, -debt);
+                second.add_energy_debt(block, -debt);
             }
         }
         second.forget_credit();
         for look in 0..LOOKS {
-            self.ask_for_zones(&mut second);
+            self.request_zones(&mut second);
             let changes = second.changes(self.state.number, look == 0);
-            let changes = self.without_harm(&second, changes);
+            let changes = self.without_lost_contacts(&second, changes);
             if changes.is_empty() {
                 break;
             }
@@ -76,25 +76,25 @@ impl<const D: usize> Run<D> {
             self.watch.lap(Stage::Refinement);
             self.find_contacts();
         }
-        self.second_scale = Some(second);
+        self.adaptivity = Some(second);
         before
     }
 
     /// The mesh without what is refined now.
     pub(crate) fn base_mesh(&self) -> &Mesh<D> {
-        let second = self.second_scale.as_ref();
-        second.map_or(&self.model.mesh, |second| &second.foundation.mesh)
+        let second = self.adaptivity.as_ref();
+        second.map_or(&self.model.mesh, |second| &second.base_model.mesh)
     }
 
     /// How many blocks are refined now.
     pub(crate) fn refined_blocks(&self) -> u64 {
-        let covers = self.second_scale.iter().flat_map(Adaptivity::covers);
+        let covers = self.adaptivity.iter().flat_map(Adaptivity::refined_blocks);
         covers.filter(|cover| cover.is_some()).count() as u64
     }
 
     /// Changes but those to coarser meshes that would move a surface into, or away from,
     /// what is beside it, or would need more energy than there is.
-    fn without_harm(
+    fn without_lost_contacts(
         &self,
         second: &Adaptivity<D>,
         changes: Vec<BlockChange<D>>,
@@ -107,7 +107,7 @@ impl<const D: usize> Run<D> {
         let can_be = |change: BlockChange<D>| self.settled(second, change, contacts, &mut moves);
         let mut changes: Vec<BlockChange<D>> = changes.into_iter().filter_map(can_be).collect();
         if changes.iter().any(|change| change.displacement.is_some()) {
-            let harmed = contacts.harmed(at.into(), &moves);
+            let harmed = contacts.blocks_harmed(at.into(), &moves);
             changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
         }
         changes
@@ -123,15 +123,15 @@ impl<const D: usize> Run<D> {
         contacts: &Contacts<D>,
         moves: &mut [[f64; D]],
     ) -> Option<BlockChange<D>> {
-        let (block, cover) = (change.block, change.cover.as_ref());
-        let (foundation, old) = (&second.foundation, second.covers()[block].as_ref());
+        let (block, cover) = (change.block, change.refined_block.as_ref());
+        let (foundation, old) = (&second.base_model, second.refined_blocks()[block].as_ref());
         let transfer = MeshTransfer::between(old, cover, foundation.lame(block))?;
         if transfer.is_finer() {
             return Some(change);
         }
         let nodes = self.model.nodes(block);
         let own = &self.state.displacement[nodes.clone()];
-        let kept = transfer.kept(&self.held(block));
+        let kept = transfer.kept(&self.prescribed_components(block));
         let masses = [old, cover].map(|cover| foundation.nodal_masses(block, cover));
         let mut after = transfer.smoothed(own, &kept, masses);
         moves[nodes.clone()].copy_from_slice(&transfer.moves(own, &after));
@@ -163,16 +163,16 @@ impl<const D: usize> Run<D> {
     }
 
     /// Asks for zones where blocks are about to collide, and keeps them where they do.
-    fn ask_for_zones(&mut self, second: &mut Adaptivity<D>) {
-        let mut foreseen = std::mem::take(&mut self.foreseen);
+    fn request_zones(&mut self, second: &mut Adaptivity<D>) {
+        let mut foreseen = std::mem::take(&mut self.predicted_impacts);
         if let Some(contacts) = &self.contacts {
-            self.ask_where_touching(second, contacts, &mut foreseen);
+            self.request_zones_at_contacts(second, contacts, &mut foreseen);
         }
-        self.foreseen = foreseen;
+        self.predicted_impacts = foreseen;
     }
 
     /// The same where blocks touch, and will.
-    fn ask_where_touching(
+    fn request_zones_at_contacts(
         &self,
         second: &mut Adaptivity<D>,
         contacts: &Contacts<D>,
@@ -182,21 +182,21 @@ impl<const D: usize> Run<D> {
         let velocity = &self.state.velocity;
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
         let horizon = AHEAD * self.model.step;
-        contacts.foresee(at, velocity, rest, horizon, foreseen);
-        for (blocks, places) in foreseen.of_blocks() {
-            self.ask_for_encounter(second, blocks, places, contacts.tolerance());
+        contacts.predict_impacts(at, velocity, rest, horizon, foreseen);
+        for (blocks, places) in foreseen.by_blocks() {
+            self.request_zones_for_impact(second, blocks, places, contacts.tolerance());
         }
-        for place in contacts.present(at, velocity, rest) {
+        for place in contacts.touching_pairs(at, velocity, rest) {
             let transit = self.transit(second, place.blocks);
             let since = place.since.unwrap_or_default();
             if self.time() - since <= IMPACT * transit {
                 let until = self.until(STAY * transit);
                 let [a, b] = place.blocks;
-                second.impact([a.min(b), a.max(b)], 0.0, until);
+                second.record_impact([a.min(b), a.max(b)], 0.0, until);
                 for (block, rest) in place.blocks.iter().zip(&place.rest) {
                     let slip = [place.slip, place.slip_rate * self.model.step];
                     second.keep(*block as usize, rest, slip, until);
-                    second.stay(*block as usize, self.until(PARTED * transit));
+                    second.keep_until(*block as usize, self.until(PARTED * transit));
                 }
             }
         }
@@ -214,7 +214,7 @@ impl<const D: usize> Run<D> {
         moves.map(of).fold(0.0, f64::max)
     }
 
-    fn ask_for_encounter(
+    fn request_zones_for_impact(
         &self,
         second: &mut Adaptivity<D>,
         blocks: [u32; 2],
@@ -233,7 +233,7 @@ impl<const D: usize> Run<D> {
             .filter(|place| place.speed > slight)
             .map(|place| ImpactPrediction {
                 is_first_of_node: nodes.insert(place.nodes[0]),
-                ..self.encounter(second, place)
+                ..self.impact_prediction(second, place)
             })
             .collect();
         let Some(mobility) = self.mobility(&encounters) else {
@@ -241,24 +241,28 @@ impl<const D: usize> Run<D> {
         };
         let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
         let until = self.until(STAY * transit);
-        let energy = second.impact(blocks, 0.5 * fastest * fastest / mobility, until);
+        let energy = second.record_impact(blocks, 0.5 * fastest * fastest / mobility, until);
         let depth = second.depth(&encounters, energy);
-        second.look(blocks, &depth, [self.time(), fastest]);
+        second.due_blocks(blocks, &depth, [self.time(), fastest]);
         let are_flush = ImpactPrediction::are_flush(&encounters);
         for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
-            second.ask(encounter, sizes, are_flush, until);
+            second.request_zone(encounter, sizes, are_flush, until);
         }
         for block in blocks {
-            second.stay(block as usize, self.until(PARTED * transit));
+            second.keep_until(block as usize, self.until(PARTED * transit));
         }
     }
 
-    fn encounter(&self, second: &Adaptivity<D>, place: &PredictedImpact<D>) -> ImpactPrediction<D> {
+    fn impact_prediction(
+        &self,
+        second: &Adaptivity<D>,
+        place: &PredictedImpact<D>,
+    ) -> ImpactPrediction<D> {
         let root = |element: u32| {
             let parts = self.model.mesh.parts.as_ref();
             parts.map_or(element, |parts| parts.root[element as usize])
         };
-        let around = |node: u32| self.around.of(node).iter().map(|&element| root(element));
+        let around = |node: u32| self.adjacency.of(node).iter().map(|&element| root(element));
         let blocks = place.blocks.map(|block| block as usize);
         let sizes = place.nodes.map(|node| second.base_size(around(node)));
         let halvings = place.nodes.map(|node| second.halvings(around(node)));
@@ -306,7 +310,11 @@ impl<const D: usize> Run<D> {
             let of = |&block: &usize| self.rigid_mobility(block, &point, &normal, is_free);
             first.blocks.iter().map(of).sum::<f64>()
         };
-        let is_held = |&block: &usize| self.held(block).iter().any(|held| held.contains(&true));
+        let is_held = |&block: &usize| {
+            self.prescribed_components(block)
+                .iter()
+                .any(|held| held.contains(&true))
+        };
         let held = of_both(false);
         if !first.blocks.iter().any(is_held) {
             return Some(held);
@@ -336,7 +344,7 @@ impl<const D: usize> Run<D> {
         let held = if is_free {
             vec![[false; D]; points.len()]
         } else {
-            self.held(block)
+            self.prescribed_components(block)
         };
         RigidModes::new(&body, centre, &held).mobility(point, normal)
     }
@@ -346,7 +354,10 @@ impl<const D: usize> Run<D> {
         let is_still = move |block: usize| {
             let inertia = &self.model.inertia;
             self.model.blocks[block].fixed
-                || self.model.nodes(block).all(|node| inertia.is_held(node))
+                || self
+                    .model
+                    .nodes(block)
+                    .all(|node| inertia.is_prescribed(node))
         };
         (0..self.model.blocks.len()).map(is_still)
     }

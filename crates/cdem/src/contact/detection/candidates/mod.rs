@@ -108,7 +108,7 @@ pub(crate) struct ActiveSubset {
 /// What a search needs to know of the blocks.
 pub(crate) struct SearchContext<'a, const D: usize> {
     pub(crate) surface: &'a dyn Surface<D>,
-    pub(crate) patches: &'a Clusters,
+    pub(crate) clusters: &'a Clusters,
     /// Block of each node; nodes of a block follow each other.
     pub(crate) block_of: &'a [u32],
     /// Blocks that never move.
@@ -132,7 +132,7 @@ pub(crate) struct CandidateSearch<const D: usize> {
     start: Vec<u32>,
     /// Those of the candidates that are looked at for now.
     #[serde(skip)]
-    pub(crate) soon: ActiveCandidates,
+    pub(crate) active_candidates: ActiveCandidates,
     /// Where the nodes were in the last broad phase and in the last step, m.
     #[serde(with = "serde_pod")]
     origin: Vec<[f64; D]>,
@@ -141,7 +141,7 @@ pub(crate) struct CandidateSearch<const D: usize> {
     pub(crate) blocks: Vec<MotionBound>,
     /// Whether each candidate is near, and those that are.
     #[serde(skip)]
-    pub(crate) near: Vec<bool>,
+    pub(crate) find_near: Vec<bool>,
     pub(crate) found: Vec<u32>,
     #[serde(skip)]
     pub(crate) lists: SearchWorkspace,
@@ -187,7 +187,7 @@ impl<const D: usize> CandidateSearch<D> {
     /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted, of blocks
     /// that may come to these speeds in it, m/s.
     /// `may_meet` says the pairs of which blocks are wanted.
-    pub(crate) fn near(
+    pub(crate) fn find_near(
         &mut self,
         blocks: &SearchContext<D>,
         at: Configuration<D>,
@@ -225,7 +225,7 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Whether nodes have gone farther in the step before the last search than their
     /// share, and then lay where they may have been let through.
-    pub(crate) fn was_outrun(&self) -> bool {
+    pub(crate) fn was_overrun(&self) -> bool {
         self.outrun
     }
 
@@ -248,7 +248,7 @@ impl<const D: usize> CandidateSearch<D> {
             return false;
         };
         (first as usize..end as usize)
-            .any(|number| self.near[number] && self.candidates[number].pair == pair)
+            .any(|number| self.find_near[number] && self.candidates[number].pair == pair)
     }
 
     /// How far the blocks have moved, and whether farther than was reckoned with.
@@ -301,9 +301,9 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = of.map(|block| gone(block as usize));
             let surface = blocks.surface;
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
-            !self.near[*number as usize]
-                && surface.apart(pair, before) <= own + blocks.tolerance
-                && surface.nearness(pair, before, a + b, blocks.tolerance) == CullingResult::Near
+            !self.find_near[*number as usize]
+                && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
+                && surface.cull(pair, before, a + b, blocks.tolerance) == CullingResult::Near
         };
         fast.into_iter().any(|block| {
             let reach = self.blocks[block];
@@ -339,15 +339,15 @@ impl<const D: usize> CandidateSearch<D> {
         self.last.clone_from(&self.origin);
         let allowance = |block: u32| self.blocks[block as usize].allowance;
         let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
-        let patches = blocks.patches;
-        let formed = blocks.surface.form(patches.features(), None);
+        let patches = blocks.clusters;
+        let formed = blocks.surface.geometry_cache(patches.features(), None);
         let at = at.with(formed.as_ref());
         let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
         let pairs = pairs.into_par_iter().with_min_len(AT_ONCE);
         let candidates = pairs.map(|pair| Candidate {
             pair,
             blocks: blocks.of(pair),
-            until: blocks.surface.apart(pair, at),
+            until: blocks.surface.distance_lower_bound(pair, at),
             lacks: 0.0,
             held: -1.0,
         });
@@ -380,15 +380,15 @@ impl<const D: usize> CandidateSearch<D> {
     /// Works out what a checkpoint does not hold.
     pub(crate) fn restore(&mut self) {
         self.list_candidates();
-        self.near = vec![false; self.candidates.len()];
+        self.find_near = vec![false; self.candidates.len()];
         for &number in &self.found {
-            self.near[number as usize] = true;
+            self.find_near[number as usize] = true;
         }
     }
 
     /// Lists the candidates by main feature and by block.
     fn list_candidates(&mut self) {
-        self.soon.forget();
+        self.active_candidates.forget();
         let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
         let main = |candidate: &Candidate| candidate.pair.main as usize;
         self.of_main = starts(self.candidates.iter().map(main), mains as usize);
@@ -411,41 +411,42 @@ impl<const D: usize> CandidateSearch<D> {
     }
 
     fn look_at_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.look_ahead(blocks.tolerance);
+        self.search_ahead(blocks.tolerance);
         self.glance();
-        self.near.clear();
-        self.near.resize(self.candidates.len(), false);
+        self.find_near.clear();
+        self.find_near.resize(self.candidates.len(), false);
         self.found.clear();
         let SearchWorkspace { glances, open, .. } = &mut self.lists;
         open.clear();
         for glance in glances {
             for number in &glance.held {
-                self.near[*number as usize] = true;
+                self.find_near[*number as usize] = true;
                 self.found.push(*number);
             }
             open.extend(&glance.open);
         }
-        let formed = blocks.surface.form(open.len(), None);
+        let formed = blocks.surface.geometry_cache(open.len(), None);
         self.look(blocks, at.with(formed.as_ref()));
     }
 
     /// Finds out what each block has ahead, and which candidates to look at, if those known do
     /// not serve any more.
-    pub(crate) fn look_ahead(&mut self, tolerance: f64) {
+    pub(crate) fn search_ahead(&mut self, tolerance: f64) {
         let ahead = &mut self.lists.ahead;
         ahead.clear();
         ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
-        if !self.soon.serves(ahead) {
+        if !self.active_candidates.serves(ahead) {
             let shares = self.blocks.iter().map(|reach| reach.share);
             let share = shares.fold(0.0, f64::max);
-            self.soon.sort_out(&self.candidates, ahead, share);
+            self.active_candidates
+                .sort_out(&self.candidates, ahead, share);
         }
     }
 
     /// Finds out what the ways of blocks tell of the candidates, some after the other.
     fn glance(&mut self) {
         let SearchWorkspace { glances, ahead, .. } = &mut self.lists;
-        let some = self.soon.numbers.par_chunks(AT_A_GLANCE);
+        let some = self.active_candidates.numbers.par_chunks(AT_A_GLANCE);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(glances).for_each(|(numbers, glance)| {
             glance.held.clear();
@@ -468,10 +469,10 @@ impl<const D: usize> CandidateSearch<D> {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
             let (reach, way) = (a.share + b.share, a.way + b.way);
-            let apart = blocks.surface.apart(candidate.pair, at);
+            let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
             let nearness = if apart <= APART * (reach + blocks.tolerance) {
                 let surface = blocks.surface;
-                surface.nearness(candidate.pair, at, reach, blocks.tolerance)
+                surface.cull(candidate.pair, at, reach, blocks.tolerance)
             } else {
                 CullingResult::Apart
             };
@@ -493,7 +494,7 @@ impl<const D: usize> CandidateSearch<D> {
             let candidate = &mut self.candidates[number as usize];
             (candidate.until, candidate.lacks, candidate.held) = (until, lacks, held);
             if held >= 0.0 {
-                self.near[number as usize] = true;
+                self.find_near[number as usize] = true;
                 self.found.push(number);
             }
         }
@@ -558,7 +559,7 @@ impl<const D: usize> SearchContext<'_, D> {
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         let margin = |_| 0.5 * distance;
-        self.patches
+        self.clusters
             .overlapping(self.surface, at, &margin, may_meet)
     }
 }

@@ -87,18 +87,24 @@ struct Cost {
 impl Cost {
     /// Adds that of the present state, which stays as it is.
     fn add(&mut self, run: &mut Run<2>) {
-        self.outlook += time(3, || run.look_out());
-        let speeds = run.outlook.speeds().to_vec();
+        self.outlook += time(3, || run.bound_speeds());
+        let speeds = run.speed_bounds.speeds().to_vec();
         let mut contacts = run.contacts.take().expect("blocks touch");
         let (at, step) = (run.model.positions(&run.state), run.model.step);
         let search = &mut contacts.search;
-        let blocks = contacts.terms.blocks(&contacts.fixed);
-        let may_meet = contacts.terms.may_meet(&contacts.fixed);
-        let (with, near) = ((&*speeds, step), &mut contacts.near);
-        let mut find = || search.near(&blocks, at.into(), with, &may_meet, near);
+        let blocks = contacts.model_data.blocks(&contacts.fixed);
+        let may_meet = contacts.model_data.may_touch(&contacts.fixed);
+        let (with, near) = ((&*speeds, step), &mut contacts.candidates);
+        let mut find = || search.find_near(&blocks, at.into(), with, &may_meet, near);
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at.into(), &may_meet));
-        search.near(&blocks, at.into(), with, &may_meet, &mut contacts.near);
+        search.find_near(
+            &blocks,
+            at.into(),
+            with,
+            &may_meet,
+            &mut contacts.candidates,
+        );
         drop(may_meet);
         contacts.join(run.state.number);
         let number = run.state.number;
@@ -120,7 +126,11 @@ fn measure(across: usize, steps: u32) {
     let mut run = crowd(across);
     // Let it come to collisions.
     (0..steps).for_each(|_| run.step());
-    let begun = |run: &Run<2>| run.contacts.as_ref().map_or(0, |contacts| contacts.begun());
+    let begun = |run: &Run<2>| {
+        run.contacts
+            .as_ref()
+            .map_or(0, |contacts| contacts.contacts_begun())
+    };
     let before = begun(&run);
     let (mut cost, mut searches, mut total) = (Cost::default(), 0_u32, Duration::ZERO);
     for _ in 0..steps {
@@ -151,8 +161,8 @@ fn measure(across: usize, steps: u32) {
         each(cost.joins, looks),
         each(cost.grouping, looks),
         contacts.search.candidates.len() as f64 / blocks,
-        contacts.near.len() as f64 / blocks,
-        contacts.live().count() as f64 / blocks,
+        contacts.candidates.len() as f64 / blocks,
+        contacts.contact_points().count() as f64 / blocks,
         begun as f64 / steps / blocks,
     );
 }

@@ -107,7 +107,7 @@ impl Crowd {
     fn blocks(&self) -> SearchContext<'_, 2> {
         SearchContext {
             surface: &self.outline,
-            patches: &self.patches,
+            clusters: &self.patches,
             block_of: &self.block_of,
             fixed: &self.fixed,
             tolerance: TOLERANCE,
@@ -130,8 +130,8 @@ impl Crowd {
                 .iter()
                 .sum();
             self.may_meet(blocks.of(pair))
-                && blocks.surface.apart(pair, at) <= APART * (reach + TOLERANCE)
-                && self.outline.nearness(pair, at, reach, TOLERANCE) == CullingResult::Near
+                && blocks.surface.distance_lower_bound(pair, at) <= APART * (reach + TOLERANCE)
+                && self.outline.cull(pair, at, reach, TOLERANCE) == CullingResult::Near
         })
         .collect()
     }
@@ -177,7 +177,7 @@ proptest! {
                     continue;
                 }
                 let before = pairs(search);
-                search.near(&crowd.blocks(), at, with, &may_meet, &mut near);
+                search.find_near(&crowd.blocks(), at, with, &may_meet, &mut near);
                 prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
                 for pair in &near {
                     prop_assert!(search.is_near(*pair));
@@ -213,9 +213,9 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
                 crowd.may_meet(blocks)
             });
             let with = (&*crowd.speeds, 0.1);
-            search.near(&crowd.blocks(), at, with, &may_meet, &mut Vec::new());
+            search.find_near(&crowd.blocks(), at, with, &may_meet, &mut Vec::new());
         }
-        search.was_outrun()
+        search.was_overrun()
     };
     assert!(!outrun(0.02, -0.02), "no farther than expected");
     assert!(!outrun(0.1, 0.1), "farther, but nothing is there");
@@ -258,7 +258,7 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
                 let pairs = targets.clone().map(|target| Pair { main, target });
                 all.extend(pairs.filter(|&pair| {
                     block(shell.main_nodes(main)) != block(shell.target_nodes(pair.target))
-                        && shell.matches(pair)
+                        && shell.is_canonical(pair)
                         && aabb.overlaps(&shell.target_box(pair.target, at, margin))
                 }));
             }
@@ -333,7 +333,7 @@ proptest! {
         let fixed = [true, false, false, false, false];
         let blocks = SearchContext {
             surface: &shell,
-            patches: &Clusters::new(&shell, &block_of, &mesh.nodes),
+            clusters: &Clusters::new(&shell, &block_of, &mesh.nodes),
             block_of: &block_of,
             fixed: &fixed,
             tolerance: TOLERANCE,
@@ -346,7 +346,7 @@ proptest! {
             mains.clone().flat_map(move |main| targets.clone().map(move |target| Pair { main, target }))
         }).filter(|&pair| {
             let [a, b] = blocks.of(pair);
-            a != b && shell.matches(pair)
+            a != b && shell.is_canonical(pair)
         }).collect();
         let [mut whole, mut late] = [CandidateSearch::default(), CandidateSearch::default()];
         let may_meet = |[a, b]: [u32; 2]| a != b;
@@ -367,11 +367,11 @@ proptest! {
                     continue;
                 }
                 let before = pairs(search);
-                search.near(&blocks, at, with, &may_meet, &mut near);
+                search.find_near(&blocks, at, with, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
-                    shell.apart(pair, at) <= APART * (a + b + TOLERANCE)
-                        && shell.nearness(pair, at, a + b, TOLERANCE) == CullingResult::Near
+                    shell.distance_lower_bound(pair, at) <= APART * (a + b + TOLERANCE)
+                        && shell.cull(pair, at, a + b, TOLERANCE) == CullingResult::Near
                 }).collect();
                 prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);
             }
@@ -395,7 +395,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
     let block_of: Vec<u32> = (0..16).map(|node| node / 8).collect();
     let blocks = SearchContext {
         surface: &shell,
-        patches: &Clusters::new(&shell, &block_of, &mesh.nodes),
+        clusters: &Clusters::new(&shell, &block_of, &mesh.nodes),
         block_of: &block_of,
         fixed: &[true, false],
         tolerance: TOLERANCE,
@@ -416,7 +416,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
         let warped: Vec<[f64; 3]> = warped.collect();
         let at = Configuration::new(&mesh.nodes, &warped);
         let with = (&[0.0, 1e-3][..], 1e-3);
-        search.near(&blocks, at, with, &|[a, b]| a != b, &mut near);
+        search.find_near(&blocks, at, with, &|[a, b]| a != b, &mut near);
         if number == 0 {
             let lacking = search
                 .candidates

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
 use crate::math::vector::{add, scale};
@@ -180,7 +180,7 @@ proptest! {
             let pair = Pair { main: 0, target };
             let time = outline.time_of_impact(pair, at, &velocity, way, tolerance)?;
             let moments = [at.after(&velocity, time), end];
-            let rightful = rightful(&outline, pair, moments, tolerance, &|_| true)?;
+            let rightful = select_feature_pair(&outline, pair, moments, tolerance, &|_| true)?;
             let [x, _] = outline.normal(rightful, at)?;
             (x < 0.0).then_some(time) // the right side
         });

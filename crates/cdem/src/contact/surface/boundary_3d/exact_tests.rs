@@ -12,9 +12,9 @@ use crate::math::vector;
 
 /// A vertex against a triangle; the normal of two edges is that of their directions.
 fn features(query: &Query<3>, shell: &Boundary3d, pair: Pair) -> Features {
-    let skin = &shell.skin;
+    let skin = &shell.triangulation;
     let path = |corner: u32| query.path(skin.nodes_of_corner(corner)[0]);
-    match shell.meeting(pair) {
+    match shell.feature_pair(pair) {
         FeaturePair::Facing { vertex, triangle } => {
             let p = path(vertex);
             let abc = skin.triangles[triangle as usize].corners.map(path);
@@ -75,18 +75,21 @@ struct Trial<'a> {
 
 impl Trial<'_> {
     fn is_crossing(&self) -> bool {
-        matches!(self.shell.meeting(self.pair), FeaturePair::Crossing { .. })
+        matches!(
+            self.shell.feature_pair(self.pair),
+            FeaturePair::Crossing { .. }
+        )
     }
 
     /// Whether the normal is that of the directions of the edges, if that is clear.
     fn is_forward(&self, time: f64) -> Option<bool> {
-        let FeaturePair::Crossing { main, target } = self.shell.meeting(self.pair) else {
+        let FeaturePair::Crossing { main, target } = self.shell.feature_pair(self.pair) else {
             return Some(true);
         };
         let then = self.at.after(self.velocity, time);
-        let crossing = self.shell.crossing(main, target, then)?;
+        let crossing = self.shell.edge_edge(main, target, then)?;
         // Triangles that shrink to a line have any normal.
-        let least_height = |edge: u32| self.shell.skin.ridge(edge, then).least_height;
+        let least_height = |edge: u32| self.shell.triangulation.edge_shape(edge, then).least_height;
         let has_sides = [main, target].map(least_height).iter().all(|&h| h > FOOT);
         let is_clear = has_sides && crossing.outward.abs() > FOOT_ROUND_OFF;
         is_clear.then_some(crossing.forward)

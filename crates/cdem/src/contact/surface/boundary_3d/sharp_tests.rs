@@ -36,14 +36,14 @@ proptest! {
         let shell = Boundary3d::new(&mesh, tolerance * flat);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
-        for edge in 0..shell.skin.edges.len() as u32 {
-            let way = shell.skin.sharpens_after(edge, length, at);
+        for edge in 0..shell.triangulation.edges.len() as u32 {
+            let way = shell.triangulation.sharpens_after(edge, length, at);
             if way <= 0.0 {
                 continue;
             }
-            prop_assert!(!shell.skin.is_sharp_under(edge, length, at));
-            let outward = shell.skin.outward(edge, at);
-            let ends = shell.skin.edges[edge as usize].ends;
+            prop_assert!(!shell.triangulation.is_sharp_under(edge, length, at));
+            let outward = shell.triangulation.outward(edge, at);
+            let ends = shell.triangulation.edges[edge as usize].ends;
             let worst = |node: u32| {
                 let sign = if ends.contains(&node) { 1.0 } else { -1.0 };
                 scale(sign * way / norm(&outward), &outward)
@@ -54,7 +54,7 @@ proptest! {
             };
             for moved in [(0..8).map(worst).collect::<Vec<_>>(), (0..8).map(random).collect()] {
                 let then = Configuration::new(&mesh.nodes, &moved);
-                prop_assert!(!shell.skin.is_sharp_under(edge, length + 2.0 * way, then));
+                prop_assert!(!shell.triangulation.is_sharp_under(edge, length + 2.0 * way, then));
             }
         }
     }
@@ -77,12 +77,12 @@ proptest! {
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
         let strict = Boundary3d::new(&mesh, tolerance / 3.0);
-        for edge in 0..shell.skin.edges.len() as u32 {
-            let is_flat = shell.skin.is_flat_under(edge, length, at);
-            prop_assert!(!(is_flat && shell.skin.is_sharp_under(edge, length, at)));
-            let turns_little = shell.skin.turn(edge, at).abs() < 0.09;
+        for edge in 0..shell.triangulation.edges.len() as u32 {
+            let is_flat = shell.triangulation.is_flat_under(edge, length, at);
+            prop_assert!(!(is_flat && shell.triangulation.is_sharp_under(edge, length, at)));
+            let turns_little = shell.triangulation.turn(edge, at).abs() < 0.09;
             prop_assert!(
-                is_flat || !turns_little || strict.skin.is_sharp_under(edge, length, at)
+                is_flat || !turns_little || strict.triangulation.is_sharp_under(edge, length, at)
             );
         }
     }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use rayon::prelude::*;
 
 use crate::contact::ccd::signed_volume::ROUND_OFF;
-use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{
     Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, GapAllowance, Pair,
@@ -53,8 +53,11 @@ pub(super) fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]
 }
 
 pub(super) fn all_pairs(shell: &Boundary3d) -> Vec<Pair> {
-    let (vertices, triangles) = (shell.skin.vertex_count, shell.skin.triangles.len() as u32);
-    let edges = shell.skin.edges.len() as u32;
+    let (vertices, triangles) = (
+        shell.triangulation.vertex_count,
+        shell.triangulation.triangles.len() as u32,
+    );
+    let edges = shell.triangulation.edges.len() as u32;
     let faces =
         (0..vertices).flat_map(|v| (0..triangles).map(move |t| Boundary3d::face_pair(v, t)));
     let crossings = (0..edges).flat_map(|a| (a + 1..edges).map(move |b| (a, b)));
@@ -76,9 +79,12 @@ fn answers(shell: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> V
     };
     let ask = |pair: &Pair| {
         let pair = *pair;
-        let place = (shell.project(pair, at), shell.apart(pair, at));
-        let nearness = shell.nearness(pair, at, 0.1, 1e-4);
-        let rests = shell.rests(pair, at, velocity, 0.1, slack);
+        let place = (
+            shell.project(pair, at),
+            shell.distance_lower_bound(pair, at),
+        );
+        let nearness = shell.cull(pair, at, 0.1, 1e-4);
+        let rests = shell.stays_in_contact(pair, at, velocity, 0.1, slack);
         let time = shell.time_of_impact(pair, at, velocity, 0.1, 1e-4);
         format!("{place:?} {nearness:?} {rests} {time:?}")
     };
@@ -101,9 +107,9 @@ proptest! {
         let shell = Boundary3d::new(&mesh, 1e-4);
         for threads in [1, 4] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            let mut room = shell.form(usize::MAX, None);
+            let mut room = shell.geometry_cache(usize::MAX, None);
             for displacement in &moves {
-                room = shell.form(0, room);
+                room = shell.geometry_cache(0, room);
                 prop_assert!(room.is_some());
                 let at = Configuration::new(&mesh.nodes, displacement);
                 let alone = answers(&shell, at, &velocity);
@@ -190,10 +196,10 @@ fn touches_bed(
     let at = Configuration::new(&mesh.nodes, &still);
     let end = at.after(&velocity, way);
     let times = all_pairs(&shell).into_iter().filter_map(|pair| {
-        let is_near = shell.nearness(pair, at, way, tolerance) == CullingResult::Near;
+        let is_near = shell.cull(pair, at, way, tolerance) == CullingResult::Near;
         let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
         let then = at.after(&velocity, time);
-        let rightful = rightful(&shell, pair, [then, end], tolerance, &|_| true)?;
+        let rightful = select_feature_pair(&shell, pair, [then, end], tolerance, &|_| true)?;
         let normal = shell.normal(rightful, then)?;
         let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
         (is_near && !is_held).then_some(time)
@@ -315,9 +321,9 @@ proptest! {
             if projection.outside > 1.0 {
                 continue; // all but parallel: nothing to be exact about
             }
-            let operator = shell.operator(pair, &anchor, at);
+            let operator = shell.jacobian(pair, &anchor, at);
             // Of what storage has held before nothing stays.
-            shell.relate(&mut used, pair, &anchor, at, None);
+            shell.assemble_jacobian(&mut used, pair, &anchor, at, None);
             let of = |operator: &ContactJacobian<3>| {
                 let rows = operator.rows[..operator.count].to_vec();
                 (operator.nodes().to_vec(), rows, operator.frame, operator.offset)
@@ -360,7 +366,7 @@ proptest! {
         let still = vec![[0.0; 3]; 16];
         let at = Configuration::new(&mesh.nodes, &still);
         for pair in all_pairs(&shell) {
-            let CullingResult::Lacks(length) = shell.nearness(pair, at, reach, tolerance) else {
+            let CullingResult::Lacks(length) = shell.cull(pair, at, reach, tolerance) else {
                 continue;
             };
             if length <= reach {
@@ -372,7 +378,7 @@ proptest! {
                 scale(own * way / norm(&ways[node]), &ways[node])
             }).collect();
             let then = Configuration::new(&mesh.nodes, &moved);
-            let nearness = shell.nearness(pair, then, reach, tolerance);
+            let nearness = shell.cull(pair, then, reach, tolerance);
             prop_assert!(nearness != CullingResult::Near, "{pair:?} {length:e}");
         }
     }
@@ -411,7 +417,7 @@ proptest! {
             let still = vec![[0.0; 3]; 16];
             let at = Configuration::new(&mesh.nodes, &still);
             let foot = shell.project(pair, at).foot;
-            let row = shell.operator(pair, &foot, at).relative_velocity(0, &rates);
+            let row = shell.jacobian(pair, &foot, at).relative_velocity(0, &rates);
             let step = 1e-6;
             let [ahead, back] = [step, -step].map(|t| {
                 let then = at.after(&rates, t);
@@ -438,15 +444,15 @@ fn a_quadrilateral_is_four_triangles_about_its_mean() {
     let shell = Boundary3d::new(&mesh, 1e-6);
     let still = vec![[0.0; 3]; 8];
     let at = Configuration::new(&mesh.nodes, &still);
-    assert_eq!(shell.skin.triangles.len(), 24);
-    assert_eq!(shell.skin.edges.len(), 12 + 24);
-    let edges = 0..shell.skin.edges.len() as u32;
-    let sharp = edges.filter(|&edge| shell.skin.is_sharp(edge, at));
+    assert_eq!(shell.triangulation.triangles.len(), 24);
+    assert_eq!(shell.triangulation.edges.len(), 12 + 24);
+    let edges = 0..shell.triangulation.edges.len() as u32;
+    let sharp = edges.filter(|&edge| shell.triangulation.is_sharp(edge, at));
     assert_eq!(sharp.count(), 12);
     for triangle in 0..24 {
-        let centre = shell.skin.triangle(triangle, at)[2];
+        let centre = shell.triangulation.triangle(triangle, at)[2];
         let out = sub(&centre, &[0.5; 3]);
-        let normal = shell.skin.normal(triangle, at);
+        let normal = shell.triangulation.normal(triangle, at);
         // The mean of a face of the unit cube lies half its edge from the centre.
         assert!(norm(&sub(&normal, &crate::math::vector::scale(2.0, &out))) < 1e-15);
     }
@@ -458,14 +464,14 @@ fn contacts_of(shell: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<
     for pair in all_pairs(shell) {
         let projection = shell.project(pair, at);
         let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
-        let counts = match shell.meeting(pair) {
+        let counts = match shell.feature_pair(pair) {
             FeaturePair::Crossing { main, target } => [main, target]
                 .iter()
-                .all(|&edge| shell.skin.is_sharp(edge, at)),
+                .all(|&edge| shell.triangulation.is_sharp(edge, at)),
             FeaturePair::Facing { .. } => true,
         };
         let known = |other: &Pair| shell.same_contact(*other, pair, at, tolerance);
-        if touches && counts && shell.admits(pair, at) && !contacts.iter().any(known) {
+        if touches && counts && shell.in_normal_cone(pair, at) && !contacts.iter().any(known) {
             contacts.push(pair);
         }
     }

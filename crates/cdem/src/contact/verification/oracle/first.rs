@@ -1,7 +1,7 @@
 //! The first touch of two blocks, by the search and by brute force.
 
 use crate::contact::detection::candidates::Clusters;
-use crate::contact::narrow_phase::feature_selection::rightful;
+use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::{Configuration, CullingResult, Pair, Projection, Surface};
 use crate::contact::verification::oracle::TOLERANCE;
 use crate::contact::verification::oracle::meeting::BlockEncounter;
@@ -42,7 +42,7 @@ impl<const D: usize> First<D> {
         }
         all.retain(|&pair| {
             let main = block(surface.main_nodes(pair.main)[0]);
-            main != block(surface.target_nodes(pair.target)[0]) && surface.matches(pair)
+            main != block(surface.target_nodes(pair.target)[0]) && surface.is_canonical(pair)
         });
         let fastest = meeting.velocity.iter().map(norm).fold(0.0, f64::max);
         let reach = 2.0 * fastest;
@@ -50,15 +50,15 @@ impl<const D: usize> First<D> {
         let patches = Clusters::new(&*surface, &block_of, &meeting.mesh.nodes);
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
-        near.retain(|pair| surface.nearness(*pair, at, reach, TOLERANCE) == CullingResult::Near);
-        let formed = surface.form(all.len(), None);
+        near.retain(|pair| surface.cull(*pair, at, reach, TOLERANCE) == CullingResult::Near);
+        let formed = surface.geometry_cache(all.len(), None);
         let at = at.with(formed.as_ref());
         let touch = |pair: &Pair| {
             let velocity = &meeting.velocity;
             let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
             // A whole drift on, as for the touches of a step.
             let moments = [time, time + 1.0].map(|time| at.after(velocity, time));
-            let rightful = rightful(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
+            let rightful = select_feature_pair(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
             Some(FirstTouch {
                 pair: *pair,
                 time,
@@ -93,7 +93,7 @@ impl<const D: usize> First<D> {
             time,
             is_only: !others.any(is_close),
             features: features(surface, pair),
-            normal: surface.operator(pair, &foot, then).frame[0],
+            normal: surface.jacobian(pair, &foot, then).frame[0],
         })
     }
 
