@@ -1,18 +1,18 @@
-"""Check that the method's files import only from their own floor or below.
+"""Check that the files of the method import only from their own floor or from floors below.
 
     python3 tools/rooms.py
 
-The order is written once: in the trees of ARCHITECTURE.md. The first line of a tree
-is a folder of sources; each further line names a file, or a folder by a slash at its
-end, then says what it holds. The tree of the method is ordered, top first: a folder
-is a floor, and so is each run of files between two folders.
+The order is written once: in the trees of ARCHITECTURE.md. The first line of a tree is
+a folder of sources. Each other line names files, or a folder by a slash at its end, and
+says what they hold. In the tree of the method the rooms stand in their order, top first,
+and so does what is in contact: a folder is a floor, and so is a run of files.
 
-- What a tree names exists. The tree of the method names every file but tests.
-- No import climbs.
-- No circle of imports goes through two folders.
+- What a tree names exists, and the tree of the method names every file but tests.
+- No import climbs to a higher floor.
+- No circle of imports goes through files of two folders.
 
-Read are `use` trees, and paths in code that begin with `crate`, `self`, `super`, a
-child or an imported module; not comments, texts, and what is for tests alone.
+An import is a path in a `use` tree, or one in code that begins with `crate`, `self`,
+`super`, a child or an imported module. Tests are not read.
 """
 
 import re
@@ -23,12 +23,19 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCUMENT = "ARCHITECTURE.md"
 METHOD = "crates/cdem/src"
 
-TREE = re.compile(r"^```text\n(crates/[\w/-]+)\n(.*?)^```", flags=re.M | re.S)
-BRANCH = re.compile(r"( *)([\w./-]+(?:, [\w./-]+)*)(?:  +.*)?")
+# Folders of the method whose lines stand in an order.
+ORDERED = ("", "contact/")
 
-# What is no code, so that names in it are no paths: comments, texts, characters.
+# A circle that is still there: the types of a scene are in its facade, which also calls
+# the parts that read and check them.
+CIRCLES_KNOWN = {"scene"}
+
+TREE = re.compile(r"^```text\n(crates/\S+)\n(.*?)^```", flags=re.M | re.S)
+BRANCH = re.compile(r"( *)([\w./-]+(?:, [\w./-]+)*)(?:  .*)?")
+
+# What names nothing that is used: comments, visibilities, texts, characters.
 NO_CODE = re.compile(
-    r"//[^\n]*|/\*.*?\*/|\bb?r(#*)\".*?\"\1|\"(?:\\.|[^\"\\])*\"|'(?:\\[^\n']*'?|[^'\\\n])'",
+    r"//[^\n]*|/\*.*?\*/|\(in [\w:]+\)|\bb?r(#*)\".*?\"\1|\"(?:\\.|[^\"\\])*\"|'(?:\\[^\n']*'?|[^'\\\n])'",
     flags=re.S,
 )
 FOR_TESTS = re.compile(r"#\[cfg\(test\)\]\s*(?:#\[[^\]]*\]\s*)*")
@@ -53,7 +60,7 @@ def end_of_item(code, start):
 
 
 def production_code(text):
-    """Rust code without comments, texts and tests; every place stays."""
+    """Rust code without comments, texts and tests; places stay."""
     code = NO_CODE.sub(lambda found: blanked(found[0]), text)
     while found := FOR_TESTS.search(code):
         end = end_of_item(code, found.end())
@@ -99,20 +106,21 @@ class Module:
 
 
 class Crate:
-    """The modules of a crate that are not for tests, by path, and what they import."""
+    """The modules of a crate by path, but for tests, and what they import."""
 
     def __init__(self, source):
         self.modules = {}
         self.read((), source / "lib.rs")
-        # Names that a module hands on, and where they come from.
+        # The names that a module hands on, and where each comes from.
         self.handed_on = {
             path: {
                 name: self.absolute(path, used)
                 for used, name, _, is_public in module.uses
-                if is_public and self.absolute(path, used)
+                if is_public and self.absolute(path, used) is not None
             }
             for path, module in self.modules.items()
         }
+        self.imports = {path: list(self.imports_of(path)) for path in self.modules}
 
     def read(self, path, file):
         """Reads a module and those that it declares."""
@@ -140,21 +148,21 @@ class Crate:
         return path
 
     def origin(self, path):
-        """The module in which the item of a path is defined."""
+        """The module that defines the item of a path."""
         module = self.module_of(path)
         name, rest = path[len(module) : len(module) + 1], path[len(module) + 1 :]
         source = self.handed_on[module].get(*name) if name else None
         return module if source is None else self.origin((*source, *rest))
 
-    def imports(self, path):
-        """What a module takes: path, line, and whether it is only handed on."""
+    def imports_of(self, path):
+        """What a module imports: path, line, and whether it is only handed on."""
         module = self.modules[path]
         known, found = {}, []
         for used, name, place, is_public in module.uses:
             used = self.absolute(path, used)
             if used is not None:
                 known[name] = used
-                handed_on = is_public and not re.search(rf"\b{name}\b", module.rest)
+                handed_on = is_public and not re.search(rf"\b{re.escape(name)}\b", module.rest)
                 found.append((used, place, handed_on))
         for match in PATH.finditer(module.rest):
             names = tuple(match[0].split("::"))
@@ -165,3 +173,146 @@ class Crate:
                 found.append((used, match.start(), False))
         for used, place, handed_on in found:
             yield used, module.code.count("\n", 0, place) + 1, handed_on
+
+
+def branches(document):
+    """The lines of all trees of a text: tree, path below it, and line."""
+    for tree in TREE.finditer(document):
+        first = document.count("\n", 0, tree.start(2)) + 1
+        folders = []
+        for line, text in enumerate(tree[2].splitlines(), first):
+            branch = BRANCH.fullmatch(text)
+            if branch is None:
+                yield tree[1], None, line
+                continue
+            del folders[len(branch[1]) // 2 - 1 :]
+            above = "".join(folders)
+            yield from ((tree[1], above + name, line) for name in branch[2].split(", "))
+            folders.append(branch[2])
+
+
+def files_of(source, path):
+    """The files and folders that a path of a tree may mean."""
+    if path.endswith("/"):
+        return [source / path]
+    return [source / path, source / f"{path}.rs", source / path / "mod.rs"]
+
+
+class Floors:
+    """The floors of the method's files, 0 on top, and their names."""
+
+    def __init__(self, paths):
+        self.floor, self.known = {}, set(paths)
+        for folder in ORDERED:
+            names = [path.removeprefix(folder) for path in paths if path.startswith(folder) and path != folder]
+            number, was_file = -1, False
+            for name in (name for name in names if "/" not in name[:-1]):
+                is_file = not name.endswith("/")
+                number += not (is_file and was_file)
+                was_file = is_file
+                self.floor[folder + name] = number
+
+    def of(self, module):
+        """Floor of a module, from the crate down, and its name; None where no tree has it."""
+        if not module:
+            return ((self.floor["lib"],), "lib") if "lib" in self.floor else None
+        floors, folder = [], ""
+        for name in module:
+            path = next((p for p in (f"{folder}{name}/", folder + name) if p in self.known), None)
+            if path is None:
+                return None
+            if folder in ORDERED:
+                floors.append(self.floor[path])
+                ordered = path
+            folder = path
+        if folder in ORDERED:
+            floors.append(self.floor.get(folder + "mod", 0))
+        return tuple(floors), ordered.rstrip("/")
+
+
+def circle_complaints(crate, where):
+    """Circles of imports through files of two folders."""
+    imports = {
+        path: {crate.origin(used) for used, _, handed_on in crate.imports[path] if not handed_on}
+        for path in crate.modules
+    }
+    reached = {path: reached_from(path, imports) for path in imports}
+    files = [module.file for module in crate.modules.values()]
+    done = set()
+    for path in imports:
+        circle = [other for other in reached[path] if path in reached[other]]
+        of_circle = sorted(crate.modules[other].file for other in circle)
+        folders = {folder_of(file, files) for file in of_circle}
+        is_known = all(other[:1] and other[0] in CIRCLES_KNOWN for other in circle)
+        if len(folders) > 1 and not is_known and done.isdisjoint(circle):
+            names = ", ".join(where(file) for file in of_circle[1:])
+            yield f"{where(of_circle[0])}:1: imports go in a circle through two folders, with {names}"
+        done.update(circle)
+
+
+def reached_from(path, imports):
+    """The modules that a module imports, itself or through others."""
+    reached, ahead = set(), [path]
+    while ahead:
+        new = imports[ahead.pop()] - reached
+        reached |= new
+        ahead += new
+    return reached
+
+
+def folder_of(file, files):
+    """The folder of a file; one with nothing else in it is its file."""
+    is_alone = not any(other.is_relative_to(file.parent) for other in files if other != file)
+    return file.parent.parent if is_alone else file.parent
+
+
+def climbing_complaints(crate, floors, where):
+    """Imports from a higher floor."""
+    for path, module in crate.modules.items():
+        own = floors.of(path)
+        if own is None:
+            continue
+        climbs = {}
+        for used, line, _ in crate.imports[path]:
+            for other in {crate.module_of(used), crate.origin(used)}:
+                floor = floors.of(other)
+                if floor and floor[0] < own[0]:
+                    climbs.setdefault(floor[1], []).append((line, used[-1] if used else "crate"))
+        for room, names in climbs.items():
+            line = min(line for line, _ in names)
+            taken = ", ".join(sorted({name for _, name in names}))
+            yield f"{where(module.file)}:{line}: {own[1]} imports from {room}, which is above it: {taken}"
+
+
+def complaints(root):
+    """All that is wrong, as lines of `file:line: what`."""
+    def where(file):
+        return file.relative_to(root).as_posix()
+
+    paths = []
+    for tree, path, line in branches((root / DOCUMENT).read_text()):
+        if path is None:
+            yield f"{DOCUMENT}:{line}: this line of the tree cannot be read"
+        elif not any(file.exists() for file in files_of(root / tree, path)):
+            yield f"{DOCUMENT}:{line}: {tree}/{path} does not exist"
+        elif tree == METHOD:
+            paths.append(path)
+    if not paths:
+        yield f"{DOCUMENT}:1: there is no tree that begins with {METHOD}"
+        return
+    crate, floors = Crate(root / METHOD), Floors(paths)
+    for path, module in crate.modules.items():
+        if floors.of(path) is None:
+            yield f"{where(module.file)}:1: the tree of {DOCUMENT} does not have this file"
+    yield from climbing_complaints(crate, floors, where)
+    yield from circle_complaints(crate, where)
+
+
+def main():
+    found = list(complaints(ROOT))
+    print("\n".join(found) if found else "files of the method import from their own floor or below")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -24,7 +24,7 @@ pub(crate) struct SavedContacts<'a, const D: usize> {
     left: Option<u64>,
     ended: Cow<'a, [ContactHistory]>,
     ended_before: usize,
-    books: ContactEnergies,
+    energies: ContactEnergies,
 }
 
 impl<const D: usize> Contacts<D> {
@@ -39,7 +39,7 @@ impl<const D: usize> Contacts<D> {
             left: self.left,
             ended: Cow::Borrowed(&self.ended),
             ended_before: self.ended_before,
-            books: self.energies,
+            energies: self.energies,
         }
     }
 
@@ -68,7 +68,7 @@ impl<const D: usize> Contacts<D> {
         (self.ended, self.ended_before) = (saved.ended.into_owned(), saved.ended_before);
         self.energies = ContactEnergies {
             watch,
-            ..saved.books
+            ..saved.energies
         };
         self.give_near();
         Ok(())
@@ -83,24 +83,24 @@ impl<const D: usize> Contacts<D> {
             families
                 .any(|[main, target]| main.contains(&pair.main) && target.contains(&pair.target))
         };
-        let is_known = |record: &ContactHistory| {
-            let mut of = record.blocks.iter();
+        let is_known = |history: &ContactHistory| {
+            let mut of = history.blocks.iter();
             of.all(|&block| (block as usize) < blocks)
         };
-        let live = || {
+        let contact = || {
             saved
                 .islands
                 .iter()
                 .flat_map(|island| &island.contact_points)
         };
-        let pairs = live().map(|live| live.pair);
+        let pairs = contact().map(|contact| contact.pair);
         let pairs = pairs.chain(saved.joins.iter().map(|&(pair, _)| pair));
         let mut pairs = pairs.chain(saved.near.iter().copied());
         require(
             pairs.all(has) && saved.search.is_of(nodes, blocks, &has),
             "its contacts",
         )?;
-        let records = live().map(|live| &live.history);
+        let records = contact().map(|contact| &contact.history);
         require(records.chain(&*saved.ended).all(is_known), "its blocks")?;
         let is_node = |&node: &u32| (node as usize) < nodes;
         let are_sorted = |island: &Island<D>| {

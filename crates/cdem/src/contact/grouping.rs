@@ -21,8 +21,8 @@ impl<const D: usize> Contacts<D> {
     /// and their level with a node.
     pub(crate) fn group(&mut self, inertia: &InverseMass<D>, beside: NeighbourNodes) {
         if !self.grouped {
-            let live = self.take_live();
-            self.build_islands(live, inertia, beside);
+            let contact = self.take_live();
+            self.build_islands(contact, inertia, beside);
             (self.grouped, self.left) = (true, None);
         }
     }
@@ -46,8 +46,8 @@ impl<const D: usize> Contacts<D> {
         }
         self.lists.near = before;
         let has_its_own = |(number, island): (usize, &Island<D>)| {
-            let mut live = island.contact_points.iter();
-            live.all(|live| self.island_of_pair(live.pair) == Some(number))
+            let mut contact = island.contact_points.iter();
+            contact.all(|contact| self.island_of_pair(contact.pair) == Some(number))
         };
         let is_late = self.left.is_some_and(|left| number > left + STAY);
         self.grouped = self.grouped && !is_late && self.islands.iter().enumerate().all(has_its_own);
@@ -99,13 +99,13 @@ impl<const D: usize> Contacts<D> {
     }
 
     fn take_live(&mut self) -> Vec<ContactPoint<D>> {
-        let mut live: Vec<_> = self
+        let mut contact: Vec<_> = self
             .islands
             .iter_mut()
             .flat_map(|i| i.contact_points.drain(..))
             .collect();
-        live.sort_by_key(|live| live.pair);
-        live
+        contact.sort_by_key(|contact| contact.pair);
+        contact
     }
 
     /// Brings the joins up to date; whether any has come or gone.
@@ -139,7 +139,7 @@ impl<const D: usize> Contacts<D> {
     /// Lists all pairs that are near or closed, sorted.
     fn list_near_or_closed(&mut self) {
         let mut closed = std::mem::take(&mut self.lists.closed_beyond);
-        let pairs = self.contact_points().map(|live| live.pair);
+        let pairs = self.contact_points().map(|contact| contact.pair);
         closed.clear();
         closed.extend(pairs.filter(|pair| !self.search.is_near(*pair)));
         closed.sort_unstable();
@@ -184,15 +184,15 @@ impl<const D: usize> Contacts<D> {
     /// the middle of a drift acts on the elements around it.
     fn build_islands(
         &mut self,
-        live: Vec<ContactPoint<D>>,
+        contact: Vec<ContactPoint<D>>,
         inertia: &InverseMass<D>,
         beside: NeighbourNodes,
     ) {
         for node in self.islands.iter().flat_map(|island| &island.nodes) {
             self.in_island[*node as usize] = false;
         }
-        let nodes = self.take_nodes(&live, inertia);
-        let sets = self.coupled_sets(&nodes, &live, inertia, beside);
+        let nodes = self.take_nodes(&contact, inertia);
+        let sets = self.coupled_sets(&nodes, &contact, inertia, beside);
         // What is known of the contacts of an island, and its storage, often serve its successor.
         let before = std::mem::take(&mut self.islands).into_iter();
         let before = before.filter_map(|island| Some((*island.nodes.first()?, island)));
@@ -218,9 +218,9 @@ impl<const D: usize> Contacts<D> {
             self.island_of[node as usize] = island;
             islands[island as usize].nodes.push(node);
         }
-        for live in live {
-            if let Some(island) = self.island_of_pair(live.pair) {
-                islands[island].contact_points.push(live);
+        for contact in contact {
+            if let Some(island) = self.island_of_pair(contact.pair) {
+                islands[island].contact_points.push(contact);
             }
         }
         self.islands = islands;
@@ -246,10 +246,10 @@ impl<const D: usize> Contacts<D> {
 
     /// Nodes that move with the pairs near and closed, sorted; notes where each
     /// is among them.
-    fn take_nodes(&mut self, live: &[ContactPoint<D>], inertia: &InverseMass<D>) -> Vec<u32> {
+    fn take_nodes(&mut self, contact: &[ContactPoint<D>], inertia: &InverseMass<D>) -> Vec<u32> {
         let mut taken = std::mem::take(&mut self.in_island);
         let mut nodes: Vec<u32> = Vec::new();
-        let closed = live.iter().map(|live| live.pair);
+        let closed = contact.iter().map(|contact| contact.pair);
         for pair in self.candidates.iter().copied().chain(closed) {
             for node in self.moving_nodes(pair) {
                 for coupled in inertia.coupled(node as usize) {
@@ -271,12 +271,12 @@ impl<const D: usize> Contacts<D> {
     fn coupled_sets(
         &self,
         nodes: &[u32],
-        live: &[ContactPoint<D>],
+        contact: &[ContactPoint<D>],
         inertia: &InverseMass<D>,
         beside: NeighbourNodes,
     ) -> DisjointSets {
         let mut sets = DisjointSets::new(nodes.len());
-        let closed = live.iter().map(|live| live.pair);
+        let closed = contact.iter().map(|contact| contact.pair);
         for pair in self.candidates.iter().copied().chain(closed) {
             let mut first = None;
             for node in self.moving_nodes(pair) {

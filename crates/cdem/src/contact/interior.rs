@@ -26,7 +26,7 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
         &self,
         motion: &mut NodalMotion<D>,
         jump: &VelocityJump<D>,
-        trail: &mut Rollback<D>,
+        rollback: &mut Rollback<D>,
         touch: &mut Self::Touch,
     );
 

@@ -243,8 +243,8 @@ impl<const D: usize> Contacts<D> {
         let mut island = Island::default();
         self.energies.touch_count +=
             island.activate_pairs(&setting, DriftInterval::at_rest(at), &pairs, 0.0);
-        for live in &mut island.contact_points {
-            live.is_joint = live.law.cohesion > 0.0 || live.law.tensile_strength > 0.0;
+        for contact in &mut island.contact_points {
+            contact.is_joint = contact.law.cohesion > 0.0 || contact.law.tensile_strength > 0.0;
         }
         self.islands = vec![island];
     }
@@ -285,7 +285,7 @@ impl<const D: usize> Contacts<D> {
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
         step: f64,
-        receive: ImpulseReceiver<D>,
+        on_impulse: ImpulseReceiver<D>,
     ) {
         if self.model == ContactModel::Penalty {
             return;
@@ -293,7 +293,7 @@ impl<const D: usize> Contacts<D> {
         self.energies.watch.skip();
         let setting = self.model_data.context(inertia);
         for island in &mut self.islands {
-            island.solve_initial_impact(&setting, motion, step, receive, &mut self.energies);
+            island.solve_initial_impact(&setting, motion, step, on_impulse, &mut self.energies);
         }
         self.energies.watch.lap(Stage::Geometry);
     }
@@ -307,7 +307,7 @@ impl<const D: usize> Contacts<D> {
         before: &[[f64; D]],
         time: f64,
         timing: KickTiming,
-        receive: ImpulseReceiver<D>,
+        on_impulse: ImpulseReceiver<D>,
     ) {
         self.energies.watch.skip();
         let contacts = self.contact_points().count();
@@ -321,9 +321,11 @@ impl<const D: usize> Contacts<D> {
             .surface
             .geometry_cache(contacts, self.geometry_cache.take());
         let motion = &mut KickedView::new(motion, self.geometry_cache.as_ref());
-        let ended = kick_islands(self.model, islands, &setting, motion, kick, receive, books);
+        let ended = kick_islands(
+            self.model, islands, &setting, motion, kick, on_impulse, books,
+        );
         self.ended
-            .extend(ended.into_iter().map(|record| record.ended(time)));
+            .extend(ended.into_iter().map(|history| history.ended(time)));
         self.energies.watch.lap(Stage::Geometry);
     }
 
@@ -335,7 +337,7 @@ impl<const D: usize> Contacts<D> {
         inertia: &InverseMass<D>,
         before: &[[f64; D]],
         timing: KickTiming,
-        receive: ImpulseReceiver<D>,
+        on_impulse: ImpulseReceiver<D>,
     ) -> ContactEnergies {
         let setting = self.model_data.context(inertia);
         let mut books = ContactEnergies {
@@ -344,17 +346,17 @@ impl<const D: usize> Contacts<D> {
         };
         let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
-        let formed = setting
+        let cache = setting
             .surface
             .geometry_cache(self.contact_points().count(), None);
-        let motion = &mut KickedView::new(motion, formed.as_ref());
+        let motion = &mut KickedView::new(motion, cache.as_ref());
         kick_islands(
             self.model,
             (islands, &self.velocity_copies),
             &setting,
             motion,
             kick,
-            receive,
+            on_impulse,
             &mut books,
         );
         books
@@ -380,18 +382,18 @@ impl<const D: usize> Contacts<D> {
 
     /// After a coarse step: forces of the step.
     pub(crate) fn end_step(&mut self, step: f64) {
-        for record in &mut self.ended[self.ended_before..] {
-            if record.step_impulse != 0.0 {
-                record.end_step(step);
+        for history in &mut self.ended[self.ended_before..] {
+            if history.step_impulse != 0.0 {
+                history.end_step(step);
             }
         }
         self.ended_before = self.ended.len();
-        for live in self
+        for contact in self
             .islands
             .iter_mut()
             .flat_map(|island| &mut island.contact_points)
         {
-            live.history.end_step(step);
+            contact.history.end_step(step);
         }
     }
 
@@ -405,7 +407,9 @@ impl<const D: usize> Contacts<D> {
     ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
         let limit = PENETRATION * self.model_data.tolerance;
-        let is_deep = self.contact_points().any(|live| live.penetration() > limit);
+        let is_deep = self
+            .contact_points()
+            .any(|contact| contact.penetration() > limit);
         if self.model == ContactModel::Penalty || !is_deep {
             return moves;
         }
@@ -481,7 +485,7 @@ impl<const D: usize> Contacts<D> {
         let surface = &*self.model_data.surface;
         let depths = self
             .contact_points()
-            .map(|live| live.initial_gap - surface.project(live.pair, now).gap);
+            .map(|contact| contact.initial_gap - surface.project(contact.pair, now).gap);
         depths.fold(self.energies.penetration, f64::max)
     }
 
@@ -495,7 +499,7 @@ impl<const D: usize> Contacts<D> {
         match self.model {
             ContactModel::Penalty => self
                 .contact_points()
-                .map(|live| live.spring_energy(&*self.model_data.surface, at))
+                .map(|contact| contact.spring_energy(&*self.model_data.surface, at))
                 .sum(),
             _ => 0.0,
         }
@@ -510,19 +514,19 @@ fn kick_islands<const D: usize>(
     setting: &ContactContext<D>,
     motion: &mut KickedView<D>,
     (before, time, timing): (&[[f64; D]], f64, KickTiming),
-    receive: ImpulseReceiver<D>,
+    on_impulse: ImpulseReceiver<D>,
     books: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
     if model == ContactModel::Penalty {
         let press = |island: &mut Island<D>| {
             let (interval, _) = island.timing(timing)?;
             let interval = (time, interval);
-            Some(island.kick_penalty(setting, motion, before, interval, &mut *receive, books))
+            Some(island.kick_penalty(setting, motion, before, interval, &mut *on_impulse, books))
         };
         return islands.iter_mut().filter_map(press).flatten().collect();
     }
     let kick = (before, time, timing);
-    parallel::hold((islands, copies), setting, motion, kick, receive, books)
+    parallel::hold((islands, copies), setting, motion, kick, on_impulse, books)
 }
 
 /// Mass-proportional damping of a block of the scene, 1/s.

@@ -26,14 +26,14 @@ impl<const D: usize> Island<D> {
     /// Spring forces over `interval` seconds on the pairs that overlap now.
     pub(crate) fn kick_penalty(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         before: &[[f64; D]],
         (time, interval): (f64, f64),
-        receive: ImpulseReceiver<D>,
-        books: &mut ContactEnergies,
+        on_impulse: ImpulseReceiver<D>,
+        energies: &mut ContactEnergies,
     ) -> Vec<ContactHistory> {
-        let (surface, tolerance) = (setting.surface, setting.tolerance);
+        let (surface, tolerance) = (context.surface, context.tolerance);
         let at = motion.positions();
         let overlaps = |&pair: &Pair| {
             let projection = surface.project(pair, at);
@@ -41,26 +41,27 @@ impl<const D: usize> Island<D> {
         };
         let pairs: Vec<Pair> = self.separation_bounds.pairs().filter(overlaps).collect();
         let known = self.contact_points.len();
-        books.touch_count += self.activate_pairs(setting, DriftInterval::at_rest(at), &pairs, time);
-        for live in &mut self.contact_points[known..] {
-            live.offset[0] = 0.0;
+        energies.touch_count +=
+            self.activate_pairs(context, DriftInterval::at_rest(at), &pairs, time);
+        for contact in &mut self.contact_points[known..] {
+            contact.offset[0] = 0.0;
         }
         let mut ended = Vec::new();
-        self.contact_points.retain_mut(|live| {
-            live.is_sticking = false; // the foot follows the point; springs remember
-            let followed = live.track_target(surface, motion.positions(), tolerance, |_| false);
+        self.contact_points.retain_mut(|contact| {
+            contact.is_sticking = false; // the foot follows the point; springs remember
+            let followed = contact.track_target(surface, motion.positions(), tolerance, |_| false);
             let closed = followed != TargetTracking::Beyond
-                && live.spring(
+                && contact.spring(
                     surface,
                     motion,
                     before,
                     interval,
-                    setting.mobility(interval),
-                    receive,
-                    books,
+                    context.mobility(interval),
+                    on_impulse,
+                    energies,
                 );
             if !closed {
-                ended.push(live.history.clone());
+                ended.push(contact.history.clone());
             }
             closed
         });
@@ -78,13 +79,13 @@ impl<const D: usize> ContactPoint<D> {
         before: &[[f64; D]],
         interval: f64,
         mobility: KickMobility<D>,
-        receive: ImpulseReceiver<D>,
-        books: &mut ContactEnergies,
+        on_impulse: ImpulseReceiver<D>,
+        energies: &mut ContactEnergies,
     ) -> bool {
-        let operator = self.jacobian(surface, motion.positions());
-        self.normal = operator.frame[0];
-        let overlap = self.offset[0] - operator.offset[0];
-        books.penetration = books.penetration.max(self.depth(&operator));
+        let jacobian = self.jacobian(surface, motion.positions());
+        self.normal = jacobian.frame[0];
+        let overlap = self.offset[0] - jacobian.offset[0];
+        energies.penetration = energies.penetration.max(self.depth(&jacobian));
         let bond = if self.is_joint {
             self.history.area
         } else {
@@ -94,7 +95,7 @@ impl<const D: usize> ContactPoint<D> {
         if normal <= -self.law.tensile_strength * bond {
             // What the springs hold goes with the contact.
             let left = self.spring_energy(surface, motion.positions());
-            *books.slip_loss(self.is_joint) += left;
+            *energies.slip_loss(self.is_joint) += left;
             return false;
         }
         let stiffness = self.law.shear_stiffness;
@@ -103,26 +104,31 @@ impl<const D: usize> ContactPoint<D> {
         force[0] = normal;
         for r in 1..D {
             // The velocity before the kick is that of the drift just made.
-            self.shear_spring[r] += operator.relative_velocity(r, before) * interval;
+            self.shear_spring[r] += jacobian.relative_velocity(r, before) * interval;
             force[r] = -stiffness * self.shear_spring[r];
         }
         let bound = (normal * self.law.friction + self.law.cohesion * bond).max(0.0);
         if shear_norm(&force) >= bound && shear_norm(&force) > 0.0 {
-            self.slip_springs(&mut force, &last, books);
+            self.slip_springs(&mut force, &last, energies);
         }
         self.impulse = force.map(|force| force * interval);
         self.interval = interval;
         self.history.count(&[0.0; D], &self.impulse);
-        operator.apply_transpose(&self.impulse, |node, impulse| {
+        jacobian.apply_transpose(&self.impulse, |node, impulse| {
             mobility.push(node, impulse, motion.velocity);
-            receive(node, impulse);
+            on_impulse(node, impulse);
         });
         true
     }
 
     /// Cuts the shear of `force` back to friction, and its springs with it;
     /// `last` are their elongations before, m.
-    fn slip_springs(&mut self, force: &mut [f64; D], last: &[f64; D], books: &mut ContactEnergies) {
+    fn slip_springs(
+        &mut self,
+        force: &mut [f64; D],
+        last: &[f64; D],
+        energies: &mut ContactEnergies,
+    ) {
         let stiffness = self.law.shear_stiffness;
         let was_joint = std::mem::take(&mut self.is_joint);
         let bound = (force[0] * self.law.friction).max(0.0);
@@ -134,7 +140,7 @@ impl<const D: usize> ContactPoint<D> {
             // Work of the mean force, less what the spring then holds more.
             let work = 0.5 * stiffness * (old + new) * (trial - old);
             let loss = work - 0.5 * stiffness * (new * new - old * old);
-            *books.slip_loss(was_joint) += loss;
+            *energies.slip_loss(was_joint) += loss;
             self.shear_spring[r] = new;
             force[r] *= kept;
         }

@@ -81,7 +81,7 @@ impl<const D: usize> Contacts<D> {
     ) {
         let closed = &mut foreseen.closed;
         closed.clear();
-        closed.extend(self.contact_points().map(|live| live.pair));
+        closed.extend(self.contact_points().map(|contact| contact.pair));
         closed.sort_unstable();
         let surface = &*self.model_data.surface;
         let wait = |&pair: &Pair| {
@@ -96,12 +96,12 @@ impl<const D: usize> Contacts<D> {
         let place = |&(pair, wait): &(Pair, f64)| {
             let then = at.after(velocity, wait);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
-            let operator = surface.jacobian(pair, &foot, then);
-            let speed = -operator.relative_velocity(0, velocity);
+            let jacobian = surface.jacobian(pair, &foot, then);
+            let speed = -jacobian.relative_velocity(0, velocity);
             PredictedImpact {
                 speed,
                 wait,
-                ..self.predicted_impact(pair, &foot, (then, rest), operator.frame[0])
+                ..self.predicted_impact(pair, &foot, (then, rest), jacobian.frame[0])
             }
         };
         let near = self.candidates.iter().zip(&foreseen.waits);
@@ -121,13 +121,13 @@ impl<const D: usize> Contacts<D> {
         rest: Configuration<'a, D>,
     ) -> impl Iterator<Item = PredictedImpact<D>> + 'a {
         let surface = &*self.model_data.surface;
-        let place = move |live: &ContactPoint<D>| {
-            let operator = live.jacobian(surface, at);
+        let place = move |contact: &ContactPoint<D>| {
+            let jacobian = contact.jacobian(surface, at);
             PredictedImpact {
-                since: Some(live.history.time_on),
-                slip: live.history.slip,
-                slip_rate: shear_norm(&operator.relative_velocities(velocity)),
-                ..self.predicted_impact(live.pair, &live.foot, (at, rest), operator.frame[0])
+                since: Some(contact.history.time_on),
+                slip: contact.history.slip,
+                slip_rate: shear_norm(&jacobian.relative_velocities(velocity)),
+                ..self.predicted_impact(contact.pair, &contact.foot, (at, rest), jacobian.frame[0])
             }
         };
         self.contact_points().map(place)
@@ -178,7 +178,7 @@ impl<const D: usize> Contacts<D> {
         let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
         let surface = &*self.model_data.surface;
         let patches = &self.model_data.clusters;
-        let mut closed: Vec<Pair> = self.contact_points().map(|live| live.pair).collect();
+        let mut closed: Vec<Pair> = self.contact_points().map(|contact| contact.pair).collect();
         closed.sort_unstable();
         let mut harmed = vec![false; moves.len()];
         for pair in patches.overlapping(surface, at, &margin, &wanted) {
@@ -224,13 +224,13 @@ impl<const D: usize> Contacts<D> {
     ) -> Option<[f64; D]> {
         let of_block = self
             .contact_points()
-            .filter(|live| live.history.blocks.contains(&block));
-        let gaps = of_block.map(|live| {
-            let operator = live.jacobian(&*self.model_data.surface, at);
-            let main = self.model_data.surface.main_nodes(live.pair.main)[0];
+            .filter(|contact| contact.history.blocks.contains(&block));
+        let gaps = of_block.map(|contact| {
+            let jacobian = contact.jacobian(&*self.model_data.surface, at);
+            let main = self.model_data.surface.main_nodes(contact.pair.main)[0];
             let is_main = self.model_data.block_of[main as usize] == block;
-            let out = scale(if is_main { 1.0 } else { -1.0 }, &operator.frame[0]);
-            (operator.relative_velocity(0, moves), out)
+            let out = scale(if is_main { 1.0 } else { -1.0 }, &jacobian.frame[0]);
+            (jacobian.relative_velocity(0, moves), out)
         });
         let gaps: Vec<(f64, [f64; D])> = gaps.collect();
         let mut shift = [0.0; D];
@@ -281,14 +281,14 @@ impl<const D: usize> Contacts<D> {
             changed,
         };
         let (mut kept, mut lost) = (Vec::new(), Vec::new());
-        for live in all {
-            match carry.carried(live) {
-                Ok(live) => kept.push(live),
+        for contact in all {
+            match carry.carried(contact) {
+                Ok(contact) => kept.push(contact),
                 Err(of) => lost.push(of),
             }
         }
         // Of several that are one now, one that still holds by its strength goes on.
-        kept.sort_by_key(|live| (live.pair, !live.is_joint));
+        kept.sort_by_key(|contact| (contact.pair, !contact.is_joint));
         kept.dedup_by(|next, first| {
             let same = next.pair == first.pair;
             if same {
@@ -342,7 +342,7 @@ impl<const D: usize> Contacts<D> {
         }
         let mut blocks: Vec<[u32; 2]> = lost
             .iter()
-            .map(|of| ordered(of.live.history.blocks))
+            .map(|of| ordered(of.contact.history.blocks))
             .collect();
         blocks.sort_unstable();
         blocks.dedup();
@@ -352,8 +352,8 @@ impl<const D: usize> Contacts<D> {
             .model_data
             .blocks(&self.fixed)
             .pairs_within(at, within, &wanted);
-        let setting = self.model_data.context(inertia);
-        let surface = setting.surface;
+        let context = self.model_data.context(inertia);
+        let surface = context.surface;
         pairs.retain(|&pair| {
             let projection = surface.project(pair, at);
             projection.gap.abs() <= within
@@ -363,31 +363,31 @@ impl<const D: usize> Contacts<D> {
         });
         let island = &mut self.islands[0];
         let kept = island.contact_points.len();
-        island.activate_pairs(&setting, DriftInterval::at_rest(at), &pairs, time);
-        for live in &mut island.contact_points[kept..] {
-            live.is_new = false;
-            match LostContact::nearest(&lost, live, surface.point(live.pair, at)) {
-                Some(nearest) => live.follow_on(&lost.swap_remove(nearest).live),
+        island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, time);
+        for contact in &mut island.contact_points[kept..] {
+            contact.is_new = false;
+            match LostContact::nearest(&lost, contact, surface.point(contact.pair, at)) {
+                Some(nearest) => contact.follow_on(&lost.swap_remove(nearest).contact),
                 None => self.energies.touch_count += 1,
             }
         }
         self.ended
-            .extend(lost.into_iter().map(|of| of.live.history.ended(time)));
+            .extend(lost.into_iter().map(|of| of.contact.history.ended(time)));
     }
 }
 
 /// A contact of a point that there is no more.
 struct LostContact<const D: usize> {
-    live: ContactPoint<D>,
+    contact: ContactPoint<D>,
     /// Where it was, m.
     point: [f64; D],
 }
 
 impl<const D: usize> LostContact<D> {
     /// The nearest to a contact of the same blocks at a point, m.
-    fn nearest(all: &[Self], live: &ContactPoint<D>, point: [f64; D]) -> Option<usize> {
-        let blocks = ordered(live.history.blocks);
-        let same = (0..all.len()).filter(|&i| ordered(all[i].live.history.blocks) == blocks);
+    fn nearest(all: &[Self], contact: &ContactPoint<D>, point: [f64; D]) -> Option<usize> {
+        let blocks = ordered(contact.history.blocks);
+        let same = (0..all.len()).filter(|&i| ordered(all[i].contact.history.blocks) == blocks);
         let apart = |i: usize| norm(&sub(&all[i].point, &point));
         same.min_by(|&i, &j| apart(i).total_cmp(&apart(j)))
     }
@@ -419,28 +419,30 @@ struct ContactRemap<'a, const D: usize> {
 
 impl<const D: usize> ContactRemap<'_, D> {
     /// A contact where it was, if its point is still there.
-    fn carried(&self, mut live: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
+    fn carried(&self, mut contact: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
         let [old, new] = self.sights;
-        let blocks = live.history.blocks;
+        let blocks = contact.history.blocks;
         let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
-        let marks = self.before.material_points(live.pair, &live.foot, old.rest);
+        let marks = self
+            .before
+            .material_points(contact.pair, &contact.foot, old.rest);
         let Some((pair, foot)) = self.after.locate(&marks, nodes, new.rest) else {
-            let point = self.before.point(live.pair, old.at);
-            return Err(LostContact { live, point });
+            let point = self.before.point(contact.pair, old.at);
+            return Err(LostContact { contact, point });
         };
         let frames = [
-            live.jacobian(self.before, old.at).frame,
+            contact.jacobian(self.before, old.at).frame,
             self.after.jacobian(pair, &foot, new.at).frame,
         ];
-        for vector in live.frame_vectors() {
+        for vector in contact.frame_vectors() {
             *vector = turned(vector, &frames);
         }
-        live.offset = turned(&live.offset, &frames);
+        contact.offset = turned(&contact.offset, &frames);
         if blocks.iter().any(|&block| self.changed[block as usize]) {
-            live.foot = foot;
+            contact.foot = foot;
         }
-        (live.pair, live.normal) = (pair, frames[1][0]);
-        Ok(live)
+        (contact.pair, contact.normal) = (pair, frames[1][0]);
+        Ok(contact)
     }
 }
 

@@ -109,15 +109,15 @@ mod tests {
         };
         let mut trails: Vec<Rollback<2>> = Vec::new();
         for own in [0, 3] {
-            let mut trail = Rollback::new(&[own], &motion);
-            trail.track(&[own, 2], &motion);
-            trail.track(&[2], &motion);
+            let mut rollback = Rollback::new(&[own], &motion);
+            rollback.track(&[own, 2], &motion);
+            rollback.track(&[2], &motion);
             for node in [own, 2] {
                 motion.set_state(node, moved(node, 1.0));
             }
-            trail.undo(&mut motion);
+            rollback.undo(&mut motion);
             assert_eq!(all(&motion), states());
-            trails.push(trail);
+            trails.push(rollback);
         }
         let expected: Vec<_> = (0..4)
             .zip([1.0, 0.0, 2.0, 1.0])
@@ -126,7 +126,7 @@ mod tests {
         for _ in 0..2 {
             let told: f64 = trails
                 .iter()
-                .map(|trail| trail.redo(&mut motion, &mass))
+                .map(|rollback| rollback.redo(&mut motion, &mass))
                 .sum();
             assert_eq!(told, mass[2] * 2.0 * 0.75 * 0.75);
             assert_eq!(all(&motion), expected);

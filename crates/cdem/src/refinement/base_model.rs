@@ -80,11 +80,11 @@ impl<const D: usize> BaseModel<D> {
     pub(crate) fn nodal_masses<'a>(
         &'a self,
         block: usize,
-        cover: Option<&'a RefinedBlock<D>>,
+        refined_block: Option<&'a RefinedBlock<D>>,
     ) -> &'a [f64] {
         let nodes = &self.mesh.blocks[block].nodes;
-        match cover {
-            Some(cover) => &cover.mass,
+        match refined_block {
+            Some(refined_block) => &refined_block.mass,
             None => &self.masses.nodal[nodes.start as usize..nodes.end as usize],
         }
     }
@@ -160,10 +160,10 @@ impl<const D: usize> BaseModel<D> {
     pub(crate) fn strain_energy(
         &self,
         block: usize,
-        cover: Option<&RefinedBlock<D>>,
+        refined_block: Option<&RefinedBlock<D>>,
         displacement: &[[f64; D]],
     ) -> f64 {
-        let overlay = cover.map(|cover| &cover.overlay);
+        let overlay = refined_block.map(|refined_block| &refined_block.overlay);
         let mesh = composite_mesh::of_block(&self.mesh, block, overlay);
         let deformation = turned_back(&mesh.nodes, displacement);
         let sets = self.sets(block, &mesh);

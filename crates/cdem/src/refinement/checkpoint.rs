@@ -32,8 +32,9 @@ pub(crate) struct SavedScale<'a, const D: usize> {
 impl<const D: usize> Adaptivity<D> {
     /// What a checkpoint holds of it.
     pub(crate) fn saved(&self) -> SavedScale<'_, D> {
-        let throughout =
-            |cover: &Option<RefinedBlock<D>>| cover.as_ref().map(RefinedBlock::throughout);
+        let throughout = |refined_block: &Option<RefinedBlock<D>>| {
+            refined_block.as_ref().map(RefinedBlock::throughout)
+        };
         SavedScale {
             zones: Cow::Borrowed(&self.zones),
             zones_made: Cow::Borrowed(&self.zones_made),
@@ -55,17 +56,17 @@ impl<const D: usize> Adaptivity<D> {
     pub(crate) fn restore(&mut self, saved: SavedScale<D>) -> Result<(), ResumeError> {
         self.check(&saved)?;
         let blocks = saved.throughout.par_iter().enumerate();
-        let covers = blocks.map(|(block, throughout)| {
+        let refined_blocks = blocks.map(|(block, throughout)| {
             let zones = &saved.zones[block][..saved.zones_made[block]];
-            let cover =
+            let refined_block =
                 throughout.map(|times| RefinedBlock::new(&self.base_model, block, zones, times));
-            match cover {
+            match refined_block {
                 None => Ok(None),
-                Some(Ok(Some(cover))) => Ok(Some(cover)),
+                Some(Ok(Some(refined_block))) => Ok(Some(refined_block)),
                 Some(_) => Err(ResumeError::Misfit("its refined blocks")),
             }
         });
-        self.refined_blocks = covers.collect::<Result<_, _>>()?;
+        self.refined_blocks = refined_blocks.collect::<Result<_, _>>()?;
         self.zones = saved.zones.into_owned();
         self.zones_made = saved.zones_made.into_owned();
         self.zones_refused = saved.zones_refused.into_owned();

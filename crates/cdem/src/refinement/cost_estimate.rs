@@ -25,13 +25,13 @@ impl<const D: usize> Adaptivity<D> {
     /// What becomes of the heaviest block that moves where its corner hits its like, head on
     /// and at [`FORESEEN_SPEED`].
     pub(crate) fn foresee(&self) -> Option<CostEstimate> {
-        let foundation = &self.base_model;
+        let base_model = &self.base_model;
         let mass = |block: usize| -> f64 {
-            let nodes = &foundation.mesh.blocks[block].nodes;
+            let nodes = &base_model.mesh.blocks[block].nodes;
             let nodes = nodes.start as usize..nodes.end as usize;
-            foundation.masses.nodal[nodes].iter().sum()
+            base_model.masses.nodal[nodes].iter().sum()
         };
-        let moving = (0..foundation.mesh.blocks.len()).filter(|&block| !self.is_still(block));
+        let moving = (0..base_model.mesh.blocks.len()).filter(|&block| !self.is_still(block));
         let masses = moving.map(|block| (block, mass(block)));
         let (block, mass) = masses.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let encounter = self.corner_hit(block);
@@ -39,33 +39,33 @@ impl<const D: usize> Adaptivity<D> {
         let energy = 0.25 * mass * FORESEEN_SPEED * FORESEEN_SPEED;
         let sizes = self.depth(std::slice::from_ref(&encounter), energy).sizes;
         let zone = self.zone(&encounter, 0, sizes[0][0], false, 0);
-        let cover = if zone.finest < encounter.sizes[0] {
-            RefinedBlock::finer(foundation, block, &[zone], None)
+        let refined_block = if zone.finest < encounter.sizes[0] {
+            RefinedBlock::finer(base_model, block, &[zone], None)
         } else {
             Ok(None)
         };
         let [before, _] = self.updates(block, None);
-        let [updates, elements] = cover
-            .as_ref()
-            .map_or([before, 0], |cover| self.updates(block, cover.as_ref()));
+        let [updates, elements] = refined_block.as_ref().map_or([before, 0], |refined_block| {
+            self.updates(block, refined_block.as_ref())
+        });
         Some(CostEstimate {
             block,
-            elements: cover.ok().map(|_| elements as usize),
+            elements: refined_block.ok().map(|_| elements as usize),
             updates: [updates, before],
         })
     }
 
     /// Updates of the elements of a block in a coarse step, with a cover or without one, and
     /// how many these are.
-    fn updates(&self, block: usize, cover: Option<&RefinedBlock<D>>) -> [u64; 2] {
-        let foundation = &self.base_model;
-        let overlay = cover.map(|cover| &cover.overlay);
-        let mesh = composite_mesh::of_block(&foundation.mesh, block, overlay);
+    fn updates(&self, block: usize, refined_block: Option<&RefinedBlock<D>>) -> [u64; 2] {
+        let base_model = &self.base_model;
+        let overlay = refined_block.map(|refined_block| &refined_block.overlay);
+        let mesh = composite_mesh::of_block(&base_model.mesh, block, overlay);
         let replaced = |element: &u32| overlay.is_some_and(|overlay| overlay.replaces(*element));
-        let kept = foundation.mesh.blocks[block].elements.clone();
+        let kept = base_model.mesh.blocks[block].elements.clone();
         let kept = kept.filter(|element| !replaced(element));
-        let before = kept.map(|element| Some(foundation.level[element as usize]));
-        let own = cover.map_or(&[][..], |cover| &cover.level);
+        let before = kept.map(|element| Some(base_model.level[element as usize]));
+        let own = refined_block.map_or(&[][..], |refined_block| &refined_block.level);
         let own = own.iter().copied().chain(std::iter::repeat(None));
         let all = own.zip(before.chain(std::iter::repeat(None)));
         let levels = all.take(mesh.elements.len());
@@ -81,9 +81,9 @@ impl<const D: usize> Adaptivity<D> {
 
     /// A block that is about to touch its like with its node that is farthest from its middle.
     fn corner_hit(&self, block: usize) -> ImpactPrediction<D> {
-        let foundation = &self.base_model;
-        let nodes = foundation.mesh.blocks[block].nodes.clone();
-        let at = |node: u32| foundation.mesh.nodes[node as usize];
+        let base_model = &self.base_model;
+        let nodes = base_model.mesh.blocks[block].nodes.clone();
+        let at = |node: u32| base_model.mesh.nodes[node as usize];
         let sum = nodes
             .clone()
             .fold([0.0; D], |sum, node| add(&sum, &at(node)));
@@ -92,11 +92,11 @@ impl<const D: usize> Adaptivity<D> {
         let corner = nodes.clone().max_by(|&a, &b| apart(a).total_cmp(&apart(b)));
         let corner = corner.unwrap_or(nodes.start);
         let is_there = |element: &u32| {
-            let element: &Element = &foundation.mesh.elements[*element as usize];
+            let element: &Element = &base_model.mesh.elements[*element as usize];
             element.nodes().contains(&corner)
         };
         let roots = || {
-            foundation.mesh.blocks[block]
+            base_model.mesh.blocks[block]
                 .elements
                 .clone()
                 .filter(is_there)
@@ -111,7 +111,7 @@ impl<const D: usize> Adaptivity<D> {
             unified: 0.0,
             sizes: [self.base_size(roots()); 2],
             halvings: [self.halvings(roots()); 2],
-            masses: [foundation.masses.nodal[corner as usize]; 2],
+            masses: [base_model.masses.nodal[corner as usize]; 2],
         }
     }
 }

@@ -43,14 +43,14 @@ impl<const D: usize> RefinedBlock<D> {
     /// # Errors
     /// What keeps it from being refined so.
     pub(super) fn finer(
-        foundation: &BaseModel<D>,
+        base_model: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         old: Option<&Self>,
     ) -> Result<Option<Self>, RefinementLimit> {
         let least = old.map_or(0, |old| old.throughout);
-        let most = MOST_THROUGHOUT.min(foundation.scene.contact.max_level as i32);
-        Self::first(foundation, block, zones, least..=most)
+        let most = MOST_THROUGHOUT.min(base_model.scene.contact.max_level as i32);
+        Self::first(base_model, block, zones, least..=most)
     }
 
     /// A block with an overlay, to some of its zones alone: never finer anywhere. Without
@@ -59,46 +59,46 @@ impl<const D: usize> RefinedBlock<D> {
     /// # Errors
     /// What keeps it from being so.
     pub(super) fn coarser(
-        foundation: &BaseModel<D>,
+        base_model: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         old: Option<&Self>,
     ) -> Result<Option<Self>, RefinementLimit> {
         let most = old.map_or(0, |old| old.throughout);
-        Self::first(foundation, block, zones, 0..=most)
+        Self::first(base_model, block, zones, 0..=most)
     }
 
     /// The first whose masses can be fitted, its elements halved ever more often throughout.
     fn first(
-        foundation: &BaseModel<D>,
+        base_model: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         mut times: RangeInclusive<i32>,
     ) -> Result<Option<Self>, RefinementLimit> {
         let found = times.find_map(|times| {
-            let cover = Self::new(foundation, block, zones, times);
+            let refined_block = Self::new(base_model, block, zones, times);
             // No mesh that is finer yet has longer steps.
-            (!matches!(cover, Err(RefinementLimit::Masses))).then_some(cover)
+            (!matches!(refined_block, Err(RefinementLimit::Masses))).then_some(refined_block)
         });
         found.unwrap_or(Err(RefinementLimit::Masses))
     }
 
     /// A block refined to its zones, and all its elements halved so often.
     pub(super) fn new(
-        foundation: &BaseModel<D>,
+        base_model: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
         throughout: i32,
     ) -> Result<Option<Self>, RefinementLimit> {
         let most = match throughout {
             0 => f64::INFINITY,
-            _ => foundation.largest_size(block) * 0.5_f64.powi(throughout),
+            _ => base_model.largest_size(block) * 0.5_f64.powi(throughout),
         };
-        let finest = 0.5_f64.powi(foundation.scene.contact.max_level as i32);
-        let overlay = foundation.overlay(block, &|corners, root| {
+        let finest = 0.5_f64.powi(base_model.scene.contact.max_level as i32);
+        let overlay = base_model.overlay(block, &|corners, root| {
             let wanted = zones.iter().map(|zone| zone.size_at(corners));
             let wanted = wanted.fold(f64::INFINITY, f64::min);
-            let least = || finest * foundation.size(root) * (1.0 + ROUND_OFF);
+            let least = || finest * base_model.size(root) * (1.0 + ROUND_OFF);
             wanted.is_finite() && {
                 let size = size(corners);
                 size > wanted.min(most) && size > least()
@@ -107,7 +107,7 @@ impl<const D: usize> RefinedBlock<D> {
         let Some(overlay) = overlay else {
             return Ok(None);
         };
-        Self::with_masses(foundation, block, overlay, throughout).map(Some)
+        Self::with_masses(base_model, block, overlay, throughout).map(Some)
     }
 
     /// How often all elements are halved.
@@ -118,17 +118,17 @@ impl<const D: usize> RefinedBlock<D> {
     /// The same with an overlay, if its masses can be fitted, and there are levels for its
     /// elements.
     fn with_masses(
-        foundation: &BaseModel<D>,
+        base_model: &BaseModel<D>,
         block: usize,
         overlay: Overlay<D>,
         throughout: i32,
     ) -> Result<Self, RefinementLimit> {
-        let mesh = composite_mesh::of_block(&foundation.mesh, block, Some(&overlay));
-        let sets = foundation.sets(block, &mesh);
+        let mesh = composite_mesh::of_block(&base_model.mesh, block, Some(&overlay));
+        let sets = base_model.sets(block, &mesh);
         let kept = mesh.elements.len() - overlay.elements.len();
         let lumped = lumped(&mesh, &sets, kept);
         let fit = RefinedMassFit {
-            foundation,
+            base_model,
             block,
             overlay: &overlay,
             points: &mesh.nodes,
@@ -145,7 +145,7 @@ impl<const D: usize> RefinedBlock<D> {
                 let is_new = element as usize >= kept;
                 if is_new || factors.are_others {
                     let omega = set.frequency(i, &factors.of[usize::from(is_new)]);
-                    let own = foundation
+                    let own = base_model
                         .level(block, omega)
                         .ok_or(RefinementLimit::Step)?;
                     level[element as usize] = Some(own);
@@ -163,7 +163,7 @@ impl<const D: usize> RefinedBlock<D> {
 
 /// Masses of a block whose mesh has changed.
 struct RefinedMassFit<'a, const D: usize> {
-    foundation: &'a BaseModel<D>,
+    base_model: &'a BaseModel<D>,
     block: usize,
     overlay: &'a Overlay<D>,
     /// All nodes, m.
@@ -182,7 +182,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
     /// Factors that give the block the mass, the centre and the second moments that it
     /// had: if possible by those on the new elements alone.
     fn factors(&self, [of_kept, of_new]: &[Vec<f64>; 2]) -> Option<MassFactors> {
-        let kind = self.foundation.masses.kind[self.block];
+        let kind = self.base_model.masses.kind[self.block];
         let before = self.factors_before();
         if kind != MassKind::Consistent
             && let Some(of_new) = self.fit(of_new, &self.replaced())
@@ -214,13 +214,13 @@ impl<const D: usize> RefinedMassFit<'_, D> {
     /// Factors on the lumped masses of the nodes before, 1 on those of new ones.
     fn factors_before(&self) -> Vec<f64> {
         let nodes = self.nodes();
-        let mut factors = self.foundation.masses.factor[nodes].to_vec();
+        let mut factors = self.base_model.masses.factor[nodes].to_vec();
         factors.resize(self.points.len(), 1.0);
         factors
     }
 
     fn nodes(&self) -> std::ops::Range<usize> {
-        let nodes = &self.foundation.mesh.blocks[self.block].nodes;
+        let nodes = &self.base_model.mesh.blocks[self.block].nodes;
         nodes.start as usize..nodes.end as usize
     }
 
@@ -245,15 +245,15 @@ impl<const D: usize> RefinedMassFit<'_, D> {
     /// Entries of the mass matrix of the block before, kg; of fitted masses, of the exact
     /// one, of which they have the mass, the centre and the moments of inertia.
     fn whole(&self) -> Vec<(usize, usize, f64)> {
-        let masses = &self.foundation.masses;
+        let masses = &self.base_model.masses;
         if masses.kind[self.block] == MassKind::Lumped {
             let masses = masses.nodal[self.nodes()].iter().enumerate();
             return masses.map(|(node, &mass)| (node, node, mass)).collect();
         }
-        let mesh = composite_mesh::of_block(&self.foundation.mesh, self.block, None);
+        let mesh = composite_mesh::of_block(&self.base_model.mesh, self.block, None);
         let mut entries = Vec::new();
         let mut matrix = [0.0; 64];
-        for set in self.foundation.sets(self.block, &mesh) {
+        for set in self.base_model.sets(self.block, &mesh) {
             for i in 0..set.len() {
                 set.consistent_mass(i, &mesh, &mut matrix);
                 let nodes: Vec<usize> = set.nodes(&mesh, i).iter().map(|&n| n as usize).collect();
@@ -269,9 +269,9 @@ impl<const D: usize> RefinedMassFit<'_, D> {
     /// What the elements that are replaced have had of it.
     fn replaced(&self) -> Vec<(usize, usize, f64)> {
         let nodes = self.nodes();
-        let (foundation, first) = (self.foundation, nodes.start as u32);
+        let (base_model, first) = (self.base_model, nodes.start as u32);
         let element = |&number: &u32| {
-            let element = &foundation.mesh.elements[number as usize];
+            let element = &base_model.mesh.elements[number as usize];
             let own: Vec<u32> = element.nodes().iter().map(|node| node - first).collect();
             Element::new(element.kind, &own)
         };
@@ -283,13 +283,13 @@ impl<const D: usize> RefinedMassFit<'_, D> {
                 nodes: 0..nodes.len() as u32,
                 elements: 0..elements.len() as u32,
             }],
-            nodes: foundation.mesh.nodes[nodes.clone()].to_vec(),
+            nodes: base_model.mesh.nodes[nodes.clone()].to_vec(),
             elements,
             ..Mesh::default()
         };
-        let sets = foundation.sets(self.block, &mesh);
+        let sets = base_model.sets(self.block, &mesh);
         let [_, masses] = lumped(&mesh, &sets, 0);
-        let shares = masses.iter().zip(&foundation.masses.factor[nodes]);
+        let shares = masses.iter().zip(&base_model.masses.factor[nodes]);
         let shares = shares.map(|(mass, factor)| mass * factor).enumerate();
         let shares = shares.filter(|(_, mass)| *mass > 0.0);
         shares.map(|(node, mass)| (node, node, mass)).collect()

@@ -68,16 +68,16 @@ fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
 }
 
 /// Mass and centre are those of the block; so is the volume, to round-off of a sum.
-fn check<const D: usize>(second: &Adaptivity<D>, cover: &RefinedBlock<D>, case: &str) {
-    let overlay = &cover.overlay;
-    let mass: f64 = cover.mass.iter().sum();
+fn check<const D: usize>(second: &Adaptivity<D>, refined_block: &RefinedBlock<D>, case: &str) {
+    let overlay = &refined_block.overlay;
+    let mass: f64 = refined_block.mass.iter().sum();
     let nodes = &second.base_model.mesh.blocks[0].nodes;
     let before = &second.base_model.masses.nodal[nodes.start as usize..nodes.end as usize];
     let lack = mass - before.iter().sum::<f64>();
     // Round-off of a fit and of the weights of two quadratures, in a block of 1 kg.
     assert!(lack.abs() < 1e-13, "{case}: {lack:e}");
     for c in 0..D {
-        let moment = overlay.points.iter().zip(&cover.mass);
+        let moment = overlay.points.iter().zip(&refined_block.mass);
         let centre: f64 = moment.map(|(point, mass)| mass * point[c]).sum();
         assert!((centre - 0.5).abs() < 1e-13, "{case}: {centre}");
     }
@@ -105,38 +105,39 @@ fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
         let (mut changes, mut refused) = (0, 0);
         while changes < count {
             let second = boxes(kind, &mut rng, space, Kinematics::Total);
-            let foundation = &second.base_model;
-            let (mut zones, mut cover): (Vec<Zone<D>>, Option<RefinedBlock<D>>) =
+            let base_model = &second.base_model;
+            let (mut zones, mut refined_block): (Vec<Zone<D>>, Option<RefinedBlock<D>>) =
                 (Vec::new(), None);
             for _ in 0..20 {
                 let is_more = zones.len() < 2 || (zones.len() < 5 && rng.bool());
                 let mut next = zones.clone();
                 let wanted = if is_more {
                     next.push(zone(&mut rng));
-                    RefinedBlock::finer(foundation, 0, &next, cover.as_ref())
+                    RefinedBlock::finer(base_model, 0, &next, refined_block.as_ref())
                 } else {
                     next.swap_remove(rng.usize(..next.len()));
-                    RefinedBlock::coarser(foundation, 0, &next, cover.as_ref())
+                    RefinedBlock::coarser(base_model, 0, &next, refined_block.as_ref())
                 };
                 let Ok(other) = wanted else {
                     refused += 1;
                     continue;
                 };
                 let case = format!("{kind:?} {changes}");
-                if cover.is_some() || other.is_some() {
-                    let lame = foundation.lame(0);
-                    let transfer = MeshTransfer::between(cover.as_ref(), other.as_ref(), lame);
+                if refined_block.is_some() || other.is_some() {
+                    let lame = base_model.lame(0);
+                    let transfer =
+                        MeshTransfer::between(refined_block.as_ref(), other.as_ref(), lame);
                     assert!(transfer.is_some(), "{case}: one refines the other");
                 }
                 if let Some(other) = &other {
                     check(&second, other, &case);
                 }
-                (zones, cover) = (next, other);
+                (zones, refined_block) = (next, other);
                 changes += 1;
             }
-            let gone = RefinedBlock::coarser(foundation, 0, &[], cover.as_ref());
-            assert!(gone.is_ok_and(|cover| cover.is_none()));
-            assert_eq!(second.mesh(), foundation.mesh);
+            let gone = RefinedBlock::coarser(base_model, 0, &[], refined_block.as_ref());
+            assert!(gone.is_ok_and(|refined_block| refined_block.is_none()));
+            assert_eq!(second.mesh(), base_model.mesh);
         }
         assert!(refused * 10 < changes, "{kind:?}: {refused} of {changes}");
     }
@@ -190,8 +191,8 @@ fn there_are_levels<const D: usize>(space: Space<D>) {
             grading: GRADING,
             until: 0,
         };
-        let cover = RefinedBlock::finer(&second.base_model, 0, &[deep], None);
-        assert!(matches!(cover, Ok(Some(_))), "{kind:?}");
+        let refined_block = RefinedBlock::finer(&second.base_model, 0, &[deep], None);
+        assert!(matches!(refined_block, Ok(Some(_))), "{kind:?}");
     }
 }
 
@@ -216,9 +217,9 @@ fn turns_are_no_strain<const D: usize>(space: Space<D>) {
     for kind in kinds::<D>() {
         for kinematics in [Kinematics::Total, Kinematics::Incremental] {
             let second = boxes(kind, &mut Rng::with_seed(7), space, kinematics);
-            let foundation = &second.base_model;
-            let nodes = &foundation.mesh.blocks[0].nodes;
-            let nodes = &foundation.mesh.nodes[nodes.start as usize..nodes.end as usize];
+            let base_model = &second.base_model;
+            let nodes = &base_model.mesh.blocks[0].nodes;
+            let nodes = &base_model.mesh.nodes[nodes.start as usize..nodes.end as usize];
             let energy_at = |degrees: f64| {
                 let (sin, cos) = degrees.to_radians().sin_cos();
                 let displacement = nodes.iter().map(|point| {
@@ -228,7 +229,7 @@ fn turns_are_no_strain<const D: usize>(space: Space<D>) {
                     moved[1] = sin * along + cos * point[1];
                     sub(&moved, point)
                 });
-                foundation.strain_energy(0, None, &displacement.collect::<Vec<_>>())
+                base_model.strain_energy(0, None, &displacement.collect::<Vec<_>>())
             };
             let straight = energy_at(0.0);
             assert!(straight > 0.0);

@@ -23,7 +23,9 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         new: Option<&'a RefinedBlock<D>>,
         lame: [f64; 2],
     ) -> Option<Self> {
-        let overlay = |cover: Option<&'a RefinedBlock<D>>| cover.map(|cover| &cover.overlay);
+        let overlay = |refined_block: Option<&'a RefinedBlock<D>>| {
+            refined_block.map(|refined_block| &refined_block.overlay)
+        };
         let [old, new] = [old, new].map(overlay);
         let to = |fine: Option<&'a _>, coarse, is_finer| {
             let nesting = Prolongation::new(fine?, coarse)?;
@@ -133,8 +135,11 @@ struct ElementLineage {
 }
 
 /// The elements of a block whose own are these, in order.
-fn lines<const D: usize>(own: Range<u32>, cover: Option<&RefinedBlock<D>>) -> Vec<ElementLineage> {
-    let overlay = cover.map(|cover| &cover.overlay);
+fn lines<const D: usize>(
+    own: Range<u32>,
+    refined_block: Option<&RefinedBlock<D>>,
+) -> Vec<ElementLineage> {
+    let overlay = refined_block.map(|refined_block| &refined_block.overlay);
     let is_kept = |root: &u32| overlay.is_none_or(|overlay| !overlay.replaces(*root));
     let kept = own.filter(is_kept).map(|root| ElementLineage {
         root,

@@ -53,8 +53,8 @@ impl<const D: usize> Model<D> {
             .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
         let second_scale = is_refined.then(|| {
             let levels = (base_level.clone(), step);
-            let foundation = BaseModel::new(scene, &mesh, masses.clone(), levels, space);
-            Adaptivity::new(foundation)
+            let base_model = BaseModel::new(scene, &mesh, masses.clone(), levels, space);
+            Adaptivity::new(base_model)
         });
         let mut model = Self {
             inertia: inertia_of(&masses),

@@ -83,7 +83,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         &self,
         motion: &mut NodalMotion<D>,
         jump: &VelocityJump<D>,
-        trail: &mut Rollback<D>,
+        rollback: &mut Rollback<D>,
         touch: &mut TouchedElements<D>,
     ) {
         let TouchedElements {
@@ -95,7 +95,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         } = touch;
         self.list_behind(motion, jump, due);
         self.list_ring(due, jump, ring);
-        trail.track(ring, motion);
+        rollback.track(ring, motion);
         motion.drift(ring, -jump.remaining);
         let (now, due) = (&*motion, due.par_iter().with_min_len(SHARE));
         due.map(|&element| self.element_part(element, now, jump.remaining))

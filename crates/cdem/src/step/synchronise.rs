@@ -38,7 +38,7 @@ impl<const D: usize> Run<D> {
             KickPurpose::Report,
         );
         let mut half = Ledger::default();
-        let (books, received) = self.peek_contacts(&mut velocity);
+        let (ledgers, received) = self.peek_contacts(&mut velocity);
         for (node, impulse) in &received {
             add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
             if self.model.is_fixed(*node) {
@@ -65,8 +65,8 @@ impl<const D: usize> Run<D> {
             velocity,
             kinetic_energy,
             ledger,
-            impact_loss: 0.5 * books.impact_loss,
-            friction_loss: 0.5 * books.friction_loss,
+            impact_loss: 0.5 * ledgers.impact_loss,
+            friction_loss: 0.5 * ledgers.friction_loss,
         }
     }
 
@@ -87,14 +87,14 @@ impl<const D: usize> Run<D> {
             compensation: &mut self.state.compensation,
             velocity,
         };
-        let books = contacts.preview_kick(
+        let ledgers = contacts.preview_kick(
             &mut motion,
             &self.model.inertia,
             &self.impulses.before,
             &|node| Some((interval[node as usize], interval[node as usize])),
             &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
         );
-        (books, received)
+        (ledgers, received)
     }
 
     /// ½v⁻·M·v⁺ of all blocks that move, J.

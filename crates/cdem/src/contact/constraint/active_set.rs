@@ -52,17 +52,17 @@ impl<const D: usize> ActiveSetIndex<D> {
     /// Takes these contacts.
     pub(crate) fn rebuild(
         &mut self,
-        live: &[ContactPoint<D>],
+        contact: &[ContactPoint<D>],
         surface: &dyn Surface<D>,
         (motion, at): (&KickedView<D>, Configuration<D>),
     ) {
-        let place = |(number, live): (u32, &ContactPoint<D>)| IndexedContact {
-            blocks: ordered(live.history.blocks),
-            nodes: around_nodes(surface, live.pair, at, 0.0),
+        let place = |(number, contact): (u32, &ContactPoint<D>)| IndexedContact {
+            blocks: ordered(contact.history.blocks),
+            nodes: around_nodes(surface, contact.pair, at, 0.0),
             number,
         };
         self.places.clear();
-        self.places.extend((0..).zip(live).map(place));
+        self.places.extend((0..).zip(contact).map(place));
         self.places
             .sort_unstable_by_key(|place| (place.blocks, place.number));
         self.between.clear();
@@ -74,9 +74,9 @@ impl<const D: usize> ActiveSetIndex<D> {
             self.between.push(BlockPairRange::sort(same, first));
             first += same.len();
         }
-        let nodes = live
+        let nodes = contact
             .iter()
-            .flat_map(|live| surface.main_nodes(live.pair.main));
+            .flat_map(|contact| surface.main_nodes(contact.pair.main));
         self.fastest = fastest(nodes, motion);
     }
 
@@ -84,16 +84,16 @@ impl<const D: usize> ActiveSetIndex<D> {
     /// it, within `duration` seconds, and some more.
     pub(crate) fn nearby<'a>(
         &self,
-        live: &'a [ContactPoint<D>],
-        setting: &ContactContext<D>,
+        contact: &'a [ContactPoint<D>],
+        context: &ContactContext<D>,
         (motion, at): (&KickedView<D>, Configuration<D>),
         (pair, duration): (Pair, f64),
     ) -> impl Iterator<Item = &'a ContactPoint<D>> + Clone {
-        let surface = setting.surface;
+        let surface = context.surface;
         let own = fastest(surface.main_nodes(pair.main), motion);
-        let margin = ASIDE * setting.tolerance + (own + self.fastest) * duration;
+        let margin = ASIDE * context.tolerance + (own + self.fastest) * duration;
         let touch = around_nodes(surface, pair, at, margin);
-        let blocks = ordered(setting.blocks(pair));
+        let blocks = ordered(context.blocks(pair));
         let between = self.between.binary_search_by_key(&blocks, |b| b.blocks);
         let (places, axis, lowest) = between.map_or((&self.places[..0], 0, 0.0), |number| {
             let between = &self.between[number];
@@ -105,7 +105,7 @@ impl<const D: usize> ActiveSetIndex<D> {
         let near = places[first..].iter();
         near.take_while(move |place| place.nodes.min[axis] <= touch.max[axis])
             .filter(move |place| place.nodes.overlaps(&touch))
-            .map(|place| &live[place.number as usize])
+            .map(|place| &contact[place.number as usize])
     }
 }
 

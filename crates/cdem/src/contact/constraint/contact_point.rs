@@ -176,56 +176,64 @@ impl<const D: usize> ContactPoint<D> {
     /// and still does at the end of the drift.
     pub(crate) fn is_duplicate_of(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         pair: Pair,
-        moment: DriftInterval<D>,
+        drift_interval: DriftInterval<D>,
     ) -> bool {
-        let (surface, tolerance) = (setting.surface, setting.tolerance);
+        let (surface, tolerance) = (context.surface, context.tolerance);
         if self.pair == pair {
             return true;
         }
         let goes_on = || {
-            let projection = surface.project(self.pair, moment.at_end);
+            let projection = surface.project(self.pair, drift_interval.at_end);
             let foot = &projection.foot;
             projection.outside <= tolerance
-                || surface.neighbour(self.pair, foot, moment.at_end).is_some()
+                || surface
+                    .neighbour(self.pair, foot, drift_interval.at_end)
+                    .is_some()
         };
-        surface.same_contact(self.pair, pair, moment.at_touch, tolerance)
+        surface.same_contact(self.pair, pair, drift_interval.at_touch, tolerance)
             && goes_on()
-            && !self.leaves_uncovered(setting, pair, moment)
+            && !self.leaves_uncovered(context, pair, drift_interval)
     }
 
     /// Whether it lets a pair beside it sink in until the end of the drift, deeper than
     /// itself: as where its point goes into a dent, or an edge from one ridge on to two.
     pub(crate) fn leaves_uncovered(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         pair: Pair,
-        moment: DriftInterval<D>,
+        drift_interval: DriftInterval<D>,
     ) -> bool {
-        if !moment.is_solved || self.is_new {
+        if !drift_interval.is_solved || self.is_new {
             return false;
         }
-        if setting.surface.project(pair, moment.at_end).outside <= 0.0 {
-            return self.is_shallower_than(setting, pair, moment.at_end);
+        if context.surface.project(pair, drift_interval.at_end).outside <= 0.0 {
+            return self.is_shallower_than(context, pair, drift_interval.at_end);
         }
         // What has gone on by then may have been deep on its way.
         (1..LOOKS).any(|look| {
             let share = f64::from(look) / f64::from(LOOKS);
-            self.is_shallower_than(setting, pair, moment.at_touch.towards(moment.at_end, share))
+            self.is_shallower_than(
+                context,
+                pair,
+                drift_interval
+                    .at_touch
+                    .towards(drift_interval.at_end, share),
+            )
         })
     }
 
     /// Whether a pair beside it is deeper than itself.
     fn is_shallower_than(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         pair: Pair,
         at: Configuration<D>,
     ) -> bool {
-        let surface = setting.surface;
+        let surface = context.surface;
         let beside = surface.project(pair, at);
-        let deep = -MISS * setting.tolerance;
+        let deep = -MISS * context.tolerance;
         if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }
@@ -234,7 +242,7 @@ impl<const D: usize> ContactPoint<D> {
             return false;
         };
         // What is apart along the normal that is held does not lie in each other.
-        let is_swapped = setting.blocks(pair) != self.history.blocks;
+        let is_swapped = context.blocks(pair) != self.history.blocks;
         let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
         along - surface.project(self.pair, at).gap.min(0.0) < deep
     }
@@ -328,8 +336,8 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// How deep the pair is where its operator was made, beyond what is given, m.
-    pub(crate) fn depth(&self, operator: &ContactJacobian<D>) -> f64 {
-        self.initial_gap - operator.offset[0]
+    pub(crate) fn depth(&self, jacobian: &ContactJacobian<D>) -> f64 {
+        self.initial_gap - jacobian.offset[0]
     }
 
     /// The operator at the present positions.
@@ -338,19 +346,19 @@ impl<const D: usize> ContactPoint<D> {
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) -> ContactJacobian<D> {
-        let mut operator = ContactJacobian::default();
-        self.assemble_jacobian(&mut operator, surface, at);
-        operator
+        let mut jacobian = ContactJacobian::default();
+        self.assemble_jacobian(&mut jacobian, surface, at);
+        jacobian
     }
 
     /// Makes an operator that at the present positions.
     pub(crate) fn assemble_jacobian(
         &self,
-        operator: &mut ContactJacobian<D>,
+        jacobian: &mut ContactJacobian<D>,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) {
-        surface.assemble_jacobian(operator, self.pair, &self.foot, at, Some(&self.normal));
+        surface.assemble_jacobian(jacobian, self.pair, &self.foot, at, Some(&self.normal));
     }
 
     /// Bounds of the impulse of `interval` seconds.
@@ -378,14 +386,14 @@ impl<const D: usize> ContactPoint<D> {
         (drift, interval): (f64, f64),
         tolerance: f64,
     ) {
-        let (operator, target) = (&constraint.jacobian, &mut constraint.target);
+        let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
         let right = RIGHT * tolerance;
         for r in 0..if self.is_sticking { D } else { 1 } {
-            let wrong = self.offset[r] - operator.offset[r];
+            let wrong = self.offset[r] - jacobian.offset[r];
             target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
         }
-        let apart = operator.offset[0] - self.offset[0];
+        let apart = jacobian.offset[0] - self.offset[0];
         if apart > 0.0 && self.impulse[0] == 0.0 {
             target[0] = -apart / drift;
         }
@@ -413,8 +421,8 @@ impl<const D: usize> ContactPoint<D> {
         drift: f64,
         tolerance: f64,
     ) -> bool {
-        let operator = &solved.jacobian;
-        let gap = operator.offset[0] + drift * operator.relative_velocity(0, velocity);
+        let jacobian = &solved.jacobian;
+        let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity);
         gap - self.offset[0] > RIGHT * tolerance
     }
 

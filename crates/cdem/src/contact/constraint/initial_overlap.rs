@@ -15,15 +15,15 @@ pub(crate) struct InitialOverlaps {
 impl InitialOverlaps {
     /// The deepest of some pairs that touch, by blocks.
     pub(crate) fn of<const D: usize>(
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         pairs: &[Pair],
         at: Configuration<D>,
     ) -> Self {
         let mut overlaps = Self::default();
         for &pair in pairs {
-            let depth = -setting.surface.project(pair, at).gap;
+            let depth = -context.surface.project(pair, at).gap;
             if depth > 0.0 {
-                let blocks = ordered(setting.blocks(pair));
+                let blocks = ordered(context.blocks(pair));
                 let deepest = overlaps.depth.entry(blocks).or_insert(depth);
                 *deepest = depth.max(*deepest);
             }

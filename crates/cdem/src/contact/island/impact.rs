@@ -48,17 +48,17 @@ impl<const D: usize> ImpactSolve<D> {
     fn solve(
         &mut self,
         system: &mut Solver<D>,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
         (impulses, scale): (&[(u32, [f64; D])], f64),
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         for (node, velocity) in &self.start {
             motion.velocity[*node as usize] = *velocity;
         }
         for (node, impulse) in impulses {
             let impulse = impulse.map(|x| scale * x);
-            setting
+            context
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
@@ -69,7 +69,7 @@ impl<const D: usize> ImpactSolve<D> {
             RESIDUAL_OF_CROWD
         };
         let precision = (done, self.precision);
-        books.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
+        energies.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
     }
 }
 
@@ -79,16 +79,16 @@ impl<const D: usize> Island<D> {
     /// behind them.
     pub(super) fn solve_impact<I: BodyCoupling<D>>(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
         (before, (duration, remaining)): (&[[f64; D]], (f64, f64)),
         bodies: &mut IslandBodies<D, I>,
         receivers: &mut ImpulseReceivers<D>,
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
-        let mut impact = self.impact(setting, motion, duration);
+        let mut impact = self.impact(context, motion, duration);
         bodies.rollback.track(self.solver.nodes(), motion);
-        impact.solve(&mut self.solver, setting, motion, (&[], 0.0), books);
+        impact.solve(&mut self.solver, context, motion, (&[], 0.0), energies);
         let jump = VelocityJump {
             nodes: &self.nodes,
             before,
@@ -101,64 +101,76 @@ impl<const D: usize> Island<D> {
         let impulses = I::impulses(touch);
         if !impulses.is_empty() {
             impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
-            impact.solve(&mut self.solver, setting, motion, (impulses, 1.0), books);
+            impact.solve(&mut self.solver, context, motion, (impulses, 1.0), energies);
             scale = interior.balance(touch, motion);
-            impact.solve(&mut self.solver, setting, motion, (impulses, scale), books);
+            impact.solve(
+                &mut self.solver,
+                context,
+                motion,
+                (impulses, scale),
+                energies,
+            );
         }
         for _ in 0..AGAIN {
             let drift = (duration, remaining);
-            if !self.bend(setting, motion, &mut impact.constraints, drift) {
+            if !self.bend(context, motion, &mut impact.constraints, drift) {
                 break;
             }
-            impact.solve(&mut self.solver, setting, motion, (impulses, scale), books);
+            impact.solve(
+                &mut self.solver,
+                context,
+                motion,
+                (impulses, scale),
+                energies,
+            );
         }
         self.end_impact(
-            setting,
+            context,
             motion,
             (&impact, duration),
             receivers.of_contacts,
-            books,
+            energies,
         );
         let timing = (remaining, scale);
-        books.impact_loss -= interior.finish_impact(touch, motion, timing, receivers.on_held);
+        energies.impact_loss -= interior.finish_impact(touch, motion, timing, receivers.on_held);
     }
 
     /// The impact of pairs that are closed at t = 0 and approach, before a drift
     /// of `duration` seconds.
     pub(crate) fn solve_initial_impact(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
         duration: f64,
-        receive: ImpulseReceiver<D>,
-        books: &mut ContactEnergies,
+        on_impulse: ImpulseReceiver<D>,
+        energies: &mut ContactEnergies,
     ) {
-        let mut impact = self.impact(setting, motion, duration);
-        impact.solve(&mut self.solver, setting, motion, (&[], 0.0), books);
-        self.end_impact(setting, motion, (&impact, duration), receive, books);
+        let mut impact = self.impact(context, motion, duration);
+        impact.solve(&mut self.solver, context, motion, (&[], 0.0), energies);
+        self.end_impact(context, motion, (&impact, duration), on_impulse, energies);
     }
 
     /// Perfectly inelastic for the points that touch, within the shear limit;
     /// those that were closed stay so as far as their last kick's impulse bears.
     fn impact(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &NodalMotion<D>,
         duration: f64,
     ) -> ImpactSolve<D> {
-        let constraint = |live: &ContactPoint<D>| {
-            let within = (duration, setting.tolerance);
-            live.impact_constraint(setting.surface, motion.positions().into(), within)
+        let constraint = |contact: &ContactPoint<D>| {
+            let within = (duration, context.tolerance);
+            contact.impact_constraint(context.surface, motion.positions().into(), within)
         };
-        let live = self.contact_points.par_iter().with_min_len(SHARE);
-        let constraints: Vec<_> = live.map(constraint).collect();
-        self.solver.load(&constraints, setting.mobility(0.0));
+        let contact = self.contact_points.par_iter().with_min_len(SHARE);
+        let constraints: Vec<_> = contact.map(constraint).collect();
+        self.solver.load(&constraints, context.mobility(0.0));
         let approach = constraints.iter();
         let approach = approach.map(|c| c.jacobian.relative_velocities(motion.velocity));
         ImpactSolve {
             approach: approach.collect(),
             start: self.reached_nodes(&constraints, motion),
-            precision: self.precision(setting, motion.positions().into(), duration),
+            precision: self.precision(context, motion.positions().into(), duration),
             constraints,
         }
     }
@@ -170,18 +182,18 @@ impl<const D: usize> Island<D> {
     /// however little time is left.
     fn bend(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &NodalMotion<D>,
         constraints: &mut [Constraint<D>],
         (duration, remaining): (f64, f64),
     ) -> bool {
         let then = motion.positions().after(motion.velocity, remaining);
         let mut too_far = false;
-        for (live, constraint) in self.contact_points.iter().zip(constraints) {
-            let projection = setting.surface.project(live.pair, then.into());
-            let miss = projection.gap - live.offset[0];
-            if miss < -MISS * setting.tolerance && projection.outside <= setting.tolerance {
-                let within = if live.is_new {
+        for (contact, constraint) in self.contact_points.iter().zip(constraints) {
+            let projection = context.surface.project(contact.pair, then.into());
+            let miss = projection.gap - contact.offset[0];
+            if miss < -MISS * context.tolerance && projection.outside <= context.tolerance {
+                let within = if contact.is_new {
                     remaining
                 } else {
                     remaining.max(0.5 * duration)
@@ -196,22 +208,25 @@ impl<const D: usize> Island<D> {
     /// Takes the impulses of a solved impact into the records and the books.
     fn end_impact(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &NodalMotion<D>,
         (impact, duration): (&ImpactSolve<D>, f64),
-        receive: ImpulseReceiver<D>,
-        books: &mut ContactEnergies,
+        on_impulse: ImpulseReceiver<D>,
+        energies: &mut ContactEnergies,
     ) {
-        let least = setting.least_speed(duration);
+        let least = context.least_speed(duration);
         let solved = impact.constraints.iter().zip(&impact.approach);
-        for (live, (constraint, old)) in self.contact_points.iter_mut().zip(solved) {
+        for (contact, (constraint, old)) in self.contact_points.iter_mut().zip(solved) {
             let new = constraint.jacobian.relative_velocities(motion.velocity);
             let added = constraint.added();
-            books.book_work(&added, old, &new, true);
-            live.history
+            energies.book_work(&added, old, &new, true);
+            contact
+                .history
                 .count(&constraint.impulse_before, &constraint.impulse);
-            constraint.jacobian.apply_transpose(&added, &mut *receive);
-            live.apply_impact(constraint, motion.velocity, least);
+            constraint
+                .jacobian
+                .apply_transpose(&added, &mut *on_impulse);
+            contact.apply_impact(constraint, motion.velocity, least);
         }
     }
 }

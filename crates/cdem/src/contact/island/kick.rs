@@ -47,7 +47,7 @@ pub(crate) struct KickWorkspace<const D: usize> {
     end: Vec<[f64; D]>,
     /// Contacts that have ended, energies, and other sums.
     ended: Vec<ContactHistory>,
-    books: ContactEnergies,
+    energies: ContactEnergies,
 }
 
 impl<const D: usize> Clone for KickWorkspace<D> {
@@ -74,7 +74,7 @@ impl<const D: usize> KickWorkspace<D> {
 
     /// Energies, and other sums.
     pub(super) fn books(&self) -> &ContactEnergies {
-        &self.books
+        &self.energies
     }
 
     /// Contacts that have ended, once.
@@ -123,68 +123,68 @@ impl<const D: usize> Island<D> {
     /// rest, is [kept](KickWorkspace).
     pub(super) fn kick(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         before: &[[f64; D]],
         (time, interval, drift): (f64, f64, f64),
-        mut books: ContactEnergies,
+        mut energies: ContactEnergies,
     ) {
         let mut hold = std::mem::take(&mut self.kick_workspace);
         let mut ended = std::mem::take(&mut hold.ended);
         let followed = (&mut hold.followed, &mut hold.moved);
         self.follow(
-            setting,
+            context,
             motion.positions(),
             followed,
             &mut ended,
-            &mut books,
+            &mut energies,
         );
         let timing = (time, interval, drift);
         let mut touches = std::mem::take(&mut self.touch_events);
         self.solve_held(
-            setting,
+            context,
             motion,
             (&mut hold, &mut touches),
             timing,
-            &mut books,
+            &mut energies,
         );
         let constraints = &hold.constraints;
-        let least = setting.least_speed(drift);
-        for (live, constraint) in self.contact_points.iter_mut().zip(constraints) {
-            let operator = &constraint.jacobian;
-            let [old, new] = [before, motion.velocity].map(|v| operator.relative_velocities(v));
-            books.book_work(&constraint.impulse, &old, &new, live.is_new);
-            books.penetration = books.penetration.max(live.depth(operator));
-            (live.is_new, live.normal) = (false, operator.frame[0]);
-            live.record_impulse(&constraint.impulse, interval);
+        let least = context.least_speed(drift);
+        for (contact, constraint) in self.contact_points.iter_mut().zip(constraints) {
+            let jacobian = &constraint.jacobian;
+            let [old, new] = [before, motion.velocity].map(|v| jacobian.relative_velocities(v));
+            energies.book_work(&constraint.impulse, &old, &new, contact.is_new);
+            energies.penetration = energies.penetration.max(contact.depth(jacobian));
+            (contact.is_new, contact.normal) = (false, jacobian.frame[0]);
+            contact.record_impulse(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
-                live.slide();
-                live.history.slip += shear_norm(&new) * drift;
-            } else if !live.is_sticking {
-                live.stick();
+                contact.slide();
+                contact.history.slip += shear_norm(&new) * drift;
+            } else if !contact.is_sticking {
+                contact.stick();
             }
         }
         let (moves, at) = (&*motion.velocity, motion.positions());
         // One that is deeper than a touch may be would not be found again.
-        let is_deep = |pair: Pair| setting.surface.project(pair, at).gap < -setting.tolerance;
+        let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.tolerance;
         let mut solved = constraints.iter();
-        self.contact_points.retain(|live| {
+        self.contact_points.retain(|contact| {
             let parts = solved.next().is_some_and(|constraint| {
                 constraint.opens(moves, least)
-                    && live.is_apart_after(constraint, moves, drift, setting.tolerance)
-                    && !is_deep(live.pair)
+                    && contact.is_apart_after(constraint, moves, drift, context.tolerance)
+                    && !is_deep(contact.pair)
             });
             if parts {
-                ended.push(live.history.clone());
+                ended.push(contact.history.clone());
             }
             !parts
         });
-        touches.reexamine(self, setting, motion, (drift, !ended.is_empty()));
+        touches.reexamine(self, context, motion, (drift, !ended.is_empty()));
         self.touch_events = touches;
         hold.end(motion.velocity);
         hold.undo(motion);
-        books.watch.lap(Stage::Geometry);
-        (hold.ended, hold.books) = (ended, books);
+        energies.watch.lap(Stage::Geometry);
+        (hold.ended, hold.energies) = (ended, energies);
         self.kick_workspace = hold;
     }
 
@@ -192,29 +192,33 @@ impl<const D: usize> Island<D> {
     /// on to where another is.
     fn follow(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         at: Configuration<D>,
         (pairs, moved): (&mut Vec<Pair>, &mut Vec<bool>),
         ended: &mut Vec<ContactHistory>,
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
-        if self.contact_points.iter().all(|live| live.is_sticking) {
+        if self
+            .contact_points
+            .iter()
+            .all(|contact| contact.is_sticking)
+        {
             return;
         }
         pairs.clear();
-        pairs.extend(self.contact_points.iter().map(|live| live.pair));
+        pairs.extend(self.contact_points.iter().map(|contact| contact.pair));
         pairs.sort_unstable();
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
         moved.clear();
-        self.contact_points.retain_mut(|live| {
-            let before = live.pair;
-            let followed = live.track_target(setting.surface, at, setting.tolerance, taken);
-            books.overtravel_count += u64::from(followed == TargetTracking::InAHurry);
+        self.contact_points.retain_mut(|contact| {
+            let before = contact.pair;
+            let followed = contact.track_target(context.surface, at, context.tolerance, taken);
+            energies.overtravel_count += u64::from(followed == TargetTracking::InAHurry);
             let goes_on = followed != TargetTracking::Beyond;
             if goes_on {
-                moved.push(live.pair != before);
+                moved.push(contact.pair != before);
             } else {
-                ended.push(live.history.clone());
+                ended.push(contact.history.clone());
             }
             goes_on
         });
@@ -230,12 +234,12 @@ impl<const D: usize> Island<D> {
             .iter()
             .zip(moved)
             .filter(|(_, moved)| !**moved);
-        let mut known: BTreeSet<Pair> = stayed.map(|(live, _)| live.pair).collect();
+        let mut known: BTreeSet<Pair> = stayed.map(|(contact, _)| contact.pair).collect();
         let mut moved = moved.iter();
-        self.contact_points.retain(|live| {
-            let goes_on = moved.next() == Some(&false) || known.insert(live.pair);
+        self.contact_points.retain(|contact| {
+            let goes_on = moved.next() == Some(&false) || known.insert(contact.pair);
             if !goes_on {
-                ended.push(live.history.clone());
+                ended.push(contact.history.clone());
             }
             goes_on
         });
@@ -246,33 +250,34 @@ impl<const D: usize> Island<D> {
     /// their strength break together. After either, the island is solved again.
     fn solve_held(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         (hold, touches): (&mut KickWorkspace<D>, &mut TouchEvents<D>),
         (time, interval, drift): (f64, f64, f64),
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         hold.begin(self.contact_points.len());
-        let precision = (RESIDUAL, self.precision(setting, motion.positions(), drift));
+        let precision = (RESIDUAL, self.precision(context, motion.positions(), drift));
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
             if hold.asked < self.contact_points.len() {
-                self.set_new_constraints(setting, motion, hold, (interval, drift), books);
+                self.set_new_constraints(context, motion, hold, (interval, drift), energies);
             }
-            self.solve_for_gaps(setting, motion, hold, (precision, drift), books);
+            self.solve_for_gaps(context, motion, hold, (precision, drift), energies);
             let least = match &before {
                 Some(before) => {
                     let interval = (ClosureRule::InKick, (0.0, drift));
-                    touches.update(self, setting, motion, (before, true), interval);
+                    touches.update(self, context, motion, (before, true), interval);
                     self.contact_points.len() / WORTH_A_SOLVE
                 }
                 None => {
-                    touches.begin(self, setting, motion, drift);
+                    touches.begin(self, context, motion, drift);
                     0
                 }
             };
-            let closes = self.close_touching(setting, motion, touches, (time, drift, least), books);
-            if !closes && !self.break_joints(setting, motion, hold, (interval, drift)) {
+            let closes =
+                self.close_touching(context, motion, touches, (time, drift, least), energies);
+            if !closes && !self.break_joints(context, motion, hold, (interval, drift)) {
                 return;
             }
             before = Some(self.velocities(motion.velocity));
@@ -283,11 +288,11 @@ impl<const D: usize> Island<D> {
     /// Asks something of the contacts that nothing has been asked of yet.
     fn set_new_constraints(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         hold: &mut KickWorkspace<D>,
         (interval, drift): (f64, f64),
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         let at = motion.positions();
         let count = self.contact_points.len();
@@ -295,36 +300,36 @@ impl<const D: usize> Island<D> {
         let new = hold.asked..count;
         let pairs = hold.constraints[new.clone()].par_iter_mut();
         let pairs = pairs.zip(&self.contact_points[new]).with_min_len(SHARE);
-        pairs.for_each(|(constraint, live)| {
-            live.assemble_jacobian(&mut constraint.jacobian, setting.surface, at);
-            live.set_constraint(constraint, (drift, interval), setting.tolerance);
+        pairs.for_each(|(constraint, contact)| {
+            contact.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
+            contact.set_constraint(constraint, (drift, interval), context.tolerance);
         });
         hold.asked = count;
         hold.missed.resize(count, 0.0);
         let constraints = &hold.constraints;
-        books.time_solution(|| self.solver.load(constraints, setting.mobility(interval)));
+        energies.time_solution(|| self.solver.load(constraints, context.mobility(interval)));
         hold.start(self.solver.nodes(), motion.velocity);
     }
 
     /// Solves for what is asked, and again for what gaps miss of it.
     fn solve_for_gaps(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         hold: &mut KickWorkspace<D>,
         (precision, drift): ((f64, f64), f64),
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         if self.contact_points.is_empty() {
             return;
         }
         loop {
             let (system, constraints) = (&mut self.solver, &mut hold.constraints);
-            books.count_solve(|| system.solve(constraints, motion.velocity, precision));
+            energies.count_solve(|| system.solve(constraints, motion.velocity, precision));
             if hold.again >= AGAIN {
                 return;
             }
-            if !self.miss(setting, motion, drift, hold) {
+            if !self.miss(context, motion, drift, hold) {
                 return;
             }
             hold.again += 1;
@@ -340,19 +345,20 @@ impl<const D: usize> Island<D> {
     /// any contact has begun.
     fn close_touching(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         touches: &mut TouchEvents<D>,
         (time, drift, least): (f64, f64, usize),
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) -> bool {
         let pairs = touches.take_due_now();
         if pairs.len() <= least {
             return false;
         }
-        let moment = DriftInterval::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let begun = self.activate_pairs(setting, moment, &pairs, time);
-        books.touch_count += begun;
+        let drift_interval =
+            DriftInterval::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
+        let begun = self.activate_pairs(context, drift_interval, &pairs, time);
+        energies.touch_count += begun;
         begun > 0
     }
 
@@ -360,20 +366,20 @@ impl<const D: usize> Island<D> {
     /// they bear without those; whether there are any.
     fn break_joints(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         hold: &mut KickWorkspace<D>,
         (interval, drift): (f64, f64),
     ) -> bool {
-        let least = setting.least_speed(drift);
+        let least = context.least_speed(drift);
         let mut breaks = false;
-        for (live, constraint) in self.contact_points.iter_mut().zip(&hold.constraints) {
-            breaks |= live.breaks(constraint, motion.velocity, least);
+        for (contact, constraint) in self.contact_points.iter_mut().zip(&hold.constraints) {
+            breaks |= contact.breaks(constraint, motion.velocity, least);
         }
         if breaks {
             let known = self.contact_points.iter().zip(&hold.missed);
-            for (constraint, (live, missed)) in hold.constraints.iter_mut().zip(known) {
-                live.set_constraint(constraint, (drift, interval), setting.tolerance);
+            for (constraint, (contact, missed)) in hold.constraints.iter_mut().zip(known) {
+                contact.set_constraint(constraint, (drift, interval), context.tolerance);
                 constraint.target[0] -= missed / drift;
             }
         }
@@ -384,19 +390,19 @@ impl<const D: usize> Island<D> {
     /// sink in as they part; whether that is too far of any.
     fn miss(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         drift: f64,
         hold: &mut KickWorkspace<D>,
     ) -> bool {
-        let (surface, tolerance) = (setting.surface, setting.tolerance);
+        let (surface, tolerance) = (context.surface, context.tolerance);
         let then = motion.positions().after(motion.velocity, drift);
-        let miss = |(live, constraint): (&ContactPoint<D>, &Constraint<D>)| {
+        let miss = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have turned parallel have no gap.
-            let gap = surface.gap(live.pair, then, &constraint.jacobian.frame[0]);
-            let miss = gap.map_or(0.0, |gap| gap - live.offset[0]);
+            let gap = surface.gap(contact.pair, then, &constraint.jacobian.frame[0]);
+            let miss = gap.map_or(0.0, |gap| gap - contact.offset[0]);
             let sinks = || {
-                miss < -MISS * tolerance && surface.project(live.pair, then).outside <= tolerance
+                miss < -MISS * tolerance && surface.project(contact.pair, then).outside <= tolerance
             };
             if constraint.impulse[0] > 0.0 || sinks() {
                 miss
@@ -407,7 +413,7 @@ impl<const D: usize> Island<D> {
         let pairs = self.contact_points.par_iter().zip(&hold.constraints);
         let misses = pairs.with_min_len(SHARE).map(miss);
         misses.collect_into_vec(&mut hold.misses);
-        let is_far = |miss: &f64| miss.abs() > MISS * setting.tolerance;
+        let is_far = |miss: &f64| miss.abs() > MISS * context.tolerance;
         hold.misses.iter().any(is_far)
     }
 }

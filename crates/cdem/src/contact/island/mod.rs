@@ -73,12 +73,12 @@ impl<const D: usize> Island<D> {
     /// stage 1), then unified (time stage 2).
     pub(crate) fn drift(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
         (time, duration): (f64, f64),
         bodies: &mut IslandBodies<D, impl BodyCoupling<D>>,
         receivers: &mut ImpulseReceivers<D>,
-        books: &mut ContactEnergies,
+        energies: &mut ContactEnergies,
     ) {
         let mut touches = std::mem::take(&mut self.touch_events);
         let mut elapsed = 0.0;
@@ -91,9 +91,9 @@ impl<const D: usize> Island<D> {
             let close = |instant: f64, pair: Pair| {
                 let at = motion.positions();
                 let then = at.after(motion.velocity, (instant - elapsed).max(0.0));
-                let projection = setting.surface.project(pair, then.into());
-                projection.gap <= EARLY * setting.tolerance
-                    && projection.outside <= setting.tolerance
+                let projection = context.surface.project(pair, then.into());
+                projection.gap <= EARLY * context.tolerance
+                    && projection.outside <= context.tolerance
             };
             let Some((instant, pairs)) = touches.take_first(window, close) else {
                 break;
@@ -102,16 +102,23 @@ impl<const D: usize> Island<D> {
             self.advance(motion, wait);
             elapsed += wait;
             let remaining = [0.0, duration - elapsed];
-            let moment =
+            let drift_interval =
                 DriftInterval::in_drift(motion.positions().into(), motion.velocity, remaining);
-            let begun = self.activate_pairs(setting, moment, &pairs, time + elapsed);
-            books.touch_count += begun;
+            let begun = self.activate_pairs(context, drift_interval, &pairs, time + elapsed);
+            energies.touch_count += begun;
             let before = self.velocities(motion.velocity);
             let drift = (duration, duration - elapsed);
-            self.solve_impact(setting, motion, (&before, drift), bodies, receivers, books);
+            self.solve_impact(
+                context,
+                motion,
+                (&before, drift),
+                bodies,
+                receivers,
+                energies,
+            );
             touches.update(
                 self,
-                setting,
+                context,
                 &KickedView::new(motion, None),
                 (&before, begun > 0),
                 (ClosureRule::InDrift, (elapsed, duration)),
@@ -146,13 +153,13 @@ impl<const D: usize> Island<D> {
     /// m/s: their round-off over a drift of `drift` seconds.
     pub(super) fn precision(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         at: Configuration<D>,
         drift: f64,
     ) -> f64 {
         let coordinates = self.nodes.iter().flat_map(|&node| at.at(node));
         let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
-        setting.least_speed(drift).max(GAP_ROUND_OFF * size / drift)
+        context.least_speed(drift).max(GAP_ROUND_OFF * size / drift)
     }
 
     /// All nodes that constraints may move, once each, and their velocities, m/s:
@@ -188,21 +195,21 @@ impl<const D: usize> Island<D> {
     /// already says the same. Returns how many contacts have begun: they are the last ones.
     pub(crate) fn activate_pairs(
         &mut self,
-        setting: &ContactContext<D>,
-        moment: DriftInterval<D>,
+        context: &ContactContext<D>,
+        drift_interval: DriftInterval<D>,
         pairs: &[Pair],
         time: f64,
     ) -> u64 {
         let before = self.contact_points.len();
-        let mut between = self.between(setting, pairs);
+        let mut between = self.between(context, pairs);
         for &pair in pairs {
-            let known = between.entry(ordered(setting.blocks(pair))).or_default();
+            let known = between.entry(ordered(context.blocks(pair))).or_default();
             let says = |&number: &usize| {
-                self.contact_points[number].is_duplicate_of(setting, pair, moment)
+                self.contact_points[number].is_duplicate_of(context, pair, drift_interval)
             };
             if !known.iter().any(says) {
                 known.push(self.contact_points.len());
-                self.activate(setting, moment.at_touch, pair, time);
+                self.activate(context, drift_interval.at_touch, pair, time);
             }
         }
         (self.contact_points.len() - before) as u64
@@ -212,16 +219,16 @@ impl<const D: usize> Island<D> {
     /// island may have very many.
     fn between(
         &self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         pairs: &[Pair],
     ) -> BTreeMap<[u32; 2], Vec<usize>> {
-        let blocks = pairs.iter().map(|&pair| ordered(setting.blocks(pair)));
+        let blocks = pairs.iter().map(|&pair| ordered(context.blocks(pair)));
         let mut between: BTreeMap<_, Vec<usize>> = blocks.map(|both| (both, vec![])).collect();
         if between.is_empty() {
             return between;
         }
-        for (number, live) in self.contact_points.iter().enumerate() {
-            if let Some(known) = between.get_mut(&ordered(live.history.blocks)) {
+        for (number, contact) in self.contact_points.iter().enumerate() {
+            if let Some(known) = between.get_mut(&ordered(contact.history.blocks)) {
                 known.push(number);
             }
         }
@@ -231,14 +238,14 @@ impl<const D: usize> Island<D> {
     /// Begins a contact of a pair that touches.
     fn activate(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         at: Configuration<D>,
         pair: Pair,
         time: f64,
     ) {
-        let (surface, blocks) = (setting.surface, setting.blocks(pair));
+        let (surface, blocks) = (context.surface, context.blocks(pair));
         let projection = surface.project(pair, at);
-        let (kind, area) = surface.classify(pair, at, setting.tolerance);
+        let (kind, area) = surface.classify(pair, at, context.tolerance);
         let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
         let record = ContactHistory {
             kind,
@@ -251,19 +258,19 @@ impl<const D: usize> Island<D> {
             normal_impulse: 0.0,
             shear_impulse: 0.0,
             slip: 0.0,
-            level: setting.halvings_at(pair),
+            level: context.halvings_at(pair),
             blocks,
         };
-        let operator = surface.jacobian(pair, &foot, at);
+        let jacobian = surface.jacobian(pair, &foot, at);
         self.contact_points.push(ContactPoint {
             pair,
-            law: setting.laws.between(blocks[0], blocks[1]),
+            law: context.laws.between(blocks[0], blocks[1]),
             foot,
-            normal: operator.frame[0],
-            offset: operator.offset,
-            initial_gap: setting
+            normal: jacobian.frame[0],
+            offset: jacobian.offset,
+            initial_gap: context
                 .initial_overlaps
-                .allowed_gap(blocks, operator.offset[0]),
+                .allowed_gap(blocks, jacobian.offset[0]),
             is_sticking: true,
             is_joint: false,
             is_new: true,
@@ -281,20 +288,20 @@ impl<const D: usize> Island<D> {
     /// Moves that take the penetration out of the island, m.
     pub(crate) fn project_positions(
         &mut self,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         at: Configuration<D>,
     ) -> Vec<(u32, [f64; D])> {
         // The solver of velocities, over one second from rest, without shear.
         let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.contact_points.len());
-        for live in &mut self.contact_points {
+        for contact in &mut self.contact_points {
             let mut constraint = Constraint::default();
-            live.assemble_jacobian(&mut constraint.jacobian, setting.surface, at);
-            constraint.target[0] = live.penetration();
-            live.offset[0] += constraint.target[0];
+            contact.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
+            constraint.target[0] = contact.penetration();
+            contact.offset[0] += constraint.target[0];
             constraints.push(constraint);
         }
-        let precision = self.precision(setting, at, 1.0);
-        self.solver.load(&constraints, setting.mobility(0.0));
+        let precision = self.precision(context, at, 1.0);
+        self.solver.load(&constraints, context.mobility(0.0));
         let mut shifts = self.solver.solve_from_rest(&constraints, precision);
         shifts.retain(|(_, shift)| *shift != [0.0; D]);
         shifts

@@ -48,11 +48,11 @@ impl<const D: usize> VelocityCopies<D> {
 /// `before`. Returns the contacts that have ended.
 pub(crate) fn hold<const D: usize>(
     (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
-    setting: &ContactContext<D>,
+    context: &ContactContext<D>,
     motion: &mut KickedView<D>,
     (before, time, timing): (&[[f64; D]], f64, KickTiming),
-    receive: ImpulseReceiver<D>,
-    books: &mut ContactEnergies,
+    on_impulse: ImpulseReceiver<D>,
+    energies: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
     let is_due = |island: &Island<D>| island.timing(timing).is_some();
     let due = islands.iter().filter(|island| is_due(island));
@@ -60,11 +60,11 @@ pub(crate) fn hold<const D: usize>(
         due.map(|island| island.contact_points.len()),
         motion.velocity.len(),
     );
-    let of_all = &*books;
+    let of_all = &*energies;
     let hold = |island: &mut Island<D>, motion: &mut KickedView<D>| {
         if let Some((interval, drift)) = island.timing(timing) {
             let timing = (time, interval, drift);
-            island.kick(setting, motion, before, timing, of_all.empty_copy());
+            island.kick(context, motion, before, timing, of_all.empty_copy());
         }
     };
     if parts > 1 {
@@ -84,13 +84,13 @@ pub(crate) fn hold<const D: usize>(
         islands.iter_mut().for_each(|island| hold(island, motion));
     }
     let due = islands.iter().filter(|island| is_due(island));
-    books.add(due.clone().map(|island| island.kick_workspace.books()));
+    energies.add(due.clone().map(|island| island.kick_workspace.books()));
     for hold in due.map(|island| &island.kick_workspace) {
         hold.redo(motion.velocity);
         for solved in hold.solved() {
             solved
                 .jacobian
-                .apply_transpose(&solved.impulse, &mut *receive);
+                .apply_transpose(&solved.impulse, &mut *on_impulse);
         }
     }
     let due = islands.iter_mut().filter(|island| is_due(island));
@@ -102,11 +102,11 @@ pub(crate) fn hold<const D: usize>(
 /// touch see all others as they were before, and nodes of no island as they are after.
 pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     islands: &mut [Island<D>],
-    setting: &ContactContext<D>,
+    context: &ContactContext<D>,
     motion: &mut NodalMotion<D>,
     (bodies, (time, duration)): ((&I, &[bool]), (f64, DriftDurations)),
     receivers: &mut ImpulseReceivers<D>,
-    books: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) {
     let due = |island: &Island<D>| duration(*island.nodes.first()?);
     let meetings = islands.iter_mut().enumerate();
@@ -120,7 +120,7 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
             })
         })
         .collect();
-    let met = meet(&mut meetings, setting, motion, (bodies, time), books);
+    let met = meet(&mut meetings, context, motion, (bodies, time), energies);
     let mut meeting = met.iter().map(|met| met.number).peekable();
     for (number, island) in islands.iter_mut().enumerate() {
         if meeting.next_if_eq(&number).is_none()
@@ -130,7 +130,7 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
         }
     }
     for met in &met {
-        books.impact_loss -= met.trail.redo(motion, setting.inertia.mass());
+        energies.impact_loss -= met.trail.redo(motion, context.inertia.mass());
         for (node, impulse) in &met.of_contacts {
             (receivers.of_contacts)(*node, impulse);
         }
@@ -154,20 +154,20 @@ struct DriftOutcome<const D: usize> {
     /// Impulses of contacts, and of elements on nodes that are held, N·s.
     of_contacts: Vec<(u32, [f64; D])>,
     on_held: Vec<(u32, [f64; D])>,
-    books: ContactEnergies,
+    energies: ContactEnergies,
 }
 
 /// Drifts islands whose pairs touch, from a `time` on; nodes stay.
 fn meet<const D: usize, I: BodyCoupling<D>>(
     meetings: &mut [DriftTask<D>],
-    setting: &ContactContext<D>,
+    context: &ContactContext<D>,
     motion: &mut NodalMotion<D>,
     ((interior, taken), time): ((&I, &[bool]), f64),
-    books: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> Vec<DriftOutcome<D>> {
     let pairs = meetings.iter().map(|meeting| meeting.island.pair_count());
     let parts = parts(pairs, motion.velocity.len());
-    let of_all = &*books;
+    let of_all = &*energies;
     let drift = |meeting: &mut DriftTask<D>, motion: &mut NodalMotion<D>| {
         let island = &mut *meeting.island;
         let mut met = DriftOutcome {
@@ -175,7 +175,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             trail: Rollback::new(&island.nodes, motion),
             of_contacts: Vec::new(),
             on_held: Vec::new(),
-            books: of_all.empty_copy(),
+            energies: of_all.empty_copy(),
         };
         let bodies = &mut IslandBodies {
             coupling: interior,
@@ -188,8 +188,8 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             on_held: &mut |node, impulse| met.on_held.push((node, *impulse)),
         };
         let timing = (time, meeting.duration);
-        island.drift(setting, motion, timing, bodies, receivers, &mut met.books);
-        met.books.watch.lap(Stage::Geometry);
+        island.drift(context, motion, timing, bodies, receivers, &mut met.energies);
+        met.energies.watch.lap(Stage::Geometry);
         met.trail.undo(motion);
         met
     };
@@ -207,7 +207,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
         let met = meetings.iter_mut().map(|meeting| drift(meeting, motion));
         met.collect()
     };
-    books.add(met.iter().map(|met| &met.books));
+    energies.add(met.iter().map(|met| &met.energies));
     met
 }
 

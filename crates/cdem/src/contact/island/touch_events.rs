@@ -90,13 +90,13 @@ impl<const D: usize> TouchEvents<D> {
     pub(crate) fn begin(
         &mut self,
         island: &mut Island<D>,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         duration: f64,
     ) {
         self.states.clear();
         let interval = (ClosureRule::InKick, (0.0, duration));
-        self.examine(island, setting, motion, interval, |_, _, _| true);
+        self.examine(island, context, motion, interval, |_, _, _| true);
     }
 
     /// The kick is over, in which contacts `parted`, or stood for pairs until they did, and
@@ -105,7 +105,7 @@ impl<const D: usize> TouchEvents<D> {
     pub(crate) fn reexamine(
         &mut self,
         island: &mut Island<D>,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         (duration, parted): (f64, bool),
     ) {
@@ -117,7 +117,7 @@ impl<const D: usize> TouchEvents<D> {
         if parted || self.states.iter().any(|(_, touch)| is_open(*touch)) {
             let again = |_: &[u32], old: TouchState, _: Pair| is_open(old);
             let interval = (ClosureRule::InDrift, (0.0, duration));
-            self.examine(island, setting, motion, interval, again);
+            self.examine(island, context, motion, interval, again);
         }
     }
 
@@ -170,7 +170,7 @@ impl<const D: usize> TouchEvents<D> {
     pub(crate) fn update(
         &mut self,
         island: &mut Island<D>,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         (before, has_begun): (&[[f64; D]], bool),
         (wanted, interval): (ClosureRule, (f64, f64)),
@@ -180,15 +180,15 @@ impl<const D: usize> TouchEvents<D> {
             TouchState::Due => has_begun,
             TouchState::Refused => true,
             TouchState::Never | TouchState::At(..) => {
-                let main = setting.surface.main_nodes(pair.main).iter();
-                let mut nodes = main.chain(setting.surface.target_nodes(pair.target));
+                let main = context.surface.main_nodes(pair.main).iter();
+                let mut nodes = main.chain(context.surface.target_nodes(pair.target));
                 nodes.any(|node| match own.binary_search(node) {
                     Ok(number) => motion.velocity[*node as usize] != before[number],
                     Err(_) => false,
                 })
             }
         };
-        self.examine(island, setting, motion, (wanted, interval), again);
+        self.examine(island, context, motion, (wanted, interval), again);
     }
 
     /// Looks `again` at pairs, given the nodes of the island; leaves out those that
@@ -196,14 +196,14 @@ impl<const D: usize> TouchEvents<D> {
     fn examine(
         &mut self,
         island: &mut Island<D>,
-        setting: &ContactContext<D>,
+        context: &ContactContext<D>,
         motion: &KickedView<D>,
         (wanted, (elapsed, duration)): (ClosureRule, (f64, f64)),
         again: impl Fn(&[u32], TouchState, Pair) -> bool,
     ) {
         let Island {
             separation_bounds: near,
-            contact_points: live,
+            contact_points: contact,
             nodes,
             ..
         } = island;
@@ -217,13 +217,14 @@ impl<const D: usize> TouchEvents<D> {
             }
         }
         let at = motion.positions();
-        let formed = match at.cache() {
+        let cache = match at.cache() {
             Some(_) => None,
-            None => setting.surface.geometry_cache(self.anew.len(), None),
+            None => context.surface.geometry_cache(self.anew.len(), None),
         };
-        let at = at.with(at.cache().or(formed.as_ref()));
+        let at = at.with(at.cache().or(cache.as_ref()));
         self.closed.clear();
-        self.closed.extend(live.iter().map(|live| live.pair));
+        self.closed
+            .extend(contact.iter().map(|contact| contact.pair));
         self.closed.sort_unstable();
         let pairs = &self.closed;
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
@@ -232,7 +233,7 @@ impl<const D: usize> TouchEvents<D> {
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
             } else {
-                check_pair(setting, (motion, at), pair, (wanted, remaining))
+                check_pair(context, (motion, at), pair, (wanted, remaining))
             }
         };
         let pairs = self.anew.par_iter().with_min_len(SHARE);
@@ -240,14 +241,15 @@ impl<const D: usize> TouchEvents<D> {
         // At rest most pairs are told at a glance.
         let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
         if self.glances.iter().any(more) {
-            self.by_place.rebuild(live, setting.surface, (motion, at));
+            self.by_place
+                .rebuild(contact, context.surface, (motion, at));
         }
-        let closed = (&self.by_place, &**live);
+        let closed = (&self.by_place, &**contact);
         let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(PairCheck, _))| match look {
             PairCheck::Touch(touch) => touch,
             PairCheck::Within(span) => {
                 let interval = (span, elapsed, duration);
-                touch(closed, setting, (motion, at), pair, interval)
+                touch(closed, context, (motion, at), pair, interval)
             }
         };
         let pairs = self.anew.par_iter().zip(&self.glances).with_min_len(SHARE);
@@ -291,12 +293,12 @@ enum PairCheck {
 /// A glance at an open pair in what is `remaining` of a drift, s, at constant velocities, and
 /// how far apart its features are now, m, or less, if that was asked.
 fn check_pair<const D: usize>(
-    setting: &ContactContext<D>,
+    context: &ContactContext<D>,
     (motion, at): (&KickedView<D>, Configuration<D>),
     pair: Pair,
     (wanted, remaining): (ClosureRule, f64),
 ) -> (PairCheck, Option<f64>) {
-    let (surface, tolerance) = (setting.surface, setting.tolerance);
+    let (surface, tolerance) = (context.surface, context.tolerance);
     let apart = surface.distance_lower_bound(pair, at);
     let way = remaining * fastest(surface, motion, pair);
     let end = at.after(motion.velocity, remaining);
@@ -325,24 +327,24 @@ fn check_pair<const D: usize>(
 /// When a pair between the closed contacts of its blocks touches, within `span` seconds
 /// after `elapsed`.
 fn touch<const D: usize>(
-    (closed, live): (&ActiveSetIndex<D>, &[ContactPoint<D>]),
-    setting: &ContactContext<D>,
+    (closed, contact): (&ActiveSetIndex<D>, &[ContactPoint<D>]),
+    context: &ContactContext<D>,
     (motion, at): (&KickedView<D>, Configuration<D>),
     pair: Pair,
     (span, elapsed, duration): (f64, f64, f64),
 ) -> TouchState {
-    let (surface, tolerance) = (setting.surface, setting.tolerance);
+    let (surface, tolerance) = (context.surface, context.tolerance);
     let remaining = duration - elapsed;
     let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
     let Some(wait) = wait else {
         return TouchState::Never;
     };
-    let beside = closed.nearby(live, setting, (motion, at), (pair, remaining));
-    let moment = DriftInterval::in_drift(at, motion.velocity, [wait, remaining]);
+    let beside = closed.nearby(contact, context, (motion, at), (pair, remaining));
+    let drift_interval = DriftInterval::in_drift(at, motion.velocity, [wait, remaining]);
     // A whole drift on: by its end, a touch in the last instant of this one would
     // leave the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
-    match owning_pair(setting, beside, pair, (moment, later)) {
+    match owning_pair(context, beside, pair, (drift_interval, later)) {
         Some(owner) => TouchState::At(elapsed + wait, owner),
         None => TouchState::Refused,
     }
@@ -351,44 +353,46 @@ fn touch<const D: usize>(
 /// The pair that a touch of `pair` belongs to, of those that closed contacts `beside` it
 /// do not stand for, if any.
 fn owning_pair<'a, const D: usize>(
-    setting: &ContactContext<D>,
+    context: &ContactContext<D>,
     beside: impl Iterator<Item = &'a ContactPoint<D>> + Clone,
     pair: Pair,
-    (moment, later): (DriftInterval<D>, Configuration<D>),
+    (drift_interval, later): (DriftInterval<D>, Configuration<D>),
 ) -> Option<Pair> {
-    let (surface, tolerance, then) = (setting.surface, setting.tolerance, moment.at_touch);
+    let (surface, tolerance, then) = (context.surface, context.tolerance, drift_interval.at_touch);
     let point = surface.point(pair, then);
-    let is_here =
-        |live: &ContactPoint<D>| norm(&sub(&surface.point(live.pair, then), &point)) <= tolerance;
+    let is_here = |contact: &ContactPoint<D>| {
+        norm(&sub(&surface.point(contact.pair, then), &point)) <= tolerance
+    };
     // What is closed at the same place comes first: it costs less to ask.
     let mut gap = None;
-    let bars = |live: &ContactPoint<D>| {
-        live.is_duplicate_of(setting, pair, moment)
-            || is_here(live) && {
-                let held = surface.project(live.pair, later);
+    let bars = |contact: &ContactPoint<D>| {
+        contact.is_duplicate_of(context, pair, drift_interval)
+            || is_here(contact) && {
+                let held = surface.project(contact.pair, later);
                 let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
                 held.outside <= tolerance
                     && held.gap >= *gap
-                    && !surface.is_reentrant_pair(live.pair, pair, then)
-                    && !live.leaves_uncovered(setting, pair, moment)
+                    && !surface.is_reentrant_pair(contact.pair, pair, then)
+                    && !contact.leaves_uncovered(context, pair, drift_interval)
             }
     };
     if beside.clone().any(bars) {
         return None;
     }
     let best = select_feature_pair(surface, pair, [then, later], tolerance, &|_| true);
-    let says = |live: &ContactPoint<D>| {
-        best.is_some_and(|best| live.is_duplicate_of(setting, best, moment))
+    let says = |contact: &ContactPoint<D>| {
+        best.is_some_and(|best| contact.is_duplicate_of(context, best, drift_interval))
     };
     if best.is_some() && !beside.clone().any(says) {
         return best;
     }
     // It belongs to what is closed, or goes past that, unless it is left to sink in.
-    let held: SmallVec<[&ContactPoint<D>; 8]> =
-        beside.filter(|live| is_here(live) || says(live)).collect();
+    let held: SmallVec<[&ContactPoint<D>; 8]> = beside
+        .filter(|contact| is_here(contact) || says(contact))
+        .collect();
     let is_left = |pair| {
         held.iter()
-            .all(|live| live.leaves_uncovered(setting, pair, moment))
+            .all(|contact| contact.leaves_uncovered(context, pair, drift_interval))
     };
     if held.is_empty() {
         return None;

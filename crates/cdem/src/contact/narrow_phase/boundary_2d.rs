@@ -192,7 +192,7 @@ impl ContactGeometry<2> for Boundary2d {
 
     fn assemble_jacobian(
         &self,
-        operator: &mut ContactJacobian<2>,
+        jacobian: &mut ContactJacobian<2>,
         pair: Pair,
         foot: &[f64; 2],
         at: Configuration<2>,
@@ -209,18 +209,18 @@ impl ContactGeometry<2> for Boundary2d {
         let anchor: [f64; 2] = std::array::from_fn(|c| start[c] + w * along[c]);
         let offset = sub(&at.at(p), &anchor);
         let frame = [normal, tangent];
-        operator.frame = frame;
-        operator.offset = frame.map(|direction| dot(&direction, &offset));
-        operator.count = 3;
-        operator.nodes[..3].copy_from_slice(&[p, a, b]);
-        operator.rows[0] = frame;
+        jacobian.frame = frame;
+        jacobian.offset = frame.map(|direction| dot(&direction, &offset));
+        jacobian.count = 3;
+        jacobian.nodes[..3].copy_from_slice(&[p, a, b]);
+        jacobian.rows[0] = frame;
         for (r, direction) in frame.iter().enumerate() {
             // A turn ω = −normal·(v_b − v_a)/length moves the target's material
             // at the main point by ω × offset.
             let turning = (direction[1] * offset[0] - direction[0] * offset[1]) / length;
             for c in 0..2 {
-                operator.rows[1][r][c] = -(1.0 - w) * direction[c] - turning * normal[c];
-                operator.rows[2][r][c] = -w * direction[c] + turning * normal[c];
+                jacobian.rows[1][r][c] = -(1.0 - w) * direction[c] - turning * normal[c];
+                jacobian.rows[2][r][c] = -w * direction[c] + turning * normal[c];
             }
         }
     }

@@ -291,7 +291,7 @@ impl ContactGeometry<3> for Boundary3d {
 
     fn assemble_jacobian(
         &self,
-        operator: &mut ContactJacobian<3>,
+        jacobian: &mut ContactJacobian<3>,
         pair: Pair,
         foot: &[f64; 2],
         at: Configuration<3>,
@@ -299,10 +299,10 @@ impl ContactGeometry<3> for Boundary3d {
     ) {
         match self.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => {
-                self.jacobian_of_point_triangle(operator, (vertex, triangle), foot, at);
+                self.jacobian_of_point_triangle(jacobian, (vertex, triangle), foot, at);
             }
             FeaturePair::Crossing { main, target } => {
-                self.jacobian_of_edge_edge(operator, [main, target], (foot, along), at);
+                self.jacobian_of_edge_edge(jacobian, [main, target], (foot, along), at);
             }
         }
     }

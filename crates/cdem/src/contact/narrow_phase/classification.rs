@@ -39,31 +39,31 @@ struct TangentSectors {
 type Sector = [[f64; 3]; 2];
 
 impl FeatureSet {
-    fn at_vertex(shell: &Boundary3d, vertex: u32, at: Configuration<3>) -> Self {
-        let edges = shell.triangulation.edges_at(vertex).iter().copied();
+    fn at_vertex(boundary: &Boundary3d, vertex: u32, at: Configuration<3>) -> Self {
+        let edges = boundary.triangulation.edges_at(vertex).iter().copied();
         Self {
             vertex: Some(vertex),
             edges: edges
-                .filter(|&edge| shell.triangulation.is_sharp(edge, at))
+                .filter(|&edge| boundary.triangulation.is_sharp(edge, at))
                 .collect(),
-            triangles: shell.triangulation.triangles_at(vertex).into(),
+            triangles: boundary.triangulation.triangles_at(vertex).into(),
         }
     }
 
     /// Around a point of an edge.
     fn on_edge(
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         edge: u32,
         foot: f64,
         at: Configuration<3>,
         tolerance: f64,
     ) -> Self {
-        let length = shell.length(edge, at);
-        let end = shell.triangulation.edges[edge as usize].ends[usize::from(foot > 0.5)];
-        if foot.min(1.0 - foot) * length <= tolerance && end < shell.triangulation.vertex_count {
-            return Self::at_vertex(shell, end, at);
+        let length = boundary.length(edge, at);
+        let end = boundary.triangulation.edges[edge as usize].ends[usize::from(foot > 0.5)];
+        if foot.min(1.0 - foot) * length <= tolerance && end < boundary.triangulation.vertex_count {
+            return Self::at_vertex(boundary, end, at);
         }
-        let sides = shell.triangulation.edges[edge as usize].sides;
+        let sides = boundary.triangulation.edges[edge as usize].sides;
         Self {
             vertex: None,
             edges: smallvec![edge],
@@ -73,20 +73,20 @@ impl FeatureSet {
 
     /// Around the foot of a vertex on a triangle.
     fn on_triangle(
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         (vertex, triangle): (u32, u32),
         at: Configuration<3>,
         tolerance: f64,
     ) -> Self {
-        let facing = shell.point_triangle(vertex, triangle, at);
-        let foot = shell.triangulation.point(vertex, at);
-        let own = &shell.triangulation.triangles[triangle as usize];
+        let facing = boundary.point_triangle(vertex, triangle, at);
+        let foot = boundary.triangulation.point(vertex, at);
+        let own = &boundary.triangulation.triangles[triangle as usize];
         let is_near = |corner: u32| {
-            let apart = sub(&shell.triangulation.point(corner, at), &foot);
-            corner < shell.triangulation.vertex_count && norm(&apart) <= 2.0 * tolerance
+            let apart = sub(&boundary.triangulation.point(corner, at), &foot);
+            corner < boundary.triangulation.vertex_count && norm(&apart) <= 2.0 * tolerance
         };
         if let Some(corner) = own.corners.into_iter().find(|&corner| is_near(corner)) {
-            return Self::at_vertex(shell, corner, at);
+            return Self::at_vertex(boundary, corner, at);
         }
         let mut place = Self {
             triangles: smallvec![triangle],
@@ -95,8 +95,8 @@ impl FeatureSet {
         for k in (0..3).filter(|&k| facing.inside(k) <= tolerance) {
             place
                 .triangles
-                .extend(shell.triangulation.across(triangle, k));
-            if shell.triangulation.is_sharp(own.edges[k], at) {
+                .extend(boundary.triangulation.across(triangle, k));
+            if boundary.triangulation.is_sharp(own.edges[k], at) {
                 place.edges.push(own.edges[k]);
             }
         }
@@ -105,23 +105,23 @@ impl FeatureSet {
 
     /// The places of main and target around a pair's contact point.
     pub(crate) fn both(
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         pair: Pair,
         at: Configuration<3>,
         tolerance: f64,
     ) -> [Self; 2] {
-        match shell.feature_pair(pair) {
+        match boundary.feature_pair(pair) {
             FeaturePair::Facing { vertex, triangle } => [
-                Self::at_vertex(shell, vertex, at),
-                Self::on_triangle(shell, (vertex, triangle), at, tolerance),
+                Self::at_vertex(boundary, vertex, at),
+                Self::on_triangle(boundary, (vertex, triangle), at, tolerance),
             ],
             FeaturePair::Crossing { main, target } => {
-                let foot = shell
+                let foot = boundary
                     .edge_edge(main, target, at)
                     .map_or([0.5; 2], |c| c.foot);
                 [
-                    Self::on_edge(shell, main, foot[0], at, tolerance),
-                    Self::on_edge(shell, target, foot[1], at, tolerance),
+                    Self::on_edge(boundary, main, foot[0], at, tolerance),
+                    Self::on_edge(boundary, target, foot[1], at, tolerance),
                 ]
             }
         }
@@ -130,12 +130,12 @@ impl FeatureSet {
     /// The pairs that a touch of `pair` may belong to: those of all features
     /// around its point. None but itself in the middle of features.
     pub(crate) fn pairs(
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         pair: Pair,
         at: Configuration<3>,
         tolerance: f64,
     ) -> Pairs {
-        let [main, target] = Self::both(shell, pair, at, tolerance);
+        let [main, target] = Self::both(boundary, pair, at, tolerance);
         let mut pairs = Pairs::new();
         for (one, other) in [(&main, &target), (&target, &main)] {
             if let Some(vertex) = one.vertex {
@@ -148,7 +148,7 @@ impl FeatureSet {
                 target
                     .edges
                     .iter()
-                    .map(|&other| shell.edge_pair(edge, other)),
+                    .map(|&other| boundary.edge_pair(edge, other)),
             );
         }
         pairs
@@ -156,17 +156,17 @@ impl FeatureSet {
 
     /// The type of a contact between the places of main and target.
     pub(crate) fn kind(
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         pair: Pair,
         places: &[Self; 2],
         at: Configuration<3>,
     ) -> ContactKind {
-        let Some(normal) = shell.normal(pair, at) else {
+        let Some(normal) = boundary.normal(pair, at) else {
             return ContactKind::EdgeEdge;
         };
         let [main, target] = places
             .each_ref()
-            .map(|place| place.support(shell, pair, &normal, at));
+            .map(|place| place.support(boundary, pair, &normal, at));
         if main.meets(&target, &normal) || target.meets(&main, &normal) {
             return ContactKind::FaceFace;
         }
@@ -176,7 +176,7 @@ impl FeatureSet {
         if main.enters(&target, &normal) || target.enters(&main, &normal) {
             return ContactKind::EdgeFace;
         }
-        let [one, other] = places.each_ref().map(|place| place.dimension(shell, at));
+        let [one, other] = places.each_ref().map(|place| place.dimension(boundary, at));
         match (one.min(other), one.max(other)) {
             (0, 0) => ContactKind::VertexVertex,
             (0, 1) => ContactKind::VertexEdge,
@@ -190,9 +190,10 @@ impl FeatureSet {
     }
 
     /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
-    fn dimension(&self, shell: &Boundary3d, at: Configuration<3>) -> u32 {
+    fn dimension(&self, boundary: &Boundary3d, at: Configuration<3>) -> u32 {
         let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
-            let [one, other] = [one, other].map(|edge| shell.triangulation.away(vertex, edge, at));
+            let [one, other] =
+                [one, other].map(|edge| boundary.triangulation.away(vertex, edge, at));
             norm(&cross(&one, &other)) <= FLUSH * norm(&one) * norm(&other)
                 && dot(&one, &other) < 0.0
         };
@@ -206,7 +207,7 @@ impl FeatureSet {
 
     fn support(
         &self,
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         pair: Pair,
         normal: &[f64; 3],
         at: Configuration<3>,
@@ -215,9 +216,9 @@ impl FeatureSet {
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         for &edge in &self.edges {
             let ways: SmallVec<[_; 2]> = match self.vertex {
-                Some(vertex) => smallvec![unit(shell.triangulation.away(vertex, edge, at))],
+                Some(vertex) => smallvec![unit(boundary.triangulation.away(vertex, edge, at))],
                 None => {
-                    let [a, b] = shell.triangulation.edge(edge, at);
+                    let [a, b] = boundary.triangulation.edge(edge, at);
                     smallvec![unit(sub(&b, &a)), unit(sub(&a, &b))]
                 }
             };
@@ -227,11 +228,11 @@ impl FeatureSet {
             support.rays.extend(in_plane);
         }
         for &triangle in &self.triangles {
-            let own = shell.triangulation.normal(triangle, at);
+            let own = boundary.triangulation.normal(triangle, at);
             if norm(&cross(&own, normal)) > FLUSH {
                 continue;
             }
-            let sectors = self.sectors(shell, (pair, triangle), &own, at);
+            let sectors = self.sectors(boundary, (pair, triangle), &own, at);
             support
                 .sectors
                 .extend(sectors.into_iter().map(|[one, other]| {
@@ -249,13 +250,13 @@ impl FeatureSet {
     /// a plane from its edge, or everywhere; as sectors of a right angle at most.
     fn sectors(
         &self,
-        shell: &Boundary3d,
+        boundary: &Boundary3d,
         (pair, triangle): (Pair, u32),
         normal: &[f64; 3],
         at: Configuration<3>,
     ) -> SmallVec<[Sector; 4]> {
-        let own = &shell.triangulation.triangles[triangle as usize];
-        let points = shell.triangulation.triangle(triangle, at);
+        let own = &boundary.triangulation.triangles[triangle as usize];
+        let points = boundary.triangulation.triangle(triangle, at);
         let unit = |v: [f64; 3]| scale(1.0 / norm(&v), &v);
         if let Some(vertex) = self.vertex {
             let corner = own.corners.iter().position(|&corner| corner == vertex);
@@ -263,7 +264,7 @@ impl FeatureSet {
             let to = |j: usize| unit(sub(&points[(k + j) % 3], &points[k]));
             return smallvec![[to(1), to(2)]];
         }
-        let point = shell.point(pair, at);
+        let point = boundary.point(pair, at);
         let facing =
             crate::contact::narrow_phase::point_triangle::PointTriangle::new(&point, &points);
         let (k, _) = facing.foot_distance();

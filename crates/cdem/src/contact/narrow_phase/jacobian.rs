@@ -10,7 +10,7 @@ impl Boundary3d {
     /// Of a vertex and the point at `foot` of a triangle.
     pub(crate) fn jacobian_of_point_triangle(
         &self,
-        operator: &mut ContactJacobian<3>,
+        jacobian: &mut ContactJacobian<3>,
         (vertex, triangle): (u32, u32),
         foot: &[f64; 2],
         at: Configuration<3>,
@@ -26,13 +26,13 @@ impl Boundary3d {
             let [a, b, c] = material.rows(direction).map(|row| scale(-1.0, &row));
             [*direction, a, b, c]
         };
-        self.assemble(operator, frame, material.offset(), (corners, rows));
+        self.assemble(jacobian, frame, material.offset(), (corners, rows));
     }
 
     /// Of the points at `foot` of two edges.
     pub(crate) fn jacobian_of_edge_edge(
         &self,
-        operator: &mut ContactJacobian<3>,
+        jacobian: &mut ContactJacobian<3>,
         [main, target]: [u32; 2],
         (foot, along): (&[f64; 2], Option<&[f64; 3]>),
         at: Configuration<3>,
@@ -57,35 +57,35 @@ impl Boundary3d {
         let corners = [main[0], main[1], target[0], target[1]];
         let frame = frame(&normal, &along);
         let rows = |direction: &[f64; 3]| pivot.rows(direction);
-        self.assemble(operator, frame, pivot.offset(), (corners, rows));
+        self.assemble(jacobian, frame, pivot.offset(), (corners, rows));
     }
 
     /// Makes an operator that of what each of four corners adds along the directions of a
     /// frame.
     fn assemble(
         &self,
-        operator: &mut ContactJacobian<3>,
+        jacobian: &mut ContactJacobian<3>,
         frame: [[f64; 3]; 3],
         offset: &[f64; 3],
         (corners, of_direction): ([u32; 4], impl Fn(&[f64; 3]) -> [[f64; 3]; 4]),
     ) {
-        operator.frame = frame;
-        operator.offset = frame.map(|direction| dot(&direction, offset));
-        operator.count = 0;
+        jacobian.frame = frame;
+        jacobian.offset = frame.map(|direction| dot(&direction, offset));
+        jacobian.count = 0;
         let rows = frame.map(|direction| of_direction(&direction));
         for (c, corner) in corners.into_iter().enumerate() {
             let nodes = self.triangulation.nodes_of_corner(corner);
             let share = 1.0 / nodes.len() as f64;
             for &node in nodes {
-                let known = operator.nodes().iter().position(|&other| other == node);
-                let k = known.unwrap_or(operator.count);
+                let known = jacobian.nodes().iter().position(|&other| other == node);
+                let k = known.unwrap_or(jacobian.count);
                 if known.is_none() {
-                    operator.nodes[k] = node;
-                    operator.rows[k] = [[0.0; 3]; 3];
-                    operator.count += 1;
+                    jacobian.nodes[k] = node;
+                    jacobian.rows[k] = [[0.0; 3]; 3];
+                    jacobian.count += 1;
                 }
                 for r in 0..3 {
-                    add_scaled(&mut operator.rows[k][r], share, &rows[r][c]);
+                    add_scaled(&mut jacobian.rows[k][r], share, &rows[r][c]);
                 }
             }
         }

@@ -102,10 +102,10 @@ impl TriangleMotion {
 
     /// What each corner adds along a direction.
     pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 3] {
-        let moment = cross(&self.offset, direction);
+        let drift_interval = cross(&self.offset, direction);
         let (tilt, spin) = (
-            cross(&self.normal, &moment),
-            0.5 * dot(&self.normal, &moment),
+            cross(&self.normal, &drift_interval),
+            0.5 * dot(&self.normal, &drift_interval),
         );
         std::array::from_fn(|k| {
             let gradient = &self.gradients[k];

@@ -50,11 +50,11 @@ impl ContactPlane {
 
 impl ProjectedFacet {
     /// A facet, counter-clockwise about the normal of contact.
-    fn new(shell: &Boundary3d, facet: u32, plane: &ContactPlane, at: Configuration<3>) -> Self {
-        let mut vertices = SmallVec::from_slice(shell.triangulation.facet(facet));
+    fn new(boundary: &Boundary3d, facet: u32, plane: &ContactPlane, at: Configuration<3>) -> Self {
+        let mut vertices = SmallVec::from_slice(boundary.triangulation.facet(facet));
         let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
             .iter()
-            .map(|&vertex| plane.at(&shell.triangulation.point(vertex, at)))
+            .map(|&vertex| plane.at(&boundary.triangulation.point(vertex, at)))
             .collect();
         if area(&corners) < 0.0 {
             vertices.reverse();
@@ -63,8 +63,8 @@ impl ProjectedFacet {
         let next = vertices.iter().cycle().skip(1);
         let edges = vertices.iter().zip(next);
         let sharp = edges.map(|(&one, &other): (&u32, &u32)| {
-            let edge = shell.triangulation.edge_between(one, other);
-            edge.is_some_and(|edge| shell.triangulation.is_sharp(edge, at))
+            let edge = boundary.triangulation.edge_between(one, other);
+            edge.is_some_and(|edge| boundary.triangulation.is_sharp(edge, at))
         });
         Self {
             sharp: sharp.collect(),

@@ -105,10 +105,10 @@ impl ProximalWeight {
 
 /// Nodes of a contact, with their rows and whether they are held in all components.
 pub(super) fn nodes_of<'a, const D: usize>(
-    operator: &'a ContactJacobian<D>,
+    jacobian: &'a ContactJacobian<D>,
     mobility: KickMobility<'a, D>,
 ) -> impl Iterator<Item = (usize, u32, bool)> + 'a {
-    let nodes = operator.nodes().iter().enumerate();
+    let nodes = jacobian.nodes().iter().enumerate();
     nodes.map(move |(k, &node)| (k, node, mobility.inertia.is_prescribed(node as usize)))
 }
 
@@ -182,10 +182,10 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
 fn respond<S: Simd, const D: usize, P: SimdBlock>(
     simd: S,
     mut gains: &mut [[P; D]],
-    operator: &ContactJacobian<D>,
+    jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
 ) {
-    let (inertia, nodes) = (mobility.inertia, operator.nodes());
+    let (inertia, nodes) = (mobility.inertia, jacobian.nodes());
     let mut first = 0;
     while first < nodes.len() {
         let coupled = inertia.coupled(nodes[first] as usize);
@@ -202,7 +202,7 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
         if coupled.len() == 1 {
             let (gain, rest) = gains.split_at_mut(1);
             let inverse = inertia.alone(nodes[own.start] as usize);
-            for (row, gain) in operator.rows[own.start].iter().zip(&mut gain[0]) {
+            for (row, gain) in jacobian.rows[own.start].iter().zip(&mut gain[0]) {
                 let made: [f64; D] = std::array::from_fn(|c| share * (inverse[c] * row[c]));
                 *gain = P::of(&made);
             }
@@ -216,7 +216,7 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
             for k in own.clone() {
                 let column = P::of(&inertia.column(nodes[k] as usize, c)[first..]);
                 for r in 0..D {
-                    let row = BlockFactors::new(simd, &[operator.rows[k][r][c]]);
+                    let row = BlockFactors::new(simd, &[jacobian.rows[k][r][c]]);
                     made[r].add_scaled(simd, &row, &[column]);
                 }
             }
@@ -283,16 +283,16 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
             let (own, rest) = operators.split_at_mut(point.operators.len());
             let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
             let (own_levers, rest_levers) = levers.split_at_mut(levers_of::<P>(own.len()));
-            let operator = &self.constraints[point.number as usize].jacobian;
-            let unheld = take(own, operator, self.mobility);
+            let jacobian = &self.constraints[point.number as usize].jacobian;
+            let unheld = take(own, jacobian, self.mobility);
             let seen = if P::BY_COLUMNS {
-                let moved = nodes_of(operator, self.mobility).filter(|(.., held)| !held);
+                let moved = nodes_of(jacobian, self.mobility).filter(|(.., held)| !held);
                 for (lever, (_, node, _)) in own_levers.iter_mut().zip(moved) {
                     lever.share = self.mobility.damping_factor(node);
                 }
                 seen_by_columns(own, own_levers, self.columns)
             } else {
-                respond(simd, own_gains, operator, self.mobility);
+                respond(simd, own_gains, jacobian, self.mobility);
                 seen_by_gains(own, own_gains)
             };
             point.set_effective_mass(&seen, &unheld);
@@ -305,13 +305,13 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
 #[inline(always)]
 fn take<const D: usize>(
     operators: &mut [JacobianTerm<D>],
-    operator: &ContactJacobian<D>,
+    jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
 ) -> [f64; D] {
     let mut unheld = [0.0; D];
     let mut terms = operators.iter_mut();
-    for (k, node, held) in nodes_of(operator, mobility) {
-        let rows = &operator.rows[k];
+    for (k, node, held) in nodes_of(jacobian, mobility) {
+        let rows = &jacobian.rows[k];
         let inverse = 1.0 / mobility.inertia.mass()[node as usize];
         for r in 0..D {
             unheld[r] += dot(&rows[r], &rows[r]) * inverse;

@@ -152,12 +152,12 @@ impl DofMap {
     /// Adds the packs that a contact moves to those of `all`.
     pub(super) fn add_packs<const D: usize>(
         &self,
-        operator: &ContactJacobian<D>,
+        jacobian: &ContactJacobian<D>,
         mobility: KickMobility<D>,
         all: &mut Vec<u32>,
     ) {
         let start = all.len();
-        for (_, node, _) in nodes_of(operator, mobility).filter(|(.., held)| !held) {
+        for (_, node, _) in nodes_of(jacobian, mobility).filter(|(.., held)| !held) {
             let packs = self.packs_around(node);
             if !all[start..].contains(&packs.start) {
                 all.extend(packs);

@@ -116,27 +116,27 @@ mod tests {
 
     #[test]
     fn a_value_is_worked_out_once_until_it_is_forgotten() {
-        let mut formed = GeometryCache::<3>::new([100; 3]);
-        let ask = |formed: &GeometryCache<3>, x: f64| {
+        let mut cache = GeometryCache::<3>::new([100; 3]);
+        let ask = |cache: &GeometryCache<3>, x: f64| {
             for number in [0, 31, 32, 99] {
                 let x = x + f64::from(number);
-                let point = formed.points.get(number, || [x; 3]);
-                let shape = formed.triangle_shapes.get(number, || TriangleShape {
+                let point = cache.points.get(number, || [x; 3]);
+                let shape = cache.triangle_shapes.get(number, || TriangleShape {
                     normal: [x; 3],
                     twice_area: x,
                     least_height: x,
                 });
-                let ridge = formed.edge_shapes.get(number, || EdgeShape {
+                let ridge = cache.edge_shapes.get(number, || EdgeShape {
                     height: x,
                     arm: x,
                     least_height: x,
                 });
                 assert_eq!([point[0], shape.twice_area], [ridge.height; 2]);
             }
-            formed.points.get(99, || unreachable!("it is known"))[0] - 99.0
+            cache.points.get(99, || unreachable!("it is known"))[0] - 99.0
         };
-        assert_eq!([ask(&formed, 1.0), ask(&formed, 2.0)], [1.0, 1.0]);
-        formed.clear();
-        assert_eq!(ask(&formed, 2.0), 2.0);
+        assert_eq!([ask(&cache, 1.0), ask(&cache, 2.0)], [1.0, 1.0]);
+        cache.clear();
+        assert_eq!(ask(&cache, 2.0), 2.0);
     }
 }

@@ -69,14 +69,14 @@ impl<const D: usize> ContactJacobian<D> {
     pub(crate) fn apply_transpose(
         &self,
         impulse: &[f64; D],
-        mut receive: impl FnMut(u32, &[f64; D]),
+        mut on_impulse: impl FnMut(u32, &[f64; D]),
     ) {
         for (&node, rows) in self.nodes().iter().zip(&self.rows) {
             let mut on = [0.0; D];
             for r in 0..D {
                 add_scaled(&mut on, impulse[r], &rows[r]);
             }
-            receive(node, &on);
+            on_impulse(node, &on);
         }
     }
 }

@@ -159,7 +159,7 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     /// are large, and kept where solvers find them.
     fn assemble_jacobian(
         &self,
-        operator: &mut ContactJacobian<D>,
+        jacobian: &mut ContactJacobian<D>,
         pair: Pair,
         foot: &[f64; 2],
         at: Configuration<D>,
@@ -167,9 +167,9 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     );
     /// A new one, whose normal goes the way that the surface says.
     fn jacobian(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> ContactJacobian<D> {
-        let mut operator = ContactJacobian::default();
-        self.assemble_jacobian(&mut operator, pair, foot, at, None);
-        operator
+        let mut jacobian = ContactJacobian::default();
+        self.assemble_jacobian(&mut jacobian, pair, foot, at, None);
+        jacobian
     }
     /// Where the points of a pair with this `foot` are: on the main and on the target.
     fn material_points(

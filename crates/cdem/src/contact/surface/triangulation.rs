@@ -245,7 +245,7 @@ impl Triangulation {
     #[inline]
     pub(crate) fn point(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
         match at.cache() {
-            Some(formed) => formed.points.get(corner, || self.point_of(corner, at)),
+            Some(cache) => cache.points.get(corner, || self.point_of(corner, at)),
             None => self.point_of(corner, at),
         }
     }
@@ -280,7 +280,7 @@ impl Triangulation {
     #[inline]
     fn triangle_shape(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         match at.cache() {
-            Some(formed) => formed
+            Some(cache) => cache
                 .triangle_shapes
                 .get(triangle, || self.shape_of(triangle, at)),
             None => self.shape_of(triangle, at),
@@ -448,7 +448,7 @@ impl Triangulation {
     #[inline]
     pub(crate) fn edge_shape(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         match at.cache() {
-            Some(formed) => formed.edge_shapes.get(edge, || self.ridge_of(edge, at)),
+            Some(cache) => cache.edge_shapes.get(edge, || self.ridge_of(edge, at)),
             None => self.ridge_of(edge, at),
         }
     }

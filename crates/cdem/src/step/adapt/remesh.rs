@@ -9,17 +9,18 @@ use crate::refinement::{Adaptivity, BaseModel, RefinedBlock};
 impl<const D: usize> Model<D> {
     /// Makes the model anew for a refined mesh of the same blocks, at `time`.
     pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) {
-        let (foundation, covers) = (&second_scale.base_model, second_scale.refined_blocks());
+        let (base_model, refined_blocks) =
+            (&second_scale.base_model, second_scale.refined_blocks());
         let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
-        self.sets = foundation.all_sets(&self.mesh);
+        self.sets = base_model.all_sets(&self.mesh);
         self.numbering = ElementNumbering::new(&self.sets, self.mesh.elements.len());
         self.block_of = block_of(&self.mesh);
         let meshes = [&old, &self.mesh];
-        remesh_inertia(&mut self.inertia, foundation, covers, meshes);
-        self.base_level = refined_levels(foundation, covers, &self.mesh);
+        remesh_inertia(&mut self.inertia, base_model, refined_blocks, meshes);
+        self.base_level = refined_levels(base_model, refined_blocks, &self.mesh);
         let had = "the mesh before refinement had these groups";
-        self.loads = self.surface_loads(&foundation.scene).expect(had);
-        self.boundaries = self.prescribed_motions(&foundation.scene).expect(had);
+        self.loads = self.surface_loads(&base_model.scene).expect(had);
+        self.boundaries = self.prescribed_motions(&base_model.scene).expect(had);
         self.set_prescribed_nodes(time);
     }
 }
@@ -28,20 +29,20 @@ impl<const D: usize> Model<D> {
 /// another such mesh.
 fn remesh_inertia<const D: usize>(
     inertia: &mut InverseMass<D>,
-    foundation: &BaseModel<D>,
-    covers: &[Option<RefinedBlock<D>>],
+    base_model: &BaseModel<D>,
+    refined_blocks: &[Option<RefinedBlock<D>>],
     meshes: [&Mesh<D>; 2],
 ) {
     let mut nodal = Vec::with_capacity(meshes[1].nodes.len());
-    for (block, cover) in foundation.mesh.blocks.iter().zip(covers) {
+    for (block, refined_block) in base_model.mesh.blocks.iter().zip(refined_blocks) {
         let nodes = block.nodes.start as usize..block.nodes.end as usize;
-        match cover {
-            Some(cover) => nodal.extend(&cover.mass),
-            None => nodal.extend(&foundation.masses.nodal[nodes]),
+        match refined_block {
+            Some(refined_block) => nodal.extend(&refined_block.mass),
+            None => nodal.extend(&base_model.masses.nodal[nodes]),
         }
     }
-    let dense = foundation.masses.consistent.iter();
-    let dense = dense.filter(|dense| covers[dense.block as usize].is_none());
+    let dense = base_model.masses.consistent.iter();
+    let dense = dense.filter(|dense| refined_blocks[dense.block as usize].is_none());
     let dense = dense.map(|dense| {
         let first = meshes.map(|mesh| mesh.blocks[dense.block as usize].nodes.start as usize);
         (first, dense.matrix.as_slice())
@@ -51,19 +52,21 @@ fn remesh_inertia<const D: usize>(
 
 /// Levels of the elements of such a mesh by their own stable steps.
 fn refined_levels<const D: usize>(
-    foundation: &BaseModel<D>,
-    covers: &[Option<RefinedBlock<D>>],
+    base_model: &BaseModel<D>,
+    refined_blocks: &[Option<RefinedBlock<D>>],
     mesh: &Mesh<D>,
 ) -> Vec<u8> {
     let roots = mesh.parts.iter().flat_map(|parts| &parts.root);
     let mut levels: Vec<u8> = if mesh.parts.is_some() {
-        roots.map(|&root| foundation.level[root as usize]).collect()
+        roots.map(|&root| base_model.level[root as usize]).collect()
     } else {
-        foundation.level.clone()
+        base_model.level.clone()
     };
-    for (block, cover) in mesh.blocks.iter().zip(covers) {
+    for (block, refined_block) in mesh.blocks.iter().zip(refined_blocks) {
         let own = block.elements.start as usize..block.elements.end as usize;
-        let changed = cover.iter().flat_map(|cover| &cover.level);
+        let changed = refined_block
+            .iter()
+            .flat_map(|refined_block| &refined_block.level);
         for (level, changed) in levels[own].iter_mut().zip(changed) {
             *level = changed.unwrap_or(*level);
         }

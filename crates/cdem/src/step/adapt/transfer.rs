@@ -82,12 +82,13 @@ impl<const D: usize> Run<D> {
         };
         let time = old_state.number as f64 * self.model.step;
         self.model.remesh(second, time);
-        let covers = old_covers.iter().map(|(&block, old)| {
-            let covers = [old.as_ref(), second.refined_blocks()[block].as_ref()];
-            (block, covers)
+        let refined_blocks = old_covers.iter().map(|(&block, old)| {
+            let refined_blocks = [old.as_ref(), second.refined_blocks()[block].as_ref()];
+            (block, refined_blocks)
         });
-        let covers: BTreeMap<usize, [Option<&RefinedBlock<D>>; 2]> = covers.collect();
-        let transfers = covers.iter().map(|(&block, &[old, new])| {
+        let refined_blocks: BTreeMap<usize, [Option<&RefinedBlock<D>>; 2]> =
+            refined_blocks.collect();
+        let transfers = refined_blocks.iter().map(|(&block, &[old, new])| {
             let transfer = MeshTransfer::between(old, new, second.base_model.lame(block));
             (block, transfer.expect("zones come or go, not both"))
         });
@@ -97,7 +98,7 @@ impl<const D: usize> Run<D> {
             new: &self.model.mesh,
             transfers: &transfers,
             base: &second.base_model.mesh,
-            covers,
+            refined_blocks,
         };
         let origins = carry.origins();
         let mut state = carry.state(&old_state, &origins, &coarser);
@@ -125,9 +126,9 @@ impl<const D: usize> Run<D> {
     /// it has too much yet.
     fn repay_from_deformation(&mut self, second: &Adaptivity<D>, block: usize, energy: f64) -> f64 {
         match &second.refined_blocks()[block] {
-            Some(cover) if energy > ROUND_OFF * self.energy_of(block) => {
+            Some(refined_block) if energy > ROUND_OFF * self.energy_of(block) => {
                 let lame = second.base_model.lame(block);
-                self.relax_energy(block, &cover.overlay, lame, energy)
+                self.relax_energy(block, &refined_block.overlay, lame, energy)
             }
             _ => energy,
         }
@@ -238,7 +239,7 @@ struct StateTransfer<'a, const D: usize> {
     transfers: &'a BTreeMap<usize, MeshTransfer<'a, D>>,
     base: &'a Mesh<D>,
     /// Of blocks that change, before and after.
-    covers: BTreeMap<usize, [Option<&'a RefinedBlock<D>>; 2]>,
+    refined_blocks: BTreeMap<usize, [Option<&'a RefinedBlock<D>>; 2]>,
 }
 
 impl<'a, const D: usize> StateTransfer<'a, D> {
@@ -308,7 +309,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
                 continue;
             }
             let own = self.base.blocks[number].elements.clone();
-            let [old, new] = self.covers[&number];
+            let [old, new] = self.refined_blocks[&number];
             for mut of in predecessors(own, old, new) {
                 of.iter_mut().for_each(|e| *e += block.elements.start);
                 origins.push(&of);

@@ -88,8 +88,10 @@ impl<const D: usize> Run<D> {
 
     /// How many blocks are refined now.
     pub(crate) fn refined_blocks(&self) -> u64 {
-        let covers = self.adaptivity.iter().flat_map(Adaptivity::refined_blocks);
-        covers.filter(|cover| cover.is_some()).count() as u64
+        let refined_blocks = self.adaptivity.iter().flat_map(Adaptivity::refined_blocks);
+        refined_blocks
+            .filter(|refined_block| refined_block.is_some())
+            .count() as u64
     }
 
     /// Changes but those to coarser meshes that would move a surface into, or away from,
@@ -123,16 +125,17 @@ impl<const D: usize> Run<D> {
         contacts: &Contacts<D>,
         moves: &mut [[f64; D]],
     ) -> Option<BlockChange<D>> {
-        let (block, cover) = (change.block, change.refined_block.as_ref());
-        let (foundation, old) = (&second.base_model, second.refined_blocks()[block].as_ref());
-        let transfer = MeshTransfer::between(old, cover, foundation.lame(block))?;
+        let (block, refined_block) = (change.block, change.refined_block.as_ref());
+        let (base_model, old) = (&second.base_model, second.refined_blocks()[block].as_ref());
+        let transfer = MeshTransfer::between(old, refined_block, base_model.lame(block))?;
         if transfer.is_finer() {
             return Some(change);
         }
         let nodes = self.model.nodes(block);
         let own = &self.state.displacement[nodes.clone()];
         let kept = transfer.kept(&self.prescribed_components(block));
-        let masses = [old, cover].map(|cover| foundation.nodal_masses(block, cover));
+        let masses =
+            [old, refined_block].map(|refined_block| base_model.nodal_masses(block, refined_block));
         let mut after = transfer.smoothed(own, &kept, masses);
         moves[nodes.clone()].copy_from_slice(&transfer.moves(own, &after));
         if !kept.contains(&true) {
@@ -142,7 +145,7 @@ impl<const D: usize> Run<D> {
                 add_scaled(moved, 1.0, &lift.unwrap_or([0.0; D]));
             }
         }
-        let strain_energy = foundation.strain_energy(block, cover, &after);
+        let strain_energy = base_model.strain_energy(block, refined_block, &after);
         if self.bound_energy_of(block) + strain_energy > self.energy_of(block) {
             moves[nodes].fill([0.0; D]);
             return None;

@@ -340,8 +340,8 @@ impl<const D: usize> CandidateSearch<D> {
         let allowance = |block: u32| self.blocks[block as usize].allowance;
         let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
         let patches = blocks.clusters;
-        let formed = blocks.surface.geometry_cache(patches.features(), None);
-        let at = at.with(formed.as_ref());
+        let cache = blocks.surface.geometry_cache(patches.features(), None);
+        let at = at.with(cache.as_ref());
         let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
         let pairs = pairs.into_par_iter().with_min_len(AT_ONCE);
         let candidates = pairs.map(|pair| Candidate {
@@ -425,8 +425,8 @@ impl<const D: usize> CandidateSearch<D> {
             }
             open.extend(&glance.open);
         }
-        let formed = blocks.surface.geometry_cache(open.len(), None);
-        self.look(blocks, at.with(formed.as_ref()));
+        let cache = blocks.surface.geometry_cache(open.len(), None);
+        self.look(blocks, at.with(cache.as_ref()));
     }
 
     /// Finds out what each block has ahead, and which candidates to look at, if those known do

@@ -242,29 +242,29 @@ fn corner_in_corner() -> Mesh<3> {
 #[test]
 fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
     let mesh = corner_in_corner();
-    let shell = Boundary3d::new(&mesh, TOLERANCE);
+    let boundary = Boundary3d::new(&mesh, TOLERANCE);
     let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
         .map(|node| u32::from(node >= mesh.blocks[1].nodes.start))
         .collect();
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let at = Configuration::new(&mesh.nodes, &still);
-    let patches = Clusters::new(&shell, &block_of, &mesh.nodes);
+    let patches = Clusters::new(&boundary, &block_of, &mesh.nodes);
     for margin in [0.0, 0.02, 0.3] {
         let mut all = Vec::new();
-        for [mains, targets] in shell.families() {
+        for [mains, targets] in boundary.families() {
             for main in mains {
-                let aabb = shell.main_box(main, at, margin);
+                let aabb = boundary.main_box(main, at, margin);
                 let block = |nodes: &[u32]| block_of[nodes[0] as usize];
                 let pairs = targets.clone().map(|target| Pair { main, target });
                 all.extend(pairs.filter(|&pair| {
-                    block(shell.main_nodes(main)) != block(shell.target_nodes(pair.target))
-                        && shell.is_canonical(pair)
-                        && aabb.overlaps(&shell.target_box(pair.target, at, margin))
+                    block(boundary.main_nodes(main)) != block(boundary.target_nodes(pair.target))
+                        && boundary.is_canonical(pair)
+                        && aabb.overlaps(&boundary.target_box(pair.target, at, margin))
                 }));
             }
         }
         all.sort_unstable();
-        let found = patches.overlapping(&shell, at, &|_| margin, &|[a, b]| a != b);
+        let found = patches.overlapping(&boundary, at, &|_| margin, &|[a, b]| a != b);
         assert!(all.len() > 100);
         assert_eq!(found, all, "grown by {margin}");
     }
@@ -326,14 +326,14 @@ proptest! {
         from in 0..20_usize,
     ) {
         let mesh = &heap.mesh;
-        let shell = Boundary3d::new(mesh, TOLERANCE);
+        let boundary = Boundary3d::new(mesh, TOLERANCE);
         let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
             .map(|node| mesh.blocks.partition_point(|block| block.nodes.end <= node) as u32)
             .collect();
         let fixed = [true, false, false, false, false];
         let blocks = SearchContext {
-            surface: &shell,
-            clusters: &Clusters::new(&shell, &block_of, &mesh.nodes),
+            surface: &boundary,
+            clusters: &Clusters::new(&boundary, &block_of, &mesh.nodes),
             block_of: &block_of,
             fixed: &fixed,
             tolerance: TOLERANCE,
@@ -341,12 +341,12 @@ proptest! {
         let speed = |node: usize| norm(&heap.velocity[node]);
         let fastest = |block: &Block| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
         let speeds: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
-        let all: Vec<Pair> = shell.families().iter().flat_map(|[mains, targets]| {
+        let all: Vec<Pair> = boundary.families().iter().flat_map(|[mains, targets]| {
             let targets = targets.clone();
             mains.clone().flat_map(move |main| targets.clone().map(move |target| Pair { main, target }))
         }).filter(|&pair| {
             let [a, b] = blocks.of(pair);
-            a != b && shell.is_canonical(pair)
+            a != b && boundary.is_canonical(pair)
         }).collect();
         let [mut whole, mut late] = [CandidateSearch::default(), CandidateSearch::default()];
         let may_meet = |[a, b]: [u32; 2]| a != b;
@@ -370,8 +370,8 @@ proptest! {
                 search.find_near(&blocks, at, with, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
-                    shell.distance_lower_bound(pair, at) <= APART * (a + b + TOLERANCE)
-                        && shell.cull(pair, at, a + b, TOLERANCE) == CullingResult::Near
+                    boundary.distance_lower_bound(pair, at) <= APART * (a + b + TOLERANCE)
+                        && boundary.cull(pair, at, a + b, TOLERANCE) == CullingResult::Near
                 }).collect();
                 prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);
             }
@@ -391,11 +391,11 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
     };
     let blocks = [[0.0; 3], [1.0, 0.3, 0.0]].map(|place| mesh::tests::block("cube", cube(place)));
     let mesh = mesh::tests::shapes(blocks.to_vec()).expect("boxes mesh");
-    let shell = Boundary3d::new(&mesh, TOLERANCE);
+    let boundary = Boundary3d::new(&mesh, TOLERANCE);
     let block_of: Vec<u32> = (0..16).map(|node| node / 8).collect();
     let blocks = SearchContext {
-        surface: &shell,
-        clusters: &Clusters::new(&shell, &block_of, &mesh.nodes),
+        surface: &boundary,
+        clusters: &Clusters::new(&boundary, &block_of, &mesh.nodes),
         block_of: &block_of,
         fixed: &[true, false],
         tolerance: TOLERANCE,

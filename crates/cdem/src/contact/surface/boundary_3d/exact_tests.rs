@@ -11,10 +11,10 @@ use crate::contact::verification::exact::{
 use crate::math::vector;
 
 /// A vertex against a triangle; the normal of two edges is that of their directions.
-fn features(query: &Query<3>, shell: &Boundary3d, pair: Pair) -> Features {
-    let skin = &shell.triangulation;
+fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
+    let skin = &boundary.triangulation;
     let path = |corner: u32| query.path(skin.nodes_of_corner(corner)[0]);
-    match shell.feature_pair(pair) {
+    match boundary.feature_pair(pair) {
         FeaturePair::Facing { vertex, triangle } => {
             let p = path(vertex);
             let abc = skin.triangles[triangle as usize].corners.map(path);
@@ -66,7 +66,7 @@ struct Judged {
 /// A pair of two tetrahedra, and when it is found to touch.
 struct Trial<'a> {
     query: &'a Query<3>,
-    shell: &'a Boundary3d,
+    boundary: &'a Boundary3d,
     at: Configuration<'a, 3>,
     velocity: &'a [[f64; 3]],
     pair: Pair,
@@ -76,27 +76,27 @@ struct Trial<'a> {
 impl Trial<'_> {
     fn is_crossing(&self) -> bool {
         matches!(
-            self.shell.feature_pair(self.pair),
+            self.boundary.feature_pair(self.pair),
             FeaturePair::Crossing { .. }
         )
     }
 
     /// Whether the normal is that of the directions of the edges, if that is clear.
     fn is_forward(&self, time: f64) -> Option<bool> {
-        let FeaturePair::Crossing { main, target } = self.shell.feature_pair(self.pair) else {
+        let FeaturePair::Crossing { main, target } = self.boundary.feature_pair(self.pair) else {
             return Some(true);
         };
         let then = self.at.after(self.velocity, time);
-        let crossing = self.shell.edge_edge(main, target, then)?;
+        let crossing = self.boundary.edge_edge(main, target, then)?;
         // Triangles that shrink to a line have any normal.
-        let least_height = |edge: u32| self.shell.triangulation.edge_shape(edge, then).least_height;
+        let least_height = |edge: u32| self.boundary.triangulation.edge_shape(edge, then).least_height;
         let has_sides = [main, target].map(least_height).iter().all(|&h| h > FOOT);
         let is_clear = has_sides && crossing.outward.abs() > FOOT_ROUND_OFF;
         is_clear.then_some(crossing.forward)
     }
 
     fn features(&self, forward: bool) -> Features {
-        let features = features(self.query, self.shell, self.pair);
+        let features = features(self.query, self.boundary, self.pair);
         if forward {
             features
         } else {
@@ -121,7 +121,7 @@ impl Trial<'_> {
         }
         let outside = |time: f64| {
             let then = self.at.after(self.velocity, time);
-            self.shell.project(self.pair, then).outside
+            self.boundary.project(self.pair, then).outside
         };
         let features = self.features(forward);
         let areas = [0.0, found, 1.0].map(|time| features.size.about(time).sqrt());
@@ -180,19 +180,19 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
             vector::dot(&a, &vector::cross(&b, &c))
         });
         let (mesh, velocity) = query.mesh();
-        let shell = Boundary3d::new(&mesh, 1e-6);
+        let boundary = Boundary3d::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
-        let pairs = all_pairs(&shell);
+        let pairs = all_pairs(&boundary);
         for _ in 0..8 {
             let pair = pairs[random.usize(..pairs.len())];
             let trial = Trial {
                 query: &query,
-                shell: &shell,
+                boundary: &boundary,
                 at,
                 velocity: &velocity,
                 pair,
-                found: shell.time_of_impact(pair, at, &velocity, 1.0, DEPTH),
+                found: boundary.time_of_impact(pair, at, &velocity, 1.0, DEPTH),
             };
             trial.judge_found(&mut judged);
             trial.judge_touches(&mut judged);

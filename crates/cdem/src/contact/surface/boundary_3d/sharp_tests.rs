@@ -33,17 +33,17 @@ proptest! {
         for (node, warp) in mesh.nodes.iter_mut().zip(&warp) {
             *node = squeeze(add(node, warp));
         }
-        let shell = Boundary3d::new(&mesh, tolerance * flat);
+        let boundary = Boundary3d::new(&mesh, tolerance * flat);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
-        for edge in 0..shell.triangulation.edges.len() as u32 {
-            let way = shell.triangulation.sharpens_after(edge, length, at);
+        for edge in 0..boundary.triangulation.edges.len() as u32 {
+            let way = boundary.triangulation.sharpens_after(edge, length, at);
             if way <= 0.0 {
                 continue;
             }
-            prop_assert!(!shell.triangulation.is_sharp_under(edge, length, at));
-            let outward = shell.triangulation.outward(edge, at);
-            let ends = shell.triangulation.edges[edge as usize].ends;
+            prop_assert!(!boundary.triangulation.is_sharp_under(edge, length, at));
+            let outward = boundary.triangulation.outward(edge, at);
+            let ends = boundary.triangulation.edges[edge as usize].ends;
             let worst = |node: u32| {
                 let sign = if ends.contains(&node) { 1.0 } else { -1.0 };
                 scale(sign * way / norm(&outward), &outward)
@@ -54,7 +54,7 @@ proptest! {
             };
             for moved in [(0..8).map(worst).collect::<Vec<_>>(), (0..8).map(random).collect()] {
                 let then = Configuration::new(&mesh.nodes, &moved);
-                prop_assert!(!shell.triangulation.is_sharp_under(edge, length + 2.0 * way, then));
+                prop_assert!(!boundary.triangulation.is_sharp_under(edge, length + 2.0 * way, then));
             }
         }
     }
@@ -73,14 +73,14 @@ proptest! {
         let cube = warped_cube([0.0; 3], &warp).into_iter();
         let cube: Vec<[f64; 3]> = cube.map(|[x, y, z]| [x, flat * y, z]).collect();
         let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
-        let shell = Boundary3d::new(&mesh, tolerance);
+        let boundary = Boundary3d::new(&mesh, tolerance);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
         let strict = Boundary3d::new(&mesh, tolerance / 3.0);
-        for edge in 0..shell.triangulation.edges.len() as u32 {
-            let is_flat = shell.triangulation.is_flat_under(edge, length, at);
-            prop_assert!(!(is_flat && shell.triangulation.is_sharp_under(edge, length, at)));
-            let turns_little = shell.triangulation.turn(edge, at).abs() < 0.09;
+        for edge in 0..boundary.triangulation.edges.len() as u32 {
+            let is_flat = boundary.triangulation.is_flat_under(edge, length, at);
+            prop_assert!(!(is_flat && boundary.triangulation.is_sharp_under(edge, length, at)));
+            let turns_little = boundary.triangulation.turn(edge, at).abs() < 0.09;
             prop_assert!(
                 is_flat || !turns_little || strict.triangulation.is_sharp_under(edge, length, at)
             );

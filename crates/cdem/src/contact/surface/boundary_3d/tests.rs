@@ -52,26 +52,26 @@ pub(super) fn warped_cube(shift: [f64; 3], warp: &[[f64; 3]; 8]) -> Vec<[f64; 3]
     moved.map(|(x, w)| add(&add(x, w), &shift)).collect()
 }
 
-pub(super) fn all_pairs(shell: &Boundary3d) -> Vec<Pair> {
+pub(super) fn all_pairs(boundary: &Boundary3d) -> Vec<Pair> {
     let (vertices, triangles) = (
-        shell.triangulation.vertex_count,
-        shell.triangulation.triangles.len() as u32,
+        boundary.triangulation.vertex_count,
+        boundary.triangulation.triangles.len() as u32,
     );
-    let edges = shell.triangulation.edges.len() as u32;
+    let edges = boundary.triangulation.edges.len() as u32;
     let faces =
         (0..vertices).flat_map(|v| (0..triangles).map(move |t| Boundary3d::face_pair(v, t)));
     let crossings = (0..edges).flat_map(|a| (a + 1..edges).map(move |b| (a, b)));
     let mut pairs: Vec<Pair> = faces.collect();
-    pairs.extend(crossings.map(|(a, b)| shell.edge_pair(a, b)));
+    pairs.extend(crossings.map(|(a, b)| boundary.edge_pair(a, b)));
     pairs.retain(|&pair| {
-        let [one, other] = shell.blocks(pair);
+        let [one, other] = boundary.blocks(pair);
         one != other
     });
     pairs
 }
 
 /// All that is asked of pairs of a drift, as text: numbers with all their digits.
-fn answers(shell: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
+fn answers(boundary: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
     let slack = GapAllowance {
         within: 1e-6,
         depth: 1e-8,
@@ -80,15 +80,15 @@ fn answers(shell: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> V
     let ask = |pair: &Pair| {
         let pair = *pair;
         let place = (
-            shell.project(pair, at),
-            shell.distance_lower_bound(pair, at),
+            boundary.project(pair, at),
+            boundary.distance_lower_bound(pair, at),
         );
-        let nearness = shell.cull(pair, at, 0.1, 1e-4);
-        let rests = shell.stays_in_contact(pair, at, velocity, 0.1, slack);
-        let time = shell.time_of_impact(pair, at, velocity, 0.1, 1e-4);
+        let nearness = boundary.cull(pair, at, 0.1, 1e-4);
+        let rests = boundary.stays_in_contact(pair, at, velocity, 0.1, slack);
+        let time = boundary.time_of_impact(pair, at, velocity, 0.1, 1e-4);
         format!("{place:?} {nearness:?} {rests} {time:?}")
     };
-    all_pairs(shell).par_iter().map(ask).collect()
+    all_pairs(boundary).par_iter().map(ask).collect()
 }
 
 proptest! {
@@ -104,16 +104,16 @@ proptest! {
     ) {
         let cubes = [warped_cube([0.0; 3], &warp[0]), warped_cube([0.3, 0.2, 1.1], &warp[1])];
         let mesh = mesh(&cubes.each_ref().map(|cube| (ElementKind::Hex8, cube.as_slice())));
-        let shell = Boundary3d::new(&mesh, 1e-4);
+        let boundary = Boundary3d::new(&mesh, 1e-4);
         for threads in [1, 4] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            let mut room = shell.geometry_cache(usize::MAX, None);
+            let mut room = boundary.geometry_cache(usize::MAX, None);
             for displacement in &moves {
-                room = shell.geometry_cache(0, room);
+                room = boundary.geometry_cache(0, room);
                 prop_assert!(room.is_some());
                 let at = Configuration::new(&mesh.nodes, displacement);
-                let alone = answers(&shell, at, &velocity);
-                let together = pool.install(|| answers(&shell, at.with(room.as_ref()), &velocity));
+                let alone = answers(&boundary, at, &velocity);
+                let together = pool.install(|| answers(&boundary, at.with(room.as_ref()), &velocity));
                 prop_assert_eq!(alone, together);
             }
         }
@@ -136,13 +136,13 @@ proptest! {
         let upper = [[-c, -s, 0.1], [c, s, 0.1], [0.0, 1.0, 1.1], [0.0, -1.0, 1.1]];
         let [lower, upper] = [lower, upper].map(|nodes| nodes.map(|x| scale(size, &x)));
         let mesh = mesh(&[(ElementKind::Tet4, &lower), (ElementKind::Tet4, &upper)]);
-        let shell = Boundary3d::new(&mesh, tolerance);
+        let boundary = Boundary3d::new(&mesh, tolerance);
         let still = [[0.0; 3]; 8];
         let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
         let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
         let at = Configuration::new(&mesh.nodes, &still);
-        let times = all_pairs(&shell).into_iter().filter_map(|pair| {
-            shell.time_of_impact(pair, at, &velocity, 1.0, tolerance)
+        let times = all_pairs(&boundary).into_iter().filter_map(|pair| {
+            boundary.time_of_impact(pair, at, &velocity, 1.0, tolerance)
         });
         let first = times.fold(f64::MAX, f64::min);
         let late = size * (first - 0.1);
@@ -189,18 +189,18 @@ fn touches_bed(
         nodes: first..first + 4,
         elements: count - 1..count,
     });
-    let shell = Boundary3d::new(&mesh, tolerance);
+    let boundary = Boundary3d::new(&mesh, tolerance);
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let mut velocity = still.clone();
     velocity[first as usize..].fill(along);
     let at = Configuration::new(&mesh.nodes, &still);
     let end = at.after(&velocity, way);
-    let times = all_pairs(&shell).into_iter().filter_map(|pair| {
-        let is_near = shell.cull(pair, at, way, tolerance) == CullingResult::Near;
-        let time = shell.time_of_impact(pair, at, &velocity, way, tolerance)?;
+    let times = all_pairs(&boundary).into_iter().filter_map(|pair| {
+        let is_near = boundary.cull(pair, at, way, tolerance) == CullingResult::Near;
+        let time = boundary.time_of_impact(pair, at, &velocity, way, tolerance)?;
         let then = at.after(&velocity, time);
-        let rightful = select_feature_pair(&shell, pair, [then, end], tolerance, &|_| true)?;
-        let normal = shell.normal(rightful, then)?;
+        let rightful = select_feature_pair(&boundary, pair, [then, end], tolerance, &|_| true)?;
+        let normal = boundary.normal(rightful, then)?;
         let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
         (is_near && !is_held).then_some(time)
     });
@@ -310,38 +310,38 @@ proptest! {
         let one = warped_cube([0.0; 3], &warp);
         let other = warped_cube(add(&[0.2, 0.1, 1.6], &shift), &warp);
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-        let shell = Boundary3d::new(&mesh, 1e-6);
+        let boundary = Boundary3d::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; mesh.nodes.len()];
         let at = Configuration::new(&mesh.nodes, &still);
         let rigid: Vec<[f64; 3]> =
             mesh.nodes.iter().map(|x| add(&velocity, &cross(&spin, x))).collect();
         let mut used = ContactJacobian::default();
-        for pair in all_pairs(&shell).into_iter().step_by(7) {
-            let projection = shell.project(pair, at);
+        for pair in all_pairs(&boundary).into_iter().step_by(7) {
+            let projection = boundary.project(pair, at);
             if projection.outside > 1.0 {
                 continue; // all but parallel: nothing to be exact about
             }
-            let operator = shell.jacobian(pair, &anchor, at);
+            let jacobian = boundary.jacobian(pair, &anchor, at);
             // Of what storage has held before nothing stays.
-            shell.assemble_jacobian(&mut used, pair, &anchor, at, None);
-            let of = |operator: &ContactJacobian<3>| {
-                let rows = operator.rows[..operator.count].to_vec();
-                (operator.nodes().to_vec(), rows, operator.frame, operator.offset)
+            boundary.assemble_jacobian(&mut used, pair, &anchor, at, None);
+            let of = |jacobian: &ContactJacobian<3>| {
+                let rows = jacobian.rows[..jacobian.count].to_vec();
+                (jacobian.nodes().to_vec(), rows, jacobian.frame, jacobian.offset)
             };
-            prop_assert_eq!(of(&used), of(&operator));
+            prop_assert_eq!(of(&used), of(&jacobian));
             for r in 0..3 {
                 // Round-off of some hundred operations on lengths of order 1,
                 // over the sine of the edges' angle.
-                let relative = operator.relative_velocity(r, &rigid);
+                let relative = jacobian.relative_velocity(r, &rigid);
                 prop_assert!(relative.abs() < 1e-10, "{pair:?} {relative}");
-                let (mut momentum, mut moment) = ([0.0; 3], [0.0; 3]);
-                for (k, &node) in operator.nodes().iter().enumerate() {
-                    let impulse = operator.rows[k][r];
+                let (mut momentum, mut drift_interval) = ([0.0; 3], [0.0; 3]);
+                for (k, &node) in jacobian.nodes().iter().enumerate() {
+                    let impulse = jacobian.rows[k][r];
                     add_scaled(&mut momentum, 1.0, &impulse);
-                    add_scaled(&mut moment, 1.0, &cross(&mesh.nodes[node as usize], &impulse));
+                    add_scaled(&mut drift_interval, 1.0, &cross(&mesh.nodes[node as usize], &impulse));
                 }
                 prop_assert!(norm(&momentum) < 1e-12, "{pair:?} {momentum:?}");
-                prop_assert!(norm(&moment) < 1e-10, "{pair:?} {moment:?}");
+                prop_assert!(norm(&drift_interval) < 1e-10, "{pair:?} {drift_interval:?}");
             }
         }
     }
@@ -362,11 +362,11 @@ proptest! {
         let other = warped_cube(add(&[0.2, 0.1, 1.0], &shift), &warp);
         let [one, other] = [one, other].map(|cube| cube.into_iter().map(squeeze).collect::<Vec<_>>());
         let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-        let shell = Boundary3d::new(&mesh, tolerance);
+        let boundary = Boundary3d::new(&mesh, tolerance);
         let still = vec![[0.0; 3]; 16];
         let at = Configuration::new(&mesh.nodes, &still);
-        for pair in all_pairs(&shell) {
-            let CullingResult::Lacks(length) = shell.cull(pair, at, reach, tolerance) else {
+        for pair in all_pairs(&boundary) {
+            let CullingResult::Lacks(length) = boundary.cull(pair, at, reach, tolerance) else {
                 continue;
             };
             if length <= reach {
@@ -378,7 +378,7 @@ proptest! {
                 scale(own * way / norm(&ways[node]), &ways[node])
             }).collect();
             let then = Configuration::new(&mesh.nodes, &moved);
-            let nearness = shell.cull(pair, then, reach, tolerance);
+            let nearness = boundary.cull(pair, then, reach, tolerance);
             prop_assert!(nearness != CullingResult::Near, "{pair:?} {length:e}");
         }
     }
@@ -399,11 +399,11 @@ proptest! {
         for pair in pairs.into_iter().step_by(11) {
             let close = |other: &[[f64; 3]]| {
                 let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, other)]);
-                let shell = Boundary3d::new(&mesh, 1e-6);
+                let boundary = Boundary3d::new(&mesh, 1e-6);
                 let still = vec![[0.0; 3]; 16];
                 let at = Configuration::new(&mesh.nodes, &still);
-                let projection = shell.project(pair, at);
-                (projection, shell.normal(pair, at), shell.blocks(pair))
+                let projection = boundary.project(pair, at);
+                (projection, boundary.normal(pair, at), boundary.blocks(pair))
             };
             // The second block is moved until the pair's gap is 0.
             let (projection, normal, blocks) = close(&other);
@@ -413,15 +413,15 @@ proptest! {
                 add_scaled(node, sign * projection.gap, &normal);
             }
             let mesh = mesh(&[(ElementKind::Hex8, &one), (ElementKind::Hex8, &other)]);
-            let shell = Boundary3d::new(&mesh, 1e-6);
+            let boundary = Boundary3d::new(&mesh, 1e-6);
             let still = vec![[0.0; 3]; 16];
             let at = Configuration::new(&mesh.nodes, &still);
-            let foot = shell.project(pair, at).foot;
-            let row = shell.jacobian(pair, &foot, at).relative_velocity(0, &rates);
+            let foot = boundary.project(pair, at).foot;
+            let row = boundary.jacobian(pair, &foot, at).relative_velocity(0, &rates);
             let step = 1e-6;
             let [ahead, back] = [step, -step].map(|t| {
                 let then = at.after(&rates, t);
-                (shell.project(pair, then).gap, shell.normal(pair, then))
+                (boundary.project(pair, then).gap, boundary.normal(pair, then))
             });
             // Edges whose surroundings do not tell which side is outside may turn
             // their normal round between the two.
@@ -441,37 +441,37 @@ proptest! {
 fn a_quadrilateral_is_four_triangles_about_its_mean() {
     let cube = warped_cube([0.0; 3], &[[0.0; 3]; 8]);
     let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
-    let shell = Boundary3d::new(&mesh, 1e-6);
+    let boundary = Boundary3d::new(&mesh, 1e-6);
     let still = vec![[0.0; 3]; 8];
     let at = Configuration::new(&mesh.nodes, &still);
-    assert_eq!(shell.triangulation.triangles.len(), 24);
-    assert_eq!(shell.triangulation.edges.len(), 12 + 24);
-    let edges = 0..shell.triangulation.edges.len() as u32;
-    let sharp = edges.filter(|&edge| shell.triangulation.is_sharp(edge, at));
+    assert_eq!(boundary.triangulation.triangles.len(), 24);
+    assert_eq!(boundary.triangulation.edges.len(), 12 + 24);
+    let edges = 0..boundary.triangulation.edges.len() as u32;
+    let sharp = edges.filter(|&edge| boundary.triangulation.is_sharp(edge, at));
     assert_eq!(sharp.count(), 12);
     for triangle in 0..24 {
-        let centre = shell.triangulation.triangle(triangle, at)[2];
+        let centre = boundary.triangulation.triangle(triangle, at)[2];
         let out = sub(&centre, &[0.5; 3]);
-        let normal = shell.triangulation.normal(triangle, at);
+        let normal = boundary.triangulation.normal(triangle, at);
         // The mean of a face of the unit cube lies half its edge from the centre.
         assert!(norm(&sub(&normal, &crate::math::vector::scale(2.0, &out))) < 1e-15);
     }
 }
 
 /// Closes what touches: the contacts of two blocks, each once.
-fn contacts_of(shell: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
+fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
     let mut contacts: Vec<Pair> = Vec::new();
-    for pair in all_pairs(shell) {
-        let projection = shell.project(pair, at);
+    for pair in all_pairs(boundary) {
+        let projection = boundary.project(pair, at);
         let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
-        let counts = match shell.feature_pair(pair) {
+        let counts = match boundary.feature_pair(pair) {
             FeaturePair::Crossing { main, target } => [main, target]
                 .iter()
-                .all(|&edge| shell.triangulation.is_sharp(edge, at)),
+                .all(|&edge| boundary.triangulation.is_sharp(edge, at)),
             FeaturePair::Facing { .. } => true,
         };
-        let known = |other: &Pair| shell.same_contact(*other, pair, at, tolerance);
-        if touches && counts && shell.in_normal_cone(pair, at) && !contacts.iter().any(known) {
+        let known = |other: &Pair| boundary.same_contact(*other, pair, at, tolerance);
+        if touches && counts && boundary.in_normal_cone(pair, at) && !contacts.iter().any(known) {
             contacts.push(pair);
         }
     }
@@ -511,9 +511,9 @@ proptest! {
         }
         let still = vec![[0.0; 3]; mesh.nodes.len()];
         let at = Configuration::new(&mesh.nodes, &still);
-        let shell = Boundary3d::new(&mesh, 1e-6);
-        let contacts = contacts_of(&shell, at, 1e-6);
-        let sum: f64 = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).1).sum();
+        let boundary = Boundary3d::new(&mesh, 1e-6);
+        let contacts = contacts_of(&boundary, at, 1e-6);
+        let sum: f64 = contacts.iter().map(|&pair| boundary.classify(pair, at, 1e-6).1).sum();
         let corners = |number: usize| {
             let nodes = mesh.blocks[number].nodes.clone();
             let outer = nodes.filter(|&node| {
@@ -533,7 +533,7 @@ proptest! {
         let common = crate::contact::narrow_phase::tributary_area::common_area(&corners(0), &corners(1));
         // Pieces smaller than the tolerance have no corners of their own.
         prop_assert!((sum - common).abs() < 1e-5, "{sum} of {common}, {} contacts", contacts.len());
-        let kinds = contacts.iter().map(|&pair| shell.classify(pair, at, 1e-6).0);
+        let kinds = contacts.iter().map(|&pair| boundary.classify(pair, at, 1e-6).0);
         if common > 0.01 {
             for kind in kinds {
                 prop_assert_eq!(kind, crate::contact::surface::contact_kind::ContactKind::FaceFace);

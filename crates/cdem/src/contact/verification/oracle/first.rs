@@ -51,8 +51,8 @@ impl<const D: usize> First<D> {
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
         near.retain(|pair| surface.cull(*pair, at, reach, TOLERANCE) == CullingResult::Near);
-        let formed = surface.geometry_cache(all.len(), None);
-        let at = at.with(formed.as_ref());
+        let cache = surface.geometry_cache(all.len(), None);
+        let at = at.with(cache.as_ref());
         let touch = |pair: &Pair| {
             let velocity = &meeting.velocity;
             let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
