@@ -1,8 +1,8 @@
-//! Collisions between deformable blocks: explicit finite elements inside the
-//! blocks, spring-free contact between them.
+//! Collisions between deformable blocks: explicit finite elements inside the blocks, spring-free
+//! contact between them.
 //!
-//! Data flows one way: [`scene`] → [`mesh`] → model → step loop → rows and frames ([`output`]).
-//! The crate knows neither files nor terminals; `cdem-io` and `cdem-cli` do.
+//! Data flows one way: [`scene`] → [`mesh`] → model → step loop → rows and frames ([`output`]). The
+//! crate handles neither files nor terminals; `cdem-io` and `cdem-cli` do.
 
 mod contact;
 mod element;

@@ -3,17 +3,15 @@
 
 use rayon::prelude::*;
 
+use crate::contact::Contacts;
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::interior::NeighbourNodes;
 use crate::contact::island::Island;
 use crate::contact::surface::Pair;
-use crate::contact::{Contacts, STAY};
+use crate::contact::tolerances::{JOIN_STEPS, PAIRS_PER_TASK};
 use crate::model::inverse_mass::InverseMass;
 use crate::model::time_levels::DisjointSets;
-
-/// Pairs whose island a thread finds in a row.
-const AT_ONCE: usize = 1024;
 
 impl<const D: usize> Contacts<D> {
     /// Puts pairs that are or may come in contact into islands, if they or the
@@ -28,7 +26,7 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Takes the pairs found near at the start of a coarse step. Islands stay that have all of
-    /// them, and of those that have left for no more than [`STAY`] steps.
+    /// them, and of those that have left for no more than [`JOIN_STEPS`] steps.
     pub(crate) fn regroup(&mut self, number: u64) {
         std::mem::swap(&mut self.candidates, &mut self.lists.near);
         let before = std::mem::take(&mut self.lists.near);
@@ -49,7 +47,7 @@ impl<const D: usize> Contacts<D> {
             let mut contact = island.contact_points.iter();
             contact.all(|contact| self.island_of_pair(contact.pair) == Some(number))
         };
-        let is_late = self.left.is_some_and(|left| number > left + STAY);
+        let is_late = self.left.is_some_and(|left| number > left + JOIN_STEPS);
         self.grouped = self.grouped && !is_late && self.islands.iter().enumerate().all(has_its_own);
     }
 
@@ -70,7 +68,7 @@ impl<const D: usize> Contacts<D> {
         &'a self,
         islands: &'a mut Vec<Option<usize>>,
     ) -> impl Iterator<Item = (Pair, usize, f64)> + 'a {
-        let pairs = self.candidates.par_iter().with_min_len(AT_ONCE);
+        let pairs = self.candidates.par_iter().with_min_len(PAIRS_PER_TASK);
         let of_pairs = pairs.map(|&pair| self.island_of_pair(pair));
         of_pairs.collect_into_vec(islands);
         let near = self
@@ -123,7 +121,7 @@ impl<const D: usize> Contacts<D> {
             }
             if now.next_if_eq(&pair).is_some() {
                 joins.push((pair, number));
-            } else if number <= last + STAY {
+            } else if number <= last + JOIN_STEPS {
                 joins.push((pair, last));
             } else {
                 changed = true;

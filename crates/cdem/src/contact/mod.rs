@@ -32,23 +32,13 @@ use crate::contact::island::parallel::{self, VelocityCopies};
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
+use crate::contact::tolerances::CORRECTED_PENETRATION;
 use crate::math::profile::Stage;
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::NodalMotion;
 use crate::model::ledger::WorkVelocity;
 use crate::scene::{ContactModel, Scene};
-
-/// Penetration that is left as it is, over the tolerance. To take it out of the
-/// positions compresses the bodies more where they press on each other, and makes
-/// energy; it need only stay so far below the tolerance that what comes on top is
-/// still found.
-const PENETRATION: f64 = 0.5;
-
-/// Coarse steps for which nodes stay joined after their pair was last near: a
-/// change of levels costs energy, so they change seldom (design, section 3). And for
-/// which islands stay one that need not.
-const STAY: u64 = 32;
 
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {
@@ -406,7 +396,7 @@ impl<const D: usize> Contacts<D> {
         inertia: &InverseMass<D>,
     ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
-        let limit = PENETRATION * self.model_data.tolerance;
+        let limit = CORRECTED_PENETRATION * self.model_data.tolerance;
         let is_deep = self
             .contact_points()
             .any(|contact| contact.penetration() > limit);

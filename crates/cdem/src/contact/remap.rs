@@ -9,21 +9,13 @@ use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::island::Island;
 use crate::contact::surface::{Configuration, FeatureKind, Pair, Surface};
-use crate::contact::tolerances::MISS;
+use crate::contact::tolerances::LIFT_STEPS;
+
+use crate::contact::tolerances::{PREDICTIONS_PER_TASK, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
-
-/// Overlap that a change of mesh may make, over the tolerance: what gaps may miss at the end
-/// of any drift.
-const SLIGHT_OVERLAP: f64 = MISS;
-
-/// Contacts of a block that are lifted one after the other, at most.
-const LIFTS: usize = 64;
-
-/// Pairs whose touch a thread foresees, at least: to wake it takes as long.
-const FORESEEN: usize = 32;
 
 /// Two blocks that are about to touch, or touch.
 #[derive(Clone, Debug)]
@@ -91,7 +83,10 @@ impl<const D: usize> Contacts<D> {
             }
             surface.time_of_impact(pair, at, velocity, duration, self.model_data.tolerance)
         };
-        let near = self.candidates.par_iter().with_min_len(FORESEEN);
+        let near = self
+            .candidates
+            .par_iter()
+            .with_min_len(PREDICTIONS_PER_TASK);
         near.map(wait).collect_into_vec(&mut foreseen.waits);
         let place = |&(pair, wait): &(Pair, f64)| {
             let then = at.after(velocity, wait);
@@ -108,7 +103,10 @@ impl<const D: usize> Contacts<D> {
         foreseen.touching.clear();
         let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
         foreseen.touching.extend(touching);
-        let touching = foreseen.touching.par_iter().with_min_len(FORESEEN);
+        let touching = foreseen
+            .touching
+            .par_iter()
+            .with_min_len(PREDICTIONS_PER_TASK);
         touching.map(place).collect_into_vec(&mut foreseen.places);
         foreseen.places.sort_by_key(|place| ordered(place.blocks));
     }
@@ -234,7 +232,7 @@ impl<const D: usize> Contacts<D> {
         });
         let gaps: Vec<(f64, [f64; D])> = gaps.collect();
         let mut shift = [0.0; D];
-        for _ in 0..LIFTS {
+        for _ in 0..LIFT_STEPS {
             let after = gaps
                 .iter()
                 .map(|(change, out)| (change + dot(out, &shift), out));

@@ -1,4 +1,4 @@
-//! From scene and mesh to a model.
+//! Builds the model from scene and mesh.
 
 use crate::contact::Contacts;
 use crate::element::mass::{self, Masses};
@@ -18,8 +18,8 @@ use crate::simulation::warnings::scene_warnings;
 use crate::step::RunParts;
 
 impl<const D: usize> Model<D> {
-    /// Builds the model and the state at t = 0; fills in what the scene left
-    /// to the mesh (step, tolerance).
+    /// Builds the model and the state at t = 0. Fills in the step and the contact tolerance if the
+    /// scene leaves them to the mesh.
     pub(crate) fn build(
         scene: &mut Scene,
         mut mesh: Mesh<D>,
@@ -129,7 +129,7 @@ impl<const D: usize> Model<D> {
 
     fn refuse_speed(&self, state: &State<D>) -> Result<(), ModelError> {
         for (number, block) in self.mesh.blocks.iter().enumerate() {
-            // Unlike the root of a sum of squares, this does not overflow.
+            // Unlike the root of a sum of squares, `hypot` does not overflow.
             let speed = |node: usize| state.velocity[node].iter().copied().fold(0.0, f64::hypot);
             let speed = self.nodes(number).map(speed).fold(0.0, f64::max);
             if speed > SPEED_OF_LIGHT {
@@ -144,14 +144,17 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// What the blocks are made of.
+/// Elements, masses and data of all blocks.
 struct BlockSets<const D: usize> {
     sets: Vec<Box<dyn ElementSet<D>>>,
     masses: Masses,
     blocks: Vec<BlockData>,
 }
 
-/// Elements and masses of all blocks, one of which may move.
+/// Builds elements and masses of all blocks.
+///
+/// # Errors
+/// If a mass matrix cannot be built, or if all blocks are fixed.
 fn bodies<const D: usize>(
     scene: &Scene,
     mesh: &Mesh<D>,
@@ -189,8 +192,8 @@ fn bodies<const D: usize>(
     })
 }
 
-/// The tolerance of contacts, m, filled in where the scene leaves it to the
-/// mesh, which must suit it.
+/// Returns the contact tolerance, m; fills in the default if the scene gives none. Refuses a
+/// tolerance that does not suit the mesh.
 fn contact_tolerance<const D: usize>(scene: &mut Scene, mesh: &Mesh<D>) -> Result<f64, ModelError> {
     let tolerance = *scene
         .contact
@@ -201,17 +204,18 @@ fn contact_tolerance<const D: usize>(scene: &mut Scene, mesh: &Mesh<D>) -> Resul
     Ok(tolerance)
 }
 
-/// Contact tolerance where the scene gives none, m.
+/// Contact tolerance if the scene gives none, m.
 pub(super) fn default_tolerance<const D: usize>(mesh: &Mesh<D>) -> f64 {
     1e-4 * mesh.smallest_boundary_edge()
 }
 
-/// Key of the name of a block: where the scene shows which one is meant.
+/// Returns the key of a block's name, by which a message shows the block in the scene.
 fn name_key<const D: usize>(mesh: &Mesh<D>, block: usize) -> String {
     format!("block[{}].name", mesh.blocks[block].source)
 }
 
-/// Where blocks can meet, neighbours on one boundary must not count as touching.
+/// Refuses a tolerance above half the smallest edge: neighbours on one boundary would count as
+/// touching.
 fn refuse_tolerance<const D: usize>(mesh: &Mesh<D>, tolerance: f64) -> Result<(), ModelError> {
     let edge = mesh.smallest_boundary_edge();
     if mesh.blocks.len() > 1 && tolerance > 0.5 * edge {
@@ -220,7 +224,7 @@ fn refuse_tolerance<const D: usize>(mesh: &Mesh<D>, tolerance: f64) -> Result<()
     Ok(())
 }
 
-/// Blocks that see each other must not overlap by more than the tolerance.
+/// Refuses an overlap deeper than the tolerance between blocks that have contact with each other.
 fn refuse_overlap<const D: usize>(
     scene: &Scene,
     mesh: &Mesh<D>,

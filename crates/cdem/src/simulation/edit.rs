@@ -1,4 +1,4 @@
-//! What can be asked of a run and done to it between two steps. Asking changes nothing.
+//! Queries of a run between two steps, and changes to it. Queries change nothing.
 
 use std::ops::Range;
 
@@ -8,20 +8,20 @@ use crate::scene::{Field, LoadKind, Scene};
 use crate::simulation::output::{BlockRow, FrameField};
 use crate::simulation::{Simulation, TypedSimulation, each};
 
-/// Where a block lies in the arrays of points and cells.
+/// Ranges of a block in the arrays of points and cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockRange {
     /// Name of the block.
     pub name: String,
-    /// Its points.
+    /// Range of its points.
     pub points: Range<usize>,
-    /// Its cells.
+    /// Range of its cells.
     pub cells: Range<usize>,
 }
 
 impl Simulation {
-    /// Current positions of the points, m. On two scales there are more while blocks
-    /// collide.
+    /// Returns the current positions of the points, m. With adaptivity there are more points while
+    /// blocks collide.
     #[must_use]
     pub fn positions(&self) -> Vec<[f64; 3]> {
         each!(self, driven => {
@@ -32,7 +32,7 @@ impl Simulation {
         })
     }
 
-    /// Shapes of the cells, and their points, one cell after the other.
+    /// Returns the kinds of the cells, and the points of all cells, one cell after the other.
     #[must_use]
     pub fn cells(&self) -> (Vec<ElementKind>, Vec<u32>) {
         each!(self, driven => {
@@ -42,7 +42,7 @@ impl Simulation {
         })
     }
 
-    /// Where each block lies in the arrays of points and cells now.
+    /// Returns the current range of each block in the arrays of points and cells.
     #[must_use]
     pub fn block_ranges(&self) -> Vec<BlockRange> {
         each!(self, driven => {
@@ -57,42 +57,42 @@ impl Simulation {
         })
     }
 
-    /// A field now: of the points, or of the cells.
+    /// Returns a field at the current time, on points or on cells.
     pub fn field(&mut self, field: Field) -> FrameField {
         each!(mut self, driven => driven.field(field))
     }
 
-    /// All blocks now. Unlike [`Self::block_rows`] it goes on averaging contact forces.
+    /// Returns the current rows of all blocks. Unlike [`Self::block_rows`] it does not restart the
+    /// mean of the contact forces.
     pub fn blocks(&mut self) -> Vec<BlockRow> {
         each!(mut self, driven => driven.blocks())
     }
 
-    /// Gives the points other velocities at this instant, m/s, one for each of
-    /// [`Self::positions`]; what is fixed or follows a boundary condition stays as it is. What
-    /// this brings in energy and momentum is external work and impulse.
+    /// Sets the velocities of the points now, m/s, one for each of [`Self::positions`]. Fixed
+    /// blocks and prescribed components keep theirs. The change in energy and momentum counts as
+    /// external work and impulse.
     ///
     /// # Panics
-    /// If there are not as many as points.
+    /// If the number of velocities is not the number of points.
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
         each!(mut self, driven => driven.set_velocities(velocities));
     }
 
-    /// Has a load of the scene push otherwise from now on: [`Self::scene`] becomes
-    /// [`Self::scene_with_load`].
+    /// Changes a load of the scene from now on: [`Self::scene`] becomes [`Self::scene_with_load`].
     ///
     /// # Panics
-    /// As there.
+    /// As [`Self::scene_with_load`].
     pub fn set_load(&mut self, number: usize, kind: &LoadKind) {
         self.scene = self.scene_with_load(number, kind);
         let kind = &self.scene.load[number].kind;
         each!(mut self, driven => driven.set_load(number, kind));
     }
 
-    /// The scene with a load that is as it was up to now, and then the one that is given, so
-    /// that a run resumed with that scene goes on as after [`Self::set_load`].
+    /// Returns the scene in which a load stays as it is up to now and is `kind` from then on. A run
+    /// resumed with that scene continues as after [`Self::set_load`].
     ///
     /// # Panics
-    /// If the scene has no load of this number, or one of the other kind.
+    /// If the scene has no load of this number, or if `kind` is of another kind.
     #[must_use]
     pub fn scene_with_load(&self, number: usize, kind: &LoadKind) -> Scene {
         let time = each!(self, driven => driven.run.time());
@@ -139,7 +139,7 @@ impl<const D: usize> TypedSimulation<D> {
         self.instant = None;
         let after = self.energy();
         self.run.book_from_outside(after - before);
-        // What may touch now is another.
+        // New velocities have new candidate pairs.
         self.run.prepare();
         self.instant = None;
     }
@@ -150,13 +150,13 @@ impl<const D: usize> TypedSimulation<D> {
         self.instant = None;
     }
 
-    /// Kinetic and strain energy and all losses, less work done: what the ledger keeps.
+    /// Energy residual, J: kinetic and strain energy and all losses, less the work done.
     fn energy(&mut self) -> f64 {
         self.history().energy_residual
     }
 }
 
-/// Name of a field of cells in frames.
+/// Returns the name of a field on cells in frames.
 fn name(field: Field) -> &'static str {
     match field {
         Field::Level => "level",

@@ -1,10 +1,10 @@
-//! What is asked and done between steps.
+//! Tests of queries and changes between steps.
 
 use crate::scene::{Schedule, from_value};
 use crate::simulation::edit::*;
 use crate::{AnyMesh, mesh};
 
-/// A bar of ten squares, free or held at its left end, drawn by `traction` at its right end.
+/// A bar of ten squares, free or fixed at its left end, pulled by `traction` at its right end.
 fn bar(is_held: bool, traction: f64) -> Simulation {
     let held = serde_json::json!([{ "group": "bar.xmin", "velocity": { "x": 0.0, "y": 0.0 } }]);
     let scene = from_value(serde_json::json!({
@@ -50,7 +50,7 @@ fn velocities_are_what_they_are_set_to_and_the_ledger_closes() {
         }
     }
     let after = run.history();
-    // 100 kg; what comes in energy and momentum comes from outside.
+    // The mass is 100 kg. The change in energy and momentum is external.
     assert!((after.momentum[0] - 300.0).abs() < 1e-10);
     for c in 0..2 {
         let came = after.momentum[c] - before.momentum[c];

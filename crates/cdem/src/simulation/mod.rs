@@ -1,4 +1,4 @@
-//! A run for those who drive it: the dimension is hidden here.
+//! The simulation as its users see it; the number of dimensions is hidden here.
 
 pub(crate) mod build;
 pub(crate) mod checkpoint;
@@ -37,40 +37,39 @@ use crate::step::{Corrections, Run};
 /// A mesh of either dimension.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum AnyMesh {
-    /// In the plane.
+    /// A mesh in 2-D.
     Plane(Mesh<2>),
-    /// In space.
+    /// A mesh in 3-D.
     Solid(Mesh<3>),
 }
 
-/// Coarse steps between two looks at elements and ledger.
+/// Coarse steps between two checks of the elements and of the energy ledger.
 const CHECK_INTERVAL: u64 = 64;
 
-/// What `check` and the closing summary tell of a model.
+/// Figures of a model, for `check` and for the closing summary.
 #[derive(Clone, Debug, Default)]
 pub struct Overview {
-    /// One a block.
+    /// The blocks, in the order of the mesh.
     pub blocks: Vec<BlockOverview>,
-    /// Nodes and elements of all blocks.
+    /// Number of nodes of all blocks.
     pub nodes: usize,
-    /// Elements of all blocks.
+    /// Number of elements of all blocks.
     pub elements: usize,
     /// Smallest and largest stable step of an element, s.
     pub stable_step: [f64; 2],
-    /// The coarsest step, s.
+    /// The coarse step, s.
     pub step: f64,
-    /// Steps of the run.
+    /// Number of coarse steps of the run.
     pub step_count: u64,
-    /// Elements of each level, coarsest first; fixed blocks left out.
+    /// Number of elements of each time level, coarsest first, without fixed blocks.
     pub levels: Vec<u64>,
-    /// Element updates in a coarse step.
+    /// Number of element updates in a coarse step.
     pub updates_per_step: u64,
-    /// Memory of model and state, bytes, about.
+    /// Approximate memory of model and state, bytes.
     pub memory_bytes: u64,
-    /// Contacts that are closed now.
+    /// Number of contact points that are closed now.
     pub contacts: usize,
-    /// What is not wrong, but should be looked at before a run: where in the
-    /// scene, and what.
+    /// Warnings that a user should read before a run, each with its place in the scene.
     pub warnings: Vec<Problem>,
 }
 
@@ -81,9 +80,9 @@ pub struct BlockOverview {
     pub name: String,
     /// Name of its material.
     pub material: String,
-    /// Elements.
+    /// Number of elements.
     pub elements: usize,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
     /// Mass, kg.
     pub mass: f64,
@@ -91,25 +90,25 @@ pub struct BlockOverview {
     pub mass_kind: MassKind,
     /// Largest relative error of its moments of inertia.
     pub inertia_error: f64,
-    /// Immovable.
+    /// True if the block cannot move.
     pub fixed: bool,
 }
 
-/// What becomes on two scales of the heaviest block that moves where its corner hits its
-/// like.
+/// Predicted cost of a collision with adaptivity: the heaviest block that moves hits a block like
+/// itself with a corner.
 #[derive(Clone, Debug)]
 pub struct CollisionOverview {
-    /// Its name.
+    /// Name of the block.
     pub block: String,
-    /// How fast, m/s.
+    /// Impact speed, m/s.
     pub speed: f64,
-    /// Its elements then; `None` where it cannot be refined.
+    /// Number of elements of the refined block; `None` if the block cannot be refined.
     pub elements: Option<usize>,
-    /// Updates of these in a coarse step, and of those it has now.
+    /// Element updates of the block in a coarse step: refined, and now.
     pub updates_per_step: [u64; 2],
 }
 
-/// A run: made from a scene and its mesh, stepped, and asked for samples.
+/// A simulation, made from a scene and its mesh.
 pub struct Simulation {
     pub(crate) scene: Scene,
     pub(crate) run: AnyRun,
@@ -120,7 +119,7 @@ pub(crate) enum AnyRun {
     Solid(Box<TypedSimulation<3>>),
 }
 
-/// A run and what only its reports need.
+/// A run, with the data that only its reports need.
 pub(crate) struct TypedSimulation<const D: usize> {
     pub(crate) run: Run<D>,
     /// Kinetic plus strain energy at t = 0, J.
@@ -130,13 +129,13 @@ pub(crate) struct TypedSimulation<const D: usize> {
     probes: Vec<FollowedNode>,
     pub(crate) instant: Option<Arc<SynchronisedInstant<D>>>,
     validity: ValidityGuard,
-    /// Where the scene says when to stop.
+    /// The stopping criterion of the scene, if it has one.
     rest: Option<Rest>,
-    /// Blocks that rows are wanted of.
+    /// True for the blocks that have rows in `blocks.csv`.
     listed: Vec<bool>,
 }
 
-/// The same of either dimension.
+/// Evaluates an expression for the simulation of either dimension.
 macro_rules! each {
     ($simulation:expr, $driven:ident => $body:expr) => {
         match &$simulation.run {
@@ -155,10 +154,10 @@ macro_rules! each {
 pub(crate) use each;
 
 impl Simulation {
-    /// A run of `scene` at t = 0.
+    /// Creates the simulation of `scene` at t = 0.
     ///
     /// # Errors
-    /// When scene and mesh do not fit together; see [`ModelError`].
+    /// If scene and mesh do not fit together; see [`ModelError`].
     pub fn new(scene: &Scene, mesh: AnyMesh) -> Result<Self, ModelError> {
         let mut scene = scene.clone();
         let run = match mesh {
@@ -174,34 +173,34 @@ impl Simulation {
         Ok(Self { scene, run })
     }
 
-    /// The scene with every default filled in.
+    /// Returns the scene with every default filled in.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What a collision will cost, on two scales: work for some seconds where blocks have
-    /// millions of elements.
+    /// Predicts the cost of a collision; `None` without adaptivity. Takes some seconds if blocks
+    /// have millions of elements.
     #[must_use]
     pub fn foresee_collision(&self) -> Option<CollisionOverview> {
         each!(self, driven => driven.foresee_collision())
     }
 
-    /// All that the run has come to, for [`Self::resumed`]. Asking changes nothing.
+    /// Returns the state of the run, for [`Self::resumed`]. Changes nothing.
     ///
     /// # Panics
-    /// Never: what is written to memory cannot fail.
+    /// Never: serialising into memory cannot fail.
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
         let saved = each!(self, driven => postcard::to_stdvec(&driven.saved()));
         saved.expect("memory takes all that has a form")
     }
 
-    /// A run at its start as it was when a checkpoint of the same scene and mesh was made: it
-    /// goes on with the same bits, on any number of threads.
+    /// Restores a checkpoint of the same scene and mesh in a simulation at its start. The run then
+    /// continues bit for bit, on any number of threads.
     ///
     /// # Errors
-    /// When the checkpoint is of another run or version.
+    /// If the checkpoint is of another run or version.
     pub fn resumed(mut self, checkpoint: &[u8]) -> Result<Self, ResumeError> {
         each!(mut self, driven => {
             let saved = postcard::from_bytes(checkpoint).map_err(ResumeError::Unreadable)?;
@@ -210,7 +209,7 @@ impl Simulation {
         Ok(self)
     }
 
-    /// The mesh before refinement.
+    /// Returns the mesh before refinement.
     #[must_use]
     pub fn mesh(&self) -> AnyMesh {
         match &self.run {
@@ -219,25 +218,23 @@ impl Simulation {
         }
     }
 
-    /// Gives all nodes that are free to move the velocity that `field` has at
-    /// their place, m and m/s, instead of what the scene says: a vibration, a
-    /// wave. For a run that has not made its first step; what the ledger
-    /// counts begins here.
+    /// Gives all free nodes the velocity that `field` has at their position (m, m/s), in place of
+    /// the initial velocity of the scene: a vibration or a wave, say. Only for a run that has not
+    /// made its first step; the energy ledger starts here.
     pub fn set_initial_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         each!(mut self, driven => driven.set_initial_velocities(&self.scene, field));
     }
 
-    /// One coarse step.
+    /// Advances the run by one coarse step.
     ///
     /// # Errors
-    /// When the run has become unphysical; the state stays as it is, to be
-    /// looked at.
+    /// If the run has become unphysical. The state is kept, so that it can be inspected.
     pub fn step(&mut self) -> Result<(), StepError> {
         let watch_energy = self.watches_energy();
         each!(mut self, driven => driven.step(watch_energy))
     }
 
-    /// Counts from now on how long each stage of a step takes: [`Self::stage_times`].
+    /// Starts to measure the duration of each stage of a step, for [`Self::stage_times`].
     pub fn time_stages(&mut self) {
         each!(mut self, driven => {
             driven.run.watch.start();
@@ -245,7 +242,8 @@ impl Simulation {
         });
     }
 
-    /// Wall-clock time of each stage of the steps since [`Self::time_stages`].
+    /// Returns the wall-clock time of each stage, summed over the steps since
+    /// [`Self::time_stages`].
     #[must_use]
     pub fn stage_times(&self) -> [(Stage, Duration); Stage::ALL.len()] {
         each!(self, driven => {
@@ -258,29 +256,30 @@ impl Simulation {
         })
     }
 
-    /// Looks whether an element has turned inside out, which [`Self::step`]
-    /// does now and then only: for whoever is about to report the state.
+    /// Checks that no element is inverted. [`Self::step`] checks this only at intervals; call this
+    /// before the state is reported.
     ///
     /// # Errors
-    /// When there is one.
+    /// If an element is inverted.
     pub fn check_elements(&mut self) -> Result<(), StepError> {
         each!(mut self, driven => driven.validity.check_elements(&driven.run))
     }
 
-    /// What the user should know of the run so far; what is known before its
-    /// first step stands in [`Overview::warnings`].
+    /// Returns the warnings of the run so far. Warnings known before the first step are in
+    /// [`Overview::warnings`].
     pub fn warnings(&mut self) -> Vec<String> {
         let watch_energy = self.watches_energy();
         each!(mut self, driven => driven.warnings(watch_energy))
     }
 
-    /// Penalty springs are a yardstick: what they do to energy is shown.
+    /// True if an energy residual stops the run. The penalty model is a reference for comparison:
+    /// its energy error is reported but does not stop the run.
     fn watches_energy(&self) -> bool {
         self.scene.contact.model != ContactModel::Penalty
     }
 
-    /// Whether the end is reached, or what `stop_when` asks for: the kinetic
-    /// energy of the half steps has stayed below its threshold for its time.
+    /// True if the end time is reached, or if `stop_when` is met: the kinetic energy of the half
+    /// steps has stayed below its threshold for its duration.
     #[must_use]
     pub fn finished(&self) -> bool {
         self.step_index() >= self.step_count()
@@ -289,43 +288,42 @@ impl Simulation {
             })
     }
 
-    /// Coarse steps made.
+    /// Number of coarse steps made.
     #[must_use]
     pub fn step_index(&self) -> u64 {
         each!(self, driven => driven.run.state.number)
     }
 
-    /// Coarse steps of the whole run.
+    /// Number of coarse steps of the whole run.
     #[must_use]
     pub fn step_count(&self) -> u64 {
         each!(self, driven => driven.run.model.step_count)
     }
 
-    /// Time, s.
+    /// Current time, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         each!(self, driven => driven.run.told_time())
     }
 
-    /// Energies and momenta now.
+    /// Returns energies and momenta at the current time.
     pub fn history(&mut self) -> HistoryRow {
         each!(mut self, driven => driven.history())
     }
 
-    /// The most energy that has been in the blocks, or has gone through gravity,
-    /// loads and boundary conditions, so far, J; 0 where that is round-off. What the
-    /// residual of the ledger is to be held against.
+    /// Returns the reference of the energy residual, J: the largest energy so far that was in the
+    /// blocks or has gone through gravity, loads and boundary conditions; 0 if it is round-off.
     #[must_use]
     pub fn energy_exchanged(&self) -> f64 {
         each!(self, driven => driven.exchange.most())
     }
 
-    /// Blocks now; contact forces are means since the last call.
+    /// Returns the current rows of the blocks; contact forces are means since the last call.
     pub fn block_rows(&mut self) -> Vec<BlockRow> {
         each!(mut self, driven => driven.block_rows())
     }
 
-    /// Probes now.
+    /// Returns the current rows of the probes.
     pub fn probe_rows(&mut self) -> Vec<ProbeRow> {
         each!(mut self, driven => {
             let instant = driven.instant();
@@ -333,12 +331,12 @@ impl Simulation {
         })
     }
 
-    /// The whole model now, with the fields that the scene asks for.
+    /// Returns the current frame of the whole model, with the fields that the scene asks for.
     pub fn frame(&mut self) -> Frame {
         self.capture().into_frame()
     }
 
-    /// What [`Self::frame`] is made of, for another thread to make it.
+    /// Copies the data of [`Self::frame`], so that another thread can make the frame.
     pub fn capture(&mut self) -> Snapshot {
         let fields = self.scene.output.fields.clone();
         each!(mut self, driven => {
@@ -347,13 +345,13 @@ impl Simulation {
         })
     }
 
-    /// Live contact points now.
+    /// Returns the current contact points.
     #[must_use]
     pub fn contact_frame(&self) -> ContactFrame {
         each!(self, driven => driven.run.contact_frame())
     }
 
-    /// Contacts that have ended since the last call.
+    /// Returns the contacts that have ended since the last call.
     pub fn ended_contacts(&mut self) -> Vec<ContactRow> {
         each!(mut self, driven => {
             let run = &mut driven.run;
@@ -362,7 +360,7 @@ impl Simulation {
         })
     }
 
-    /// Contacts that last.
+    /// Returns the contacts that are still closed.
     #[must_use]
     pub fn live_contacts(&self) -> Vec<ContactRow> {
         each!(self, driven => {
@@ -372,31 +370,31 @@ impl Simulation {
         })
     }
 
-    /// Element updates so far.
+    /// Number of element updates so far.
     #[must_use]
     pub fn element_updates(&self) -> u64 {
         each!(self, driven => driven.run.element_updates)
     }
 
-    /// Contacts that have begun so far.
+    /// Number of contacts that have begun so far.
     #[must_use]
     pub fn contacts_begun(&self) -> u64 {
         each!(self, driven => driven.run.contacts.as_ref().map_or(0, |c| c.contacts_begun()))
     }
 
-    /// Deepest penetration at the start of a kick so far, and now, m.
+    /// Deepest penetration, m: at the start of any kick so far, or now.
     #[must_use]
     pub fn max_penetration(&self) -> f64 {
         each!(self, driven => driven.run.max_penetration())
     }
 
-    /// Corrections of positions so far; none in most runs.
+    /// Position corrections so far; most runs have none.
     #[must_use]
     pub fn corrections(&self) -> Corrections {
         each!(self, driven => driven.run.corrections)
     }
 
-    /// The model in figures.
+    /// Returns the figures of the model.
     #[must_use]
     pub fn overview(&self) -> Overview {
         each!(self, driven => driven.overview(&self.scene))
@@ -465,7 +463,7 @@ impl<const D: usize> TypedSimulation<D> {
         self.validity.is_of(self.run.model.blocks.len())
     }
 
-    /// The synchronised state now, made once a step.
+    /// Returns the synchronised state at the current time, made once a step.
     pub(crate) fn instant(&mut self) -> Arc<SynchronisedInstant<D>> {
         let number = self.run.state.number;
         match &self.instant {
@@ -500,7 +498,7 @@ impl<const D: usize> TypedSimulation<D> {
         checked
     }
 
-    /// Whether the step has left the run sound.
+    /// Checks that the run is still valid after the step.
     fn check(&mut self, watch_energy: bool) -> Result<(), StepError> {
         if let Some(rest) = &mut self.rest {
             rest.look(&self.run);
@@ -601,8 +599,8 @@ fn rest_of<const D: usize>(run: &Run<D>, scene: &Scene) -> Option<Rest> {
     stop_when.map(|stop_when| Rest::new(run, stop_when))
 }
 
-/// Mesh, levels and schedules of an element, bytes.
+/// Memory of mesh, levels and schedules for each element, bytes.
 const BYTES_PER_ELEMENT: usize = 64;
 
-/// Arrays of a node, bytes a dimension: positions, motion, impulses.
+/// Memory of the arrays for each node and dimension, bytes: positions, motion, impulses.
 const BYTES_PER_NODE: usize = 120;

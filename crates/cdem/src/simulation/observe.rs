@@ -1,4 +1,4 @@
-//! What a run tells of its state: rows and contacts, synchronised.
+//! Output of a run's synchronised state: rows and contact points.
 
 use std::sync::Arc;
 
@@ -8,14 +8,14 @@ use crate::mesh::Mesh;
 use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};
 use crate::step::{Run, Synchronised};
 
-/// A synchronised instant, and the number of its step.
+/// A synchronised state, and the number of its step.
 pub(crate) struct SynchronisedInstant<const D: usize> {
     pub(crate) number: u64,
     pub(crate) state: Synchronised<D>,
 }
 
 impl<const D: usize> Run<D> {
-    /// The synchronised state now.
+    /// Returns the synchronised state at the current time.
     pub(crate) fn instant(&mut self) -> Arc<SynchronisedInstant<D>> {
         Arc::new(SynchronisedInstant {
             number: self.state.number,
@@ -23,8 +23,8 @@ impl<const D: usize> Run<D> {
         })
     }
 
-    /// Time as it is told, s: a whole number of steps misses the end of the
-    /// scene by round-off, the last row does not.
+    /// Time for reports, s. A whole number of steps misses the end of the scene by round-off; the
+    /// last row has the exact end.
     pub(crate) fn told_time(&self) -> f64 {
         if self.state.number == self.model.step_count {
             self.model.end
@@ -33,15 +33,14 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Deepest penetration at the start of a kick so far, and now, m.
+    /// Deepest penetration, m: at the start of any kick so far, or now.
     pub(crate) fn max_penetration(&self) -> f64 {
         let at = self.model.positions(&self.state);
         let contacts = self.contacts.as_ref();
         contacts.map_or(0.0, |contacts| contacts.max_penetration(at.into()))
     }
 
-    /// Energies and momenta, `start_energy` being kinetic plus strain energy
-    /// at t = 0, J.
+    /// Returns energies and momenta; `start_energy` is the kinetic plus strain energy at t = 0, J.
     pub(crate) fn history(
         &self,
         instant: &SynchronisedInstant<D>,
@@ -100,8 +99,8 @@ impl<const D: usize> Run<D> {
         instant.state.kinetic_energy + self.model.strain_energy(&self.state.displacement)
     }
 
-    /// Rows of the blocks for which `wanted` holds; contact forces are means
-    /// since the last call, `since` seconds ago.
+    /// Returns the rows of the blocks for which `wanted` is true. Contact forces are means since
+    /// the last call, `since` seconds ago.
     pub(crate) fn block_rows(
         &mut self,
         instant: &SynchronisedInstant<D>,
@@ -124,15 +123,15 @@ impl<const D: usize> Run<D> {
         rows
     }
 
-    /// The row of a block, without its contact force.
+    /// Returns the row of a block, without its contact force.
     pub(crate) fn block_row(&self, instant: &SynchronisedInstant<D>, block: usize) -> BlockRow {
         let at = self.model.positions(&self.state);
         let centre = self.model.centre(block, |node| at.at(node as u32));
         let mut mass = 0.0;
         let (mut momentum, mut turning) = ([0.0; 3], [0.0; 3]);
         let mut second = [[0.0; 3]; 3];
-        // Arms go through the mass matrix like velocities: the same matrix
-        // gives angular momentum and inertia.
+        // The mass matrix is applied to lever arms as it is to velocities, so angular momentum and
+        // inertia use the same matrix.
         let arm_of = |node: usize| sub(&at.at(node as u32), &centre);
         for node in self.model.nodes(block) {
             mass += self.model.inertia.mass()[node];
@@ -165,7 +164,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Rows of probes.
+    /// Returns the rows of the probes.
     pub(crate) fn probe_rows(
         &self,
         instant: &SynchronisedInstant<D>,
@@ -185,7 +184,7 @@ impl<const D: usize> Run<D> {
         probes.iter().map(row).collect()
     }
 
-    /// Live contact points.
+    /// Returns the current contact points.
     pub(crate) fn contact_frame(&self) -> ContactFrame {
         let mut frame = ContactFrame {
             time: self.told_time(),
@@ -217,7 +216,7 @@ impl<const D: usize> Run<D> {
         frame
     }
 
-    /// A record as a row of `contacts.csv`.
+    /// Returns a contact history as a row of `contacts.csv`.
     pub(crate) fn contact_row(&self, record: &ContactHistory) -> ContactRow {
         let name = |block: u32| self.model.mesh.blocks[block as usize].name.clone();
         ContactRow {
@@ -236,7 +235,7 @@ impl<const D: usize> Run<D> {
     }
 }
 
-/// Angular velocity from Σ m r⊗r and angular momentum, both about the centre.
+/// Returns the angular velocity from Σ m r⊗r and angular momentum, both about the centre.
 fn spin<const D: usize>(second: &[[f64; 3]; 3], turning: &[f64; 3]) -> [f64; 3] {
     let trace = second[0][0] + second[1][1] + second[2][2];
     if D == 2 {
@@ -252,17 +251,17 @@ fn spin<const D: usize>(second: &[[f64; 3]; 3], turning: &[f64; 3]) -> [f64; 3] 
         .map_or([0.0; 3], |factor| factor.solve(&momentum).into())
 }
 
-/// A node that is watched.
+/// A node followed by a probe.
 #[derive(Clone, Debug)]
 pub(crate) struct FollowedNode {
     name: String,
     block: usize,
-    /// Within its block, where those that refinement adds come last.
+    /// Number in its block; refinement appends its nodes after those of the base mesh.
     node: usize,
 }
 
 impl FollowedNode {
-    /// At the node of some blocks that is nearest to a point at rest, if there is any.
+    /// Follows the node of `blocks` nearest to `point` at t = 0; `None` if there is no node.
     pub(crate) fn new<const D: usize>(
         name: &str,
         mesh: &Mesh<D>,

@@ -1,8 +1,8 @@
-//! What a run reports: plain rows and frames, for whoever writes them.
+//! Output of a run: plain rows and frames, for the code that writes them.
 //!
-//! All values of one instant are synchronised (half of the kick that is due
-//! at that instant is included). Vectors have three components; in 2-D the
-//! third is 0 and only the third of angular quantities is used.
+//! All values of one instant are synchronised (half of the kick that is due at that instant is
+//! included). Vectors have three components; in 2-D the third is 0 and only the third of angular
+//! quantities is used.
 
 pub use crate::contact::surface::contact_kind::ContactKind;
 
@@ -12,8 +12,8 @@ pub use crate::contact::surface::contact_kind::ContactKind;
 pub struct HistoryRow {
     pub step: u64,
     pub time: f64,
-    /// ½ v⁻·M·v⁺ of the half steps before and after: with the strain energy what
-    /// central differences keep.
+    /// ½ v⁻·M·v⁺ of the half steps before and after. Central differences conserve this plus the
+    /// strain energy.
     pub kinetic_energy: f64,
     pub strain_energy: f64,
     pub external_work: f64,
@@ -22,7 +22,7 @@ pub struct HistoryRow {
     pub friction_loss: f64,
     pub damping_loss: f64,
     pub fracture_loss: f64,
-    /// What changes of the mesh or of time levels take.
+    /// Energy lost to changes of the mesh or of time levels.
     pub remesh_loss: f64,
     pub correction_loss: f64,
     pub energy_residual: f64,
@@ -35,8 +35,8 @@ pub struct HistoryRow {
 }
 
 impl HistoryRow {
-    /// Whether energies, residual and momenta are numbers. If they are, all
-    /// that a run reports of the instant is, for they are sums over it.
+    /// True if energies, residual and momenta are finite. They are sums over the whole state, so
+    /// all other output of this instant is finite too.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let energies = [
@@ -68,7 +68,7 @@ pub struct BlockRow {
     pub force: [f64; 3],
 }
 
-/// A row of `contacts.csv`: one life of one contact point.
+/// A row of `contacts.csv`: the life of one contact point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactRow {
     /// Name of the main block (it gives the vertex).
@@ -83,7 +83,7 @@ pub struct ContactRow {
     pub time_off: Option<f64>,
     /// Place of the first touch, m.
     pub position: [f64; 3],
-    /// Largest impulse of a coarse step divided by it, N.
+    /// Largest impulse in a coarse step divided by the step, N.
     pub peak_normal_force: f64,
     /// Sum of normal impulses, N·s.
     pub normal_impulse: f64,
@@ -91,7 +91,7 @@ pub struct ContactRow {
     pub shear_impulse: f64,
     /// Path length of the slip, m.
     pub slip: f64,
-    /// Halvings of the element there.
+    /// Time level of the element at the contact.
     pub level: u32,
 }
 
@@ -110,7 +110,7 @@ pub struct ProbeRow {
     pub velocity: [f64; 3],
 }
 
-/// A picture of the whole model at one instant: cells, points and fields.
+/// A frame: cells, points and fields of the whole model at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
     /// Time, s.
@@ -147,7 +147,7 @@ pub enum FieldValues {
     Whole(Vec<i32>),
 }
 
-/// Live contact points of one instant.
+/// The contact points of one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactFrame {
     /// Time, s.

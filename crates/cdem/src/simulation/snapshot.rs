@@ -1,5 +1,5 @@
-//! Frames in two halves: what must be taken while the run stands still, and what can be worked out
-//! of that while it goes on.
+//! Frames in two halves: a copy made while the run waits, and the work on the copy while the run
+//! continues.
 
 use std::ops::Range;
 
@@ -12,11 +12,11 @@ use crate::simulation::observe::SynchronisedInstant;
 use crate::simulation::output::{FieldValues, Frame, FrameField};
 use crate::step::Run;
 
-/// Elements that a thread takes at once.
+/// Smallest number of elements for one thread.
 const SHARE: usize = 4096;
 
-/// What a frame is made of: a copy of an instant, of which [`Self::into_frame`] works out the rest
-/// on whatever thread, while the run goes on.
+/// Copy of an instant. [`Self::into_frame`] works out the frame from it on any thread, while the
+/// run continues.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     time: f64,
@@ -34,7 +34,7 @@ impl Snapshot {
         self.time
     }
 
-    /// The frame.
+    /// Makes the frame.
     #[must_use]
     pub fn into_frame(self) -> Frame {
         Frame {
@@ -48,21 +48,21 @@ impl Snapshot {
     }
 }
 
-/// What fields on cells are made of.
+/// Data from which the fields on cells are made.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells {
     /// Elements and material of each block.
     blocks: Vec<(Range<usize>, usize)>,
     levels: Vec<u8>,
     halvings: Vec<u8>,
-    /// Of each element, if a field of it is wanted: xx yy zz xy yz zx, Pa.
+    /// Stress of each element, if a field needs it: xx yy zz xy yz zx, Pa.
     stress: Option<Vec<[f64; 6]>>,
     wanted: Vec<Field>,
 }
 
 impl<const D: usize> Run<D> {
-    /// The whole model with the fields asked for. A node that has gone to no place stands where
-    /// it stood at first: no viewer can draw it elsewhere.
+    /// Copies the whole model with the fields asked for. A node whose position is not finite is put
+    /// at its initial position, because no viewer can draw it elsewhere.
     pub(crate) fn capture(&self, instant: &SynchronisedInstant<D>, fields: &[Field]) -> Snapshot {
         let at = self.model.positions(&self.state);
         let mesh = &self.model.mesh;
@@ -97,7 +97,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// A field of vectors on the points; `None` of one that is none.
+    /// Returns a vector field on the points; `None` if `field` is not one on points.
     pub(crate) fn point_field(
         &self,
         instant: &SynchronisedInstant<D>,
@@ -121,7 +121,8 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// What the fields on cells are made of: where these belong, and those of stress asked for.
+    /// Copies the data of the fields on cells: blocks and levels, and the stress if a field needs
+    /// it.
     pub(crate) fn cells(&self, fields: &[Field]) -> Cells {
         let mesh = &self.model.mesh;
         let blocks = 0..mesh.blocks.len();
@@ -147,7 +148,8 @@ impl<const D: usize> Run<D> {
 }
 
 impl Cells {
-    /// Block, material, level and refinement of each cell, and the fields of stress.
+    /// Makes the fields on cells: block, material, level, refinement, and the wanted fields of
+    /// stress.
     pub(crate) fn into_fields(self) -> Vec<FrameField> {
         let of_block = |value: &dyn Fn(usize) -> i32| {
             let mut values = vec![0; self.levels.len()];
@@ -175,7 +177,7 @@ impl Cells {
     }
 }
 
-/// Fields of stresses: xx yy zz xy yz zx, Pa.
+/// Makes the wanted fields from stresses: xx yy zz xy yz zx, Pa.
 fn stress_fields(stress: Vec<[f64; 6]>, wanted: &[Field]) -> Vec<FrameField> {
     let field = |name, components: &'static [&'static str], values: Vec<f64>| FrameField {
         name,
@@ -208,7 +210,7 @@ fn von_mises([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> f64 {
     (0.5 * deviator + 3.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
 }
 
-/// Principal stresses, largest first.
+/// Returns the principal stresses, largest first.
 fn principal([xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> [f64; 3] {
     let tensor = nalgebra::Matrix3::new(*xx, *xy, *zx, *xy, *yy, *yz, *zx, *yz, *zz);
     let mut values: [f64; 3] = tensor.symmetric_eigenvalues().into();

@@ -1,23 +1,23 @@
-//! What the forces of elements take: bytes and operations, to be held against what a machine does.
+//! Cost of element forces in bytes and operations, to compare with the limits of a machine.
 
 use crate::element::ElementSet;
 use crate::mesh::Mesh;
 use crate::simulation::{Simulation, each};
 
-/// What an update of an element takes, the mean of all elements of a model, however often each is
-/// due; damping and contact are left out.
+/// Cost of one element update: the mean over all elements of a model, without regard to time
+/// levels. Damping and contact are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UpdateCost {
-    /// Bytes that must come from memory and go there: the element at rest, numbers of its nodes,
-    /// what it keeps from step to step, there and back; and, once a node and shared among its
-    /// elements, displacement, and force there and back.
+    /// Bytes to and from memory. Each element: reference data and node numbers, read; data kept
+    /// from step to step, read and written. Each node, once and shared by its elements:
+    /// displacement, read; force, read and written.
     pub bytes: f64,
-    /// Additions, subtractions, multiplications and divisions, each as one.
+    /// Additions, subtractions, multiplications and divisions, each counted as one.
     pub operations: f64,
 }
 
 impl Simulation {
-    /// What an update of an element takes in the mesh of now; 0 without elements.
+    /// Returns the mean cost of an element update in the current mesh; 0 without elements.
     #[must_use]
     pub fn update_cost(&self) -> UpdateCost {
         each!(self, driven => of_mesh(&driven.run.model.mesh, &driven.run.model.sets))
@@ -44,7 +44,7 @@ mod tests {
     use crate::element::tests::{box_mesh, kinds, rock, sets_of};
     use crate::scene::{Kinematics, Plane};
 
-    /// Bytes and operations of a box of one cell.
+    /// Returns the element count of a box of one cell and the cost of an update.
     fn cost<const D: usize>(kind: usize, kinematics: Kinematics) -> (f64, UpdateCost) {
         let mesh = box_mesh([1.0; D], [1; D], kinds::<D>()[kind], 0.0);
         let sets = sets_of(&mesh, rock(), kinematics, Plane::Strain);
@@ -53,16 +53,16 @@ mod tests {
 
     #[test]
     fn bytes_are_those_of_elements_and_of_their_share_of_nodes() {
-        // Two triangles, four nodes: gradients of two nodes, a volume, three numbers of nodes.
+        // Two triangles, four nodes: gradients of two nodes, a volume, three node numbers.
         let (count, triangles) = cost::<2>(0, Kinematics::Total);
         assert_eq!((count, triangles.bytes), (2.0, 46.0 + 4.0 * 48.0 / 2.0));
-        // And there and back the gradient of displacement, stress and work.
+        // In addition, read and written: gradient of displacement, stress and work.
         let (_, incremental) = cost::<2>(0, Kinematics::Incremental);
         assert_eq!(
             incremental.bytes - triangles.bytes,
             2.0 * 8.0 * (4.0 + 3.0 + 1.0)
         );
-        // A hexahedron with eight nodes and Gauss points.
+        // A hexahedron with eight nodes and eight Gauss points.
         let (count, hexahedron) = cost::<3>(2, Kinematics::Total);
         assert_eq!(
             (count, hexahedron.bytes),

@@ -1,6 +1,6 @@
-//! Whether a run is still physical. What costs next to nothing is looked at
-//! after every coarse step, so that nothing but numbers is ever reported; the
-//! elements and the ledger now and then, for they cost as much as a step.
+//! Checks that a run is still physical. Cheap checks run after every coarse step, so that only
+//! finite values are ever reported. Elements and energy ledger are checked at intervals, because
+//! that costs as much as a step.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ use crate::scene::{Kinematics, Scene};
 use crate::simulation::output::HistoryRow;
 use crate::step::Run;
 
-/// Why a run stopped itself.
+/// Reason for which a run stopped itself.
 #[derive(Clone, Debug, Error)]
 #[non_exhaustive]
 pub enum StepError {
@@ -44,7 +44,7 @@ pub enum StepError {
         node: u32,
         speed: f64,
     },
-    /// An element has turned inside out, or next to nothing is left of it.
+    /// An element is inverted or nearly flat.
     #[error(
         "t = {} s: block \"{block}\", element {element} has been pressed flat or turned inside out \
          (det F = {}); the loads or the impact are too strong for an elastic block, or \
@@ -59,7 +59,7 @@ pub enum StepError {
         element: u32,
         jacobian: f64,
     },
-    /// Blocks lie in each other, deeper than contact leaves them.
+    /// Two blocks overlap deeper than contact allows.
     #[error(
         "t = {time:e} s: block \"{}\" lies {depth:.3e} m deep in block \"{}\" at ({:.6}, {:.6}, \
          {:.6}): prescribed motions press them together, or a contact was missed; then report the \
@@ -73,7 +73,7 @@ pub enum StepError {
         at: [f64; 3],
         depth: f64,
     },
-    /// Energy has come from nowhere, or gone there.
+    /// The energy ledger does not balance.
     #[error(
         "t = {} s: {} J of {} J are unaccounted for in the energy ledger; \
          lower `time.safety`, refine the blocks, or report the scene as a defect",
@@ -89,57 +89,55 @@ pub enum StepError {
     },
 }
 
-/// Share of the energy exchanged beyond which the ledger's residual is told of:
-/// the limit of the design for unrefined one-element blocks.
+/// Energy residual, as a fraction of the energy exchanged, above which the user is warned: the
+/// design limit for unrefined one-element blocks.
 const DOUBTFUL: f64 = 0.02;
 
-/// Share of the energy exchanged that the ledger's residual may reach: five
-/// times the limit of the design for unrefined one-element blocks.
+/// Energy residual, as a fraction of the energy exchanged, above which the run stops: five times
+/// the design limit for unrefined one-element blocks.
 const RESIDUAL_LIMIT: f64 = 0.1;
 
-/// Principal stretches for which the total kinematics are meant (design,
-/// section 2).
+/// Range of principal stretches for which the total kinematics are meant (design, section 2).
 const STRETCHES: [f64; 2] = [0.8, 1.1];
 
-/// Norm of Green's strain up to which principal stretches are within these: √(1 − 0.2) and
-/// √(1 + 0.2). It costs a tenth of what the stretches themselves do.
+/// Norm of Green's strain up to which principal stretches are within √(1 − 0.2) and √(1 + 0.2), so
+/// within `STRETCHES`. It costs a tenth of the stretches themselves.
 const MODERATE: f64 = 0.1;
 
-/// Principal stretch below which an element is flat: a hard impact may leave it as a sheet
-/// whose volume round-off keeps above 0.
+/// Principal stretch below which an element counts as flat. A hard impact may flatten an element
+/// into a sheet whose volume round-off keeps above 0.
 const FLAT: f64 = 1e-2;
 
-/// A node may leave its block at so many times the speed of waves and of the
-/// fastest block at the start. Nothing that is stable comes near.
+/// Speed of a node relative to its block at which the run stops, over the sum of wave speed and
+/// fastest initial speed. Nothing stable comes near.
 const RUNAWAY: f64 = 10.0;
 
-/// Coarse steps between two looks for blocks in each other: one costs as much as
-/// some ten steps.
+/// Coarse steps between two checks for overlapping blocks. A check costs about ten steps.
 const OVERLAP_INTERVAL: u64 = 1024;
 
-/// Depth at which blocks lie in each other, over the contact tolerance: what a
-/// solved contact leaves is less than one.
+/// Depth at which blocks count as overlapping, over the contact tolerance. A solved contact leaves
+/// less than 1.
 const OVERLAP_LIMIT: f64 = 10.0;
 
-/// Strains below this share are round-off: what they and the speeds that go
-/// with them hold of energy, no ledger can tell from nothing.
+/// Strains below this are round-off. A ledger cannot tell their energy, and that of the speeds that
+/// go with them, from zero.
 const ROUND_OFF: f64 = 1e-12;
 
-/// The energy that the ledger's residual is held against: the most that has
-/// been in the blocks or has gone through gravity, loads and boundary
-/// conditions so far. What is there now may be nothing, at the end of a cycle.
+/// Reference of the energy residual: the largest energy so far that was in the blocks or has gone
+/// through gravity, loads and boundary conditions. The current energy may be zero, at the end of a
+/// cycle.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct ExchangedEnergy {
     /// Kinetic plus strain energy at t = 0, J.
     start: f64,
-    /// Most so far, J.
+    /// Largest value so far, J.
     most: f64,
-    /// What is no more than this is round-off, J.
+    /// Value up to which the energy is round-off, J.
     round_off: f64,
 }
 
 impl ExchangedEnergy {
-    /// Of a run that starts with the kinetic plus strain energy `start`, J.
+    /// Creates the reference for a run that starts with the kinetic plus strain energy `start`, J.
     pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene, start: f64) -> Self {
         let blocks = run.model.blocks.iter().enumerate();
         let round_off = blocks.filter(|(_, data)| !data.fixed).map(|(block, data)| {
@@ -155,18 +153,18 @@ impl ExchangedEnergy {
         }
     }
 
-    /// Takes in what external forces and gravity have done so far, J.
+    /// Updates the maximum with the work of external forces and gravity so far, J.
     pub(crate) fn count(&mut self, external_work: f64, gravity_work: f64) {
         let sums = [
             external_work.abs(),
             gravity_work.abs(),
             self.start + external_work + gravity_work,
         ];
-        // What is not a number is not taken.
+        // `f64::max` ignores NaN.
         self.most = sums.into_iter().fold(self.most, f64::max);
     }
 
-    /// The most energy exchanged so far, J; 0 where it is round-off.
+    /// Largest energy exchanged so far, J; 0 if it is round-off.
     pub(crate) fn most(&self) -> f64 {
         if self.most > self.round_off {
             self.most
@@ -175,36 +173,36 @@ impl ExchangedEnergy {
         }
     }
 
-    /// What residuals are held against, J.
+    /// Reference of residuals, J.
     fn scale(&self) -> f64 {
         self.most.max(self.round_off)
     }
 }
 
-/// What the looks at a run have found, and need.
+/// Limits and findings of the checks of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ValidityGuard {
     /// Speed of a node relative to its block that nothing stable reaches, m/s.
     limit: f64,
-    /// Step of the last look at the elements.
+    /// Step of the last check of the elements.
     looked: Option<u64>,
-    /// Blocks that have been warned of.
+    /// True for blocks with a warning of large stretch.
     stretched: Vec<bool>,
-    /// Whether it has been warned of blocks that have outrun the search.
+    /// True if there is a warning of blocks that moved farther than the search reached.
     outrun: bool,
-    /// What the user should know, in order of time.
+    /// Warnings for the user, in order of time.
     pub(crate) warnings: Vec<String>,
 }
 
-/// Whether components of velocities and displacements are numbers, and no square of those is
-/// more than `most`: side by side, as registers take them.
+/// True if all components of velocities and displacements are finite and no squared velocity
+/// component is above `most`. Works in lanes, for SIMD.
 fn are_moderate(velocity: &[f64], displacement: &[f64], most: f64) -> bool {
     const LANES: usize = 8;
     let (mut sum, mut fastest) = ([0.0; LANES], [0.0_f64; LANES]);
     let mut look = |velocity: &[f64], displacement: &[f64]| {
         for (lane, (v, u)) in velocity.iter().zip(displacement).enumerate() {
             let square = v * v;
-            // One sum finds what is not finite, wherever it is.
+            // One sum finds any value that is not finite.
             sum[lane] += square + u * u;
             fastest[lane] = if square > fastest[lane] {
                 square
@@ -223,7 +221,7 @@ fn are_moderate(velocity: &[f64], displacement: &[f64], most: f64) -> bool {
 }
 
 impl ValidityGuard {
-    /// Of a run at its start.
+    /// Creates the guard of a run at its start.
     pub(crate) fn new<const D: usize>(run: &Run<D>, scene: &Scene) -> Self {
         let waves = scene
             .material
@@ -239,20 +237,20 @@ impl ValidityGuard {
         }
     }
 
-    /// Whether it is of a run of so many blocks.
+    /// Checks that the guard is of a run with `blocks` blocks.
     ///
     /// # Errors
-    /// When it is not.
+    /// If it is not.
     pub(crate) fn is_of(&self, blocks: usize) -> Result<(), ResumeError> {
         require(self.stretched.len() == blocks, "its blocks")
     }
 
-    /// The look at velocities and displacements of every step.
+    /// Checks velocities and displacements; runs after every step.
     pub(crate) fn check_motion<const D: usize>(&self, run: &Run<D>) -> Result<(), StepError> {
         let (velocity, displacement) = (&run.state.velocity, &run.state.displacement);
         let chunks = velocity.par_chunks(NODES_AT_ONCE);
         let chunks = chunks.zip(displacement.par_chunks(NODES_AT_ONCE));
-        // So fast a component at least has a node that runs away.
+        // If no component is above this, no node is above the limit.
         let most = self.limit * self.limit / D as f64;
         if chunks.all(|(v, u)| are_moderate(v.as_flattened(), u.as_flattened(), most)) {
             return Ok(());
@@ -264,14 +262,14 @@ impl ValidityGuard {
         } else {
             Some(run.not_finite())
         };
-        // An element inside out is the cause, where there is one.
+        // If an element is inverted, that is the cause, so it is reported instead.
         symptom.map_or(Ok(()), |symptom| {
             run.each_deformation(|_, _, _| ())?;
             Err(symptom)
         })
     }
 
-    /// The look at the elements, once a step at most: none may be inside out.
+    /// Checks that no element is inverted, at most once a step; warns of large stretches.
     pub(crate) fn check_elements<const D: usize>(&mut self, run: &Run<D>) -> Result<(), StepError> {
         let number = run.state.number;
         if self.looked == Some(number) {
@@ -307,9 +305,9 @@ impl ValidityGuard {
         Ok(())
     }
 
-    /// The look at what no contact knows of: blocks in each other. Dear, so
-    /// every [`OVERLAP_INTERVAL`] steps, at the end, and where nodes have
-    /// outrun the search.
+    /// Checks that no blocks overlap, which contact cannot notice if it has missed a pair. The
+    /// check is expensive: it runs every [`OVERLAP_INTERVAL`] steps, at the end, and if nodes have
+    /// moved farther than the search reached.
     pub(crate) fn check_overlap<const D: usize>(
         &mut self,
         run: &mut Run<D>,
@@ -350,15 +348,14 @@ impl ValidityGuard {
         }
     }
 
-    /// The look at the ledger: it must balance where it is `enforced`, and
-    /// hold numbers anywhere.
+    /// Checks that the energy residual is finite and, if `enforced`, within its limit.
     pub(crate) fn check_energy(
         row: &HistoryRow,
         exchange: &ExchangedEnergy,
         enforced: bool,
     ) -> Result<(), StepError> {
         let (time, residual, scale) = (row.time, row.energy_residual, exchange.scale());
-        // Comparisons with what is not a number are false.
+        // Comparisons with NaN are false.
         if residual.is_finite() && (!enforced || residual.abs() <= RESIDUAL_LIMIT * scale) {
             return Ok(());
         }
@@ -369,8 +366,8 @@ impl ValidityGuard {
         })
     }
 
-    /// What to say of a ledger that does not balance well; of one that is not
-    /// `enforced`, that springs are to blame.
+    /// Returns a warning if the ledger does not balance well. If the balance is not `enforced`, a
+    /// fatal residual is blamed on the contact springs.
     pub(crate) fn ledger_warning(
         row: &HistoryRow,
         exchange: &ExchangedEnergy,
@@ -401,8 +398,8 @@ impl<const D: usize> Run<D> {
         self.model.mesh.blocks[block].name.clone()
     }
 
-    /// Visits (block, number in it, deformation) of all elements that are deformed by more
-    /// than is [`MODERATE`], up to one that is inside out or flat.
+    /// Visits (block, element number in the block, deformation) of all elements with a strain above
+    /// [`MODERATE`]. Stops with an error at the first that is inverted or flat.
     fn each_deformation(
         &self,
         mut visit: impl FnMut(usize, usize, &Deformation),
@@ -436,7 +433,8 @@ impl<const D: usize> Run<D> {
         Ok(())
     }
 
-    /// The first node that moves by no number, or farthest from any.
+    /// Returns the error for the node with the largest motion; one that is not a number counts as
+    /// infinite.
     fn not_finite(&self) -> StepError {
         let motions = self.state.velocity.iter().zip(&self.state.displacement);
         let size = |(v, u): (&[f64; D], &[f64; D])| {
@@ -452,7 +450,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// The first node that is faster than `limit` relative to its block.
+    /// Returns the error for the first node that is faster than `limit` relative to its block.
     fn runaway(&self, limit: f64) -> Option<StepError> {
         for block in 0..self.model.blocks.len() {
             let nodes = self.model.nodes(block);
@@ -507,7 +505,7 @@ mod tests {
             );
         }
         assert!(told(11.0, false).contains("springs"));
-        // Such a run has stopped itself, and said why.
+        // Such a run has stopped itself with an error.
         assert_eq!(told(11.0, true), "");
     }
 }

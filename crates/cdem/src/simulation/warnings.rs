@@ -1,4 +1,4 @@
-//! What is not wrong with a scene and its mesh, but most likely not meant.
+//! Warnings about scene and mesh: valid input that is most likely not intended.
 
 use crate::element::material::Elastic;
 use crate::math::format::short;
@@ -8,21 +8,20 @@ use crate::model::{Model, block_names};
 use crate::scene::{Cadence, Geometry, KeyPath, Problem, Scene, Split};
 use crate::simulation::build::default_tolerance;
 
-/// Share of its moment of inertia by which a block may be off unnoticed.
+/// Relative error of a block's moment of inertia above which a warning is given.
 const INERTIA_ERROR: f64 = 0.01;
 
-/// Damping that makes the stable step so many times shorter is the first thing to
-/// look at in a run that takes long.
+/// Factor by which damping may shorten the stable step without a warning. Above it, damping is the
+/// first cause of a long run to check.
 const SLOWED: f64 = 10.0;
 
-/// Contact tolerance over the default's, up to which results do not depend on it.
+/// Contact tolerance over the default, up to which results do not depend on it.
 const TOLERANT: f64 = 10.0;
 
 /// Speeds of compression waves in solids, m/s: from soft gels up to diamond.
 const WAVE_SPEEDS: [f64; 2] = [1.0, 2e4];
 
-/// All that a user should look at before a run, `shortest` being the shortest
-/// stable step in each block, s.
+/// Returns all warnings before a run; `shortest` is the shortest stable step in each block, s.
 pub(super) fn scene_warnings<const D: usize>(
     scene: &Scene,
     model: &Model<D>,
@@ -43,7 +42,7 @@ fn at(list: &str, number: usize, key: &str) -> KeyPath {
     KeyPath::root().key(list).index(number).key(key)
 }
 
-/// Masses that turn too easily, and parts that pass through each other.
+/// Warns of wrong moments of inertia, and of unconnected parts that pass through each other.
 fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
     let mut found = Vec::new();
     for (number, (block, data)) in model.mesh.blocks.iter().zip(&model.blocks).enumerate() {
@@ -76,7 +75,7 @@ fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
     found
 }
 
-/// Joints that any shear breaks before they are pulled.
+/// Warns of joints that any shear breaks before they are pulled.
 fn joints(scene: &Scene) -> Option<Problem> {
     let strength = &scene.contact.strength;
     let pulls = strength.tensile_strength > 0.0 && strength.cohesion == 0.0;
@@ -90,7 +89,7 @@ fn joints(scene: &Scene) -> Option<Problem> {
     })
 }
 
-/// A tolerance that moves what touches, and when.
+/// Warns of a tolerance so large that it changes the place and time of contacts.
 fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
     let default = default_tolerance(mesh);
     let tolerance = scene.contact.tolerance?;
@@ -106,7 +105,7 @@ fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
     })
 }
 
-/// Moduli and densities in other units than was thought.
+/// Warns of moduli and densities that look like a mistake in units.
 fn materials(scene: &Scene) -> Vec<Problem> {
     let [slowest, fastest] = WAVE_SPEEDS;
     let caution = |(number, material): (usize, &crate::scene::Material)| {
@@ -140,7 +139,7 @@ fn materials(scene: &Scene) -> Vec<Problem> {
         .collect()
 }
 
-/// Stiffness-proportional damping that costs most of the run.
+/// Warns of stiffness-proportional damping that dominates the cost of the run.
 fn damping<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) -> Vec<Problem> {
     let slow = |(number, material): (usize, &crate::scene::Material)| {
         let blocks = model.blocks.iter().zip(shortest);
@@ -164,7 +163,7 @@ fn damping<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) ->
     scene.material.iter().enumerate().filter_map(slow).collect()
 }
 
-/// Loads and boundary conditions that start after the end.
+/// Warns of loads and boundary conditions that start after the end.
 fn late(scene: &Scene) -> Vec<Problem> {
     let end = scene.time.end;
     let loads = scene.load.iter().map(|load| load.start);
@@ -183,11 +182,11 @@ fn late(scene: &Scene) -> Vec<Problem> {
     .collect()
 }
 
-/// Output that is wanted more often than there are steps.
+/// Warns of output intervals shorter than the coarse step.
 fn intervals(scene: &Scene, step: f64) -> Vec<Problem> {
     let output = &scene.output;
     let short_of = |(key, cadence): (&str, Cadence)| match cadence {
-        // Equal up to round-off is one a step.
+        // An interval equal to the step up to round-off writes once a step.
         Cadence::Interval(interval) if interval < step * (1.0 - 1e-9) => {
             let message = format!(
                 "{} s is shorter than the coarse step of {} s, and there is one a step at most; \
@@ -208,8 +207,8 @@ fn intervals(scene: &Scene, step: f64) -> Vec<Problem> {
     cadences.into_iter().filter_map(short_of).collect()
 }
 
-/// Probes whose nearest node is farther away than the largest element edge of
-/// their block: within a mesh, the nearest node is always nearer than that.
+/// Warns of probes whose nearest node is farther away than the largest element edge of their block.
+/// Inside a mesh the nearest node is always nearer than that.
 fn probes<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Vec<Problem> {
     let mut found = Vec::new();
     for (number, probe) in scene.probe.iter().enumerate() {

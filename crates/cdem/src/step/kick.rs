@@ -1,4 +1,4 @@
-//! The first half of a substep: forces become velocities.
+//! The first half of a substep: impulses of forces change the velocities.
 
 use std::ops::Range;
 
@@ -14,34 +14,34 @@ use crate::scene::Damping;
 use crate::step::assembly::Assembly;
 use crate::step::schedule::Substep;
 
-/// Nodal impulses of a kick, N·s, and velocities before it, m/s: of the last kick of each node, but
-/// for loads and contact, which are zero between kicks.
+/// Nodal impulses, N·s, and velocities before the kick, m/s, both of the last kick of each node.
+/// Impulses of loads and contact are zero between kicks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KickImpulses<const D: usize> {
-    /// All but contact: internal, viscous, loads, gravity, damping.
+    /// Sum of all impulses except contact: internal, viscous, loads, gravity, damping.
     pub(crate) total: Vec<[f64; D]>,
     pub(crate) viscous: Vec<[f64; D]>,
     pub(crate) load: Vec<[f64; D]>,
     pub(crate) damping: Vec<[f64; D]>,
-    /// Of contact, on nodes that are held.
+    /// Contact impulses on prescribed nodes.
     pub(crate) contact: Vec<[f64; D]>,
     pub(crate) before: Vec<[f64; D]>,
-    /// What elements whose interval has changed would have given more in a kick
-    /// of their last interval than of their next: node by node.
+    /// For elements whose interval changes: their impulse over the last interval minus that over
+    /// the next, by node.
     pub(crate) level_changes: Vec<(u32, [f64; D])>,
     /// Kick interval of each node, s.
     pub(crate) interval: Vec<f64>,
-    /// What groups of elements give their nodes, elastic and viscous.
+    /// Elastic and viscous impulses of the element groups on their nodes.
     pub(super) shares: [Vec<[f64; D]>; 2],
-    /// Nodes that loads push.
+    /// Nodes with loads.
     loaded: Vec<u32>,
-    /// What is booked of some nodes after the other.
+    /// Partial ledgers of the node ranges; kept to reuse their memory.
     ledgers: Vec<Ledger>,
 }
 
 impl<const D: usize> KickImpulses<D> {
     pub(crate) fn new(nodes: usize) -> Self {
-        // Zeros that come from the system take no memory until something acts; copies do.
+        // Zeroed memory from the system is not committed until it is written; copies are.
         let zero = || vec![[0.0; D]; nodes];
         Self {
             total: zero(),
@@ -58,9 +58,9 @@ impl<const D: usize> KickImpulses<D> {
         }
     }
 
-    /// Energy that changes of level make in a kick to the velocities `after`, J, node by
-    /// node: ½v⁻·M·v⁺ measures an element by its interval; where that changes, by a quarter
-    /// of the difference of its impulses on what the kick changes.
+    /// Returns the energy that level changes make in a kick to the velocities `after`, J, by node.
+    /// ½v⁻·M·v⁺ depends on the interval of an element. Where that changes, the energy made is a
+    /// quarter of the difference of its impulses times the velocity change of the kick.
     pub(crate) fn made_by_levels(&self, after: &[[f64; D]]) -> impl Iterator<Item = (u32, f64)> {
         self.level_changes.iter().map(|(node, less)| {
             let n = *node as usize;
@@ -69,7 +69,7 @@ impl<const D: usize> KickImpulses<D> {
         })
     }
 
-    /// Notes the kick interval of each node that is due.
+    /// Sets the kick interval of each node that is due.
     fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep, purpose: KickPurpose) {
         let intervals = [&mut *self.interval, &mut state.node_interval];
         substep.each_node(intervals, &|n, [interval, last]| {
@@ -84,7 +84,7 @@ impl<const D: usize> KickImpulses<D> {
         });
     }
 
-    /// Makes room for the shares of elements, for viscous ones where these act.
+    /// Allocates the element impulses; viscous ones only if stiffness damping acts.
     fn size_shares(&mut self, assembly: &Assembly, acting: ActiveLoads) {
         let count = assembly.len();
         let counts = [count, if acting.stiffness_damping { count } else { 0 }];
@@ -93,9 +93,9 @@ impl<const D: usize> KickImpulses<D> {
         }
     }
 
-    /// Forgets what a kick has left where the next one would add to it.
+    /// Clears the sums to which the next kick adds.
     pub(crate) fn clear(&mut self) {
-        // Seldom there, and then of many elements: its memory goes with it.
+        // Rarely filled, and then from many elements: its memory is freed.
         self.level_changes = Vec::new();
         for node in self.loaded.drain(..) {
             self.load[node as usize] = [0.0; D];
@@ -103,7 +103,7 @@ impl<const D: usize> KickImpulses<D> {
     }
 }
 
-/// What there is beside elements and contact: the rest costs nothing.
+/// The forces that act beside elements and contact; those absent are skipped.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ActiveLoads {
     pub(super) gravity: bool,
@@ -123,18 +123,18 @@ impl ActiveLoads {
     }
 }
 
-/// Whether a kick moves the run on, or only looks.
+/// Purpose of a kick: to advance the run or to report its state.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum KickPurpose {
-    /// Kick from the middle of the last interval to the middle of the next.
+    /// Kicks from the middle of the last interval to the middle of the next.
     Advance,
-    /// Kick over the last interval only; half of it is the state at its end.
+    /// Kicks over the last interval only; half of that kick gives the state at its end.
     Report,
 }
 
 impl<const D: usize> Model<D> {
-    /// Kicks what is due: internal forces, loads, gravity, damping, prescribed
-    /// velocities; contact comes after.
+    /// Kicks the nodes that are due: internal forces, loads, gravity, damping, prescribed
+    /// velocities. Contact comes after.
     pub(crate) fn kick(
         &mut self,
         state: &mut State<D>,
@@ -154,7 +154,7 @@ impl<const D: usize> Model<D> {
         self.prescribe(state, velocity, substep, purpose);
     }
 
-    /// Impulses of elements: the shares that the groups give their nodes.
+    /// Computes the impulses of the elements on their nodes, group by group.
     fn kick_elements(
         &mut self,
         state: &mut State<D>,
@@ -177,7 +177,8 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// Kick interval of each element, s, where some come from other levels; all are due.
+    /// Returns the kick interval of each element, s, for the case that some levels have just
+    /// changed. All elements are due then.
     fn element_intervals(
         &self,
         state: &mut State<D>,
@@ -201,7 +202,7 @@ impl<const D: usize> Model<D> {
                 let (set, i) = self.numbering.of(element);
                 let mut force = [[0.0; D]; MAX_NODES];
                 self.sets[set].force(i, &state.displacement, &mut force);
-                // So a run that begins at rest remembers nothing of its first kick.
+                // Thus a run that starts at rest does not depend on its first kick.
                 if force == [[0.0; D]; MAX_NODES] {
                     continue;
                 }
@@ -213,7 +214,7 @@ impl<const D: usize> Model<D> {
         intervals
     }
 
-    /// Impulses of loads.
+    /// Adds the impulses of loads.
     fn push(&self, state: &State<D>, impulses: &mut KickImpulses<D>, substep: &Substep) {
         let at = self.positions(state);
         for load in &self.loads {
@@ -231,8 +232,8 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// Gives held components what the drift needs to end where it must; for a
-    /// report, the value of now as the mean of before and after.
+    /// Sets the prescribed components to the velocity with which the drift ends at the prescribed
+    /// position. For a report, sets them so that the mean of before and after is the value now.
     fn prescribe(
         &self,
         state: &State<D>,
@@ -262,7 +263,7 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// What acts at a time.
+    /// Returns the forces that act at a time, beside elements and contact.
     pub(crate) fn acting(&self, time: f64) -> ActiveLoads {
         let mut acting = ActiveLoads {
             gravity: self.gravity_at(time).iter().any(|&g| g != 0.0),
@@ -284,13 +285,13 @@ impl<const D: usize> Model<D> {
         acting
     }
 
-    /// Acceleration of gravity, m/s².
+    /// Returns the acceleration of gravity, m/s².
     pub(crate) fn gravity_at(&self, time: f64) -> [f64; D] {
         self.gravity.vector(time)
     }
 
-    /// Books the work of a kick once contact is solved, `after` being the
-    /// velocities after all impulses.
+    /// Books the work of a kick once contact is solved. `after` are the velocities after all
+    /// impulses.
     pub(crate) fn book_kick(
         &self,
         (after, at): (&[[f64; D]], WorkVelocity),
@@ -317,7 +318,7 @@ impl<const D: usize> Model<D> {
             };
             let rows = substep.rows();
             let nodes = rows.iter().map(Range::len).sum::<usize>().max(1);
-            // Rows of nodes of many levels are short.
+            // With many levels the node ranges are short.
             let at_once = (rows.len() * NODES_AT_ONCE / (2 * nodes)).max(1);
             let rows = rows.par_iter().with_min_len(at_once);
             rows.map(book).collect_into_vec(&mut books);
@@ -326,7 +327,7 @@ impl<const D: usize> Model<D> {
         for (_, energy) in kick.made_by_levels(after) {
             ledger.remesh_loss -= energy;
         }
-        // What held nodes have needed beside these impulses and contact.
+        // Reactions of prescribed nodes: the momentum that neither these impulses nor contact give.
         for node in substep.prescribed() {
             let n = node as usize;
             let [old, new] = [&*kick.before, after].map(|v| self.inertia.momentum(n, v));
@@ -348,8 +349,8 @@ impl<const D: usize> Model<D> {
         impulses.ledgers = books;
     }
 
-    /// Books what a kick but for elements does to a node, by its velocities before and at the
-    /// end.
+    /// Books the impulses of a kick on a node, except those of elements, with its velocities before
+    /// and at the end.
     fn book_node(
         &self,
         (n, velocities): (usize, [&[f64; D]; 2]),

@@ -1,8 +1,8 @@
 //! The step loop (design, sections 3 to 5).
 //!
-//! A coarse step is a binary tree of substeps. In each, what is due is kicked
-//! (forces), contacts hold or part, and nodes drift: free flight up to a first
-//! touch, unified after it.
+//! A coarse step is a binary tree of substeps. Each substep kicks the nodes that are due (forces),
+//! solves or opens the contact points, and drifts the nodes. Candidate nodes drift freely up to the
+//! first touch; after it the two points are a unified node.
 
 pub(crate) mod adapt;
 pub(crate) mod assembly;
@@ -40,60 +40,60 @@ use crate::step::schedule::{KickSchedule, Substep};
 use crate::step::speed_bounds::SpeedBounds;
 pub(crate) use crate::step::synchronise::Synchronised;
 
-/// A run at its start.
+/// The parts from which a run starts.
 pub(crate) struct RunParts<const D: usize> {
     pub(crate) model: Model<D>,
     pub(crate) state: State<D>,
-    /// Where blocks may touch.
+    /// Contact detection and solution, if blocks may touch.
     pub(crate) contacts: Option<Contacts<D>>,
-    /// Where they are refined then.
+    /// Refinement around impacts, if adaptivity is on.
     pub(crate) adaptivity: Option<Adaptivity<D>>,
 }
 
-/// A run in progress: the model, its state, and scratch that can be made anew.
+/// A run in progress: the model, its state, and workspace that can be rebuilt.
 pub(crate) struct Run<const D: usize> {
     pub(crate) model: Model<D>,
     pub(crate) state: State<D>,
     pub(crate) contacts: Option<Contacts<D>>,
     pub(crate) adaptivity: Option<Adaptivity<D>>,
     pub(crate) ledger: Ledger,
-    /// Contact impulse of each block since it was last asked for, N·s.
+    /// Contact impulse of each block since the last query, N·s.
     pub(crate) block_impulse: Vec<[f64; 3]>,
     /// Contact impulse of each node in the last coarse step, N·s.
     pub(crate) node_impulse: Vec<[f64; D]>,
-    /// Nodes whose `node_impulse` is not zero.
+    /// Nodes with a nonzero `node_impulse`.
     touched_nodes: Vec<u32>,
     pub(crate) element_updates: u64,
     pub(crate) corrections: Corrections,
     pub(crate) schedule: KickSchedule,
     impulses: KickImpulses<D>,
-    /// Impulses of contacts in a kick on their nodes, N·s.
+    /// Nodal impulses of the contacts in a kick, N·s; kept to reuse its memory.
     received: Vec<(u32, [f64; D])>,
-    /// Momenta of held nodes before the drift in hand, N·s.
+    /// Momenta of the prescribed nodes before the current drift, N·s.
     prescribed_momenta: Vec<[f64; D]>,
-    /// What to reckon with in the step to come, for its storage.
+    /// Bounds on the speeds in the next coarse step.
     pub(crate) speed_bounds: SpeedBounds,
-    /// Where blocks will touch, for its storage.
+    /// Predicted impacts between blocks; kept to reuse its memory.
     predicted_impacts: PredictedImpacts<D>,
-    /// Where blocks may touch: elements around nodes.
+    /// Elements around each node; empty in a scene without contact.
     adjacency: Adjacency,
-    /// Which boundary conditions act.
+    /// For each boundary condition, true if it acts now.
     active_boundaries: Vec<bool>,
-    /// Time of all but what contact counts itself.
+    /// Time of all stages except those that contact measures itself.
     pub(crate) watch: Stopwatch,
 }
 
-/// Corrections of positions so far.
+/// Position corrections so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Corrections {
-    /// Coarse steps that ended with one.
+    /// Number of coarse steps that ended with a correction.
     pub count: u64,
-    /// Angular momentum that they have added, N·m·s.
+    /// Angular momentum added by the corrections, N·m·s.
     pub angular_momentum: [f64; 3],
 }
 
 impl Corrections {
-    /// What to say of them, if there have been any.
+    /// Returns a warning for the user, if there has been any correction.
     pub(crate) fn warning(&self) -> Option<String> {
         let [x, y, z] = self.angular_momentum;
         (self.count > 0).then(|| {
@@ -108,7 +108,7 @@ impl Corrections {
 }
 
 impl<const D: usize> Run<D> {
-    /// A run at t = 0.
+    /// Builds a run at t = 0.
     pub(crate) fn new(built: RunParts<D>) -> Self {
         let RunParts {
             model,
@@ -151,13 +151,13 @@ impl<const D: usize> Run<D> {
         run
     }
 
-    /// Time of the state, s.
+    /// Returns the time of the state, s.
     pub(crate) fn time(&self) -> f64 {
         self.state.number as f64 * self.model.step
     }
 
-    /// Gives the free components of all nodes the velocity of `field` at their
-    /// rest position, before the first step.
+    /// Sets the free components of all nodes to the velocity of `field` at their rest position,
+    /// before the first step.
     pub(crate) fn set_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         for (node, velocity) in self.state.velocity.iter_mut().enumerate() {
             let held = self.model.inertia.prescribed(node);
@@ -170,7 +170,7 @@ impl<const D: usize> Run<D> {
         self.ledger = Ledger::default();
     }
 
-    /// One coarse step.
+    /// Advances the run by one coarse step.
     pub(crate) fn step(&mut self) {
         self.watch.skip();
         for &node in &self.touched_nodes {
@@ -194,15 +194,15 @@ impl<const D: usize> Run<D> {
         if let Some(contacts) = &mut self.contacts {
             contacts.end_step(self.model.step);
         }
-        // What the next step needs is made now, so that a report between two
-        // steps sees the state as the next step will.
+        // The next step is prepared now, so that a report between two steps sees the state as the
+        // next step will.
         self.switch_boundaries();
         self.correct_positions();
         self.watch.lap(Stage::Geometry);
         self.prepare();
     }
 
-    /// Boundary conditions that begin or end now change what is held.
+    /// Updates the prescribed components if a boundary condition begins or ends now.
     fn switch_boundaries(&mut self) {
         let time = self.time();
         let prescribed = self.model.boundaries.iter();
@@ -214,8 +214,8 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Sections 3 and 4: what may touch, the levels that go with it, and
-    /// islands of pairs.
+    /// Sections 3 and 4: finds the candidate pairs, refines blocks, assigns the time levels and
+    /// groups the pairs into islands.
     pub(crate) fn prepare(&mut self) {
         let join = self.find_contacts();
         if self.schedule.is_empty() {
@@ -249,7 +249,7 @@ impl<const D: usize> Run<D> {
         });
     }
 
-    /// Section 4: search. Returns whether the levels must follow.
+    /// Section 4: finds the candidate pairs. Returns true if the levels must be assigned again.
     fn find_contacts(&mut self) -> bool {
         if self.contacts.is_none() {
             return false;
@@ -267,8 +267,8 @@ impl<const D: usize> Run<D> {
         join
     }
 
-    /// Section 5: penetration that several simultaneous hits have left goes
-    /// out of the positions, and into the books.
+    /// Section 5: removes from the positions the penetration that simultaneous impacts have left,
+    /// and books the energy of the correction.
     fn correct_positions(&mut self) {
         let Some(contacts) = &mut self.contacts else {
             return;
@@ -311,7 +311,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Takes the levels that blocks and contacts ask for now.
+    /// Assigns the levels that blocks and contacts require now.
     fn assign_levels(&mut self) {
         let levels = self.levels();
         if levels != self.schedule.levels || self.schedule.is_empty() {
@@ -322,7 +322,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Section 3: levels, with one buffer layer that crosses contacts.
+    /// Section 3: returns the levels, with one buffer layer that crosses contacts.
     fn levels(&self) -> Levels {
         let (base, elements) = (&self.model.base_level, &self.model.mesh.elements);
         let node_count = self.model.mesh.nodes.len();
@@ -332,7 +332,7 @@ impl<const D: usize> Run<D> {
         })
     }
 
-    /// Pairs that are closed at t = 0 and approach collide before anything.
+    /// Solves the impacts of pairs that are closed at t = 0 and approach, before the first kick.
     fn collide_initial(&mut self, first: &Substep) {
         self.note_prescribed(first);
         let Some(contacts) = &mut self.contacts else {
@@ -342,7 +342,7 @@ impl<const D: usize> Run<D> {
         let mut motion = self.model.motion(&mut self.state);
         let receive = &mut |node, impulse: &[f64; D]| received.push((node, *impulse));
         contacts.collide_initial(&mut motion, &self.model.inertia, self.model.step, receive);
-        // Contacts have told their own time.
+        // Contact measures its own time.
         self.watch.skip();
         self.book_reactions(first, &received);
         self.receive(&received);
@@ -381,7 +381,8 @@ impl<const D: usize> Run<D> {
         self.watch.lap(Stage::Motion);
     }
 
-    /// Section 5: the impulses that keep closed pairs together, or part them.
+    /// Section 5: applies the contact impulses of a kick, and opens the contact points that
+    /// separate.
     fn kick_contacts(&mut self, substep: &Substep) {
         let Some(contacts) = &mut self.contacts else {
             return;
@@ -420,7 +421,7 @@ impl<const D: usize> Run<D> {
         self.received = received;
     }
 
-    /// Keeps the contact forces of a kick for local damping in the next.
+    /// Stores the contact forces of a kick for local damping in the next kick.
     fn remember_contact(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
         let forces = [&mut *self.state.contact_force];
         substep.each_node(forces, &|_, [force]| *force = [0.0; D]);
@@ -433,7 +434,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Drift: the nodes of contacts touch by touch, the others freely.
+    /// Drifts the nodes: those in islands from touch to touch, the others freely.
     fn drift(&mut self, substep: &Substep) {
         if self.contacts.is_some() {
             self.note_prescribed(substep);
@@ -492,7 +493,7 @@ impl<const D: usize> Run<D> {
         self.receive(&received);
     }
 
-    /// Notes the momenta of held nodes before a drift.
+    /// Stores the momenta of the prescribed nodes before a drift.
     fn note_prescribed(&mut self, substep: &Substep) {
         let (inertia, velocity) = (&self.model.inertia, &self.state.velocity);
         let momenta = substep
@@ -502,8 +503,8 @@ impl<const D: usize> Run<D> {
         self.prescribed_momenta.extend(momenta);
     }
 
-    /// Books what held nodes have borne in a drift: the change of momentum since it was
-    /// [noted](Self::note_prescribed) that the impulses `given` to them do not explain.
+    /// Books the reactions of prescribed nodes in a drift: the change of momentum since
+    /// [`Self::note_prescribed`] that the impulses in `given` do not explain.
     fn book_reactions(&mut self, substep: &Substep, given: &[(u32, [f64; D])]) {
         debug_assert_eq!(substep.prescribed().count(), self.prescribed_momenta.len());
         let inertia = &self.model.inertia;
@@ -525,7 +526,8 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Counts contact impulses on nodes, blocks, and what fixed blocks bear.
+    /// Adds contact impulses to the sums of nodes and blocks; those on fixed blocks go to the
+    /// ledger.
     fn receive(&mut self, received: &[(u32, [f64; D])]) {
         for (node, impulse) in received {
             let block = self.model.block_of[*node as usize] as usize;

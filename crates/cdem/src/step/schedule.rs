@@ -1,4 +1,4 @@
-//! Who is due when: levels as groups of elements and rows of nodes.
+//! The kick schedule: elements and nodes grouped by time level.
 
 use std::ops::Range;
 
@@ -9,44 +9,43 @@ use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
 use crate::step::node_ranges::{NodeRanges, each_row};
 
-/// Who is due when, until the levels change.
+/// The kick schedule that holds until the levels change.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KickSchedule {
     pub(crate) levels: Levels,
-    /// Number of elements of each level; like the nodes, without those of fixed blocks.
+    /// Number of elements of each level. Like the nodes, without those of fixed blocks.
     elements: Vec<u64>,
     nodes: NodeRanges,
     pub(super) assembly: Assembly,
-    /// Whether the interval before the last kick of each element and node is that of its
-    /// level.
+    /// True if the interval before the last kick of each element and node is that of its level.
     pub(super) is_settled: bool,
-    /// Whether it has been so for a whole step: what is kept of the intervals of nodes is
+    /// True if `is_settled` was already true before the last step: the stored node intervals are
     /// right, too.
     pub(super) is_steady: bool,
-    /// Held nodes of blocks that are not fixed.
+    /// Prescribed nodes of blocks that are not fixed.
     pub(super) prescribed_nodes: Vec<u32>,
     pub(super) finest: u8,
 }
 
-/// One substep of the plan.
+/// One substep of the schedule.
 pub(crate) struct Substep<'a> {
     pub(super) plan: &'a KickSchedule,
     /// The coarsest level that is due.
     pub(super) coarsest: u8,
     /// Interval of each level, s.
     durations: [f64; MAX_LEVEL as usize + 1],
-    /// Start of the coarse step, and of this substep, s.
+    /// Start of the coarse step, s.
     pub(crate) step_start: f64,
     pub(crate) time: f64,
 }
 
 impl Substep<'_> {
-    /// Nodes that are due: rows of such that follow each other.
+    /// Returns the nodes that are due, as ranges of consecutive nodes.
     pub(super) fn rows(&self) -> &[Range<u32>] {
         self.plan.nodes.due(self.coarsest)
     }
 
-    /// Does the same to each row, on all threads: to what it has of some arrays of all nodes.
+    /// Applies `work` to each range of due nodes and its part of the nodal arrays, on all threads.
     pub(super) fn each_row<T: Send, const N: usize>(
         &self,
         arrays: [&mut [T]; N],
@@ -55,7 +54,7 @@ impl Substep<'_> {
         each_row((self.rows(), 0), arrays, work);
     }
 
-    /// Does the same to each node.
+    /// Applies `work` to each due node and its entries of the arrays.
     pub(super) fn each_node<T: Send, const N: usize>(
         &self,
         arrays: [&mut [T]; N],
@@ -68,12 +67,13 @@ impl Substep<'_> {
         });
     }
 
-    /// Number of elements that are due.
+    /// Returns the number of elements that are due.
     pub(crate) fn element_count(&self) -> u64 {
         self.plan.elements[self.coarsest as usize..].iter().sum()
     }
 
-    /// The elements that are due, over the intervals of their levels, s, or over these.
+    /// Returns the elements that are due, over the given element intervals, s, or else over those
+    /// of their levels.
     pub(super) fn due<'b>(&'b self, of_element: Option<&'b [f64]>, is_kept: bool) -> Due<'b> {
         Due {
             coarsest: self.coarsest,
@@ -82,30 +82,30 @@ impl Substep<'_> {
         }
     }
 
-    /// Held nodes of moving blocks that are due.
+    /// Returns the prescribed nodes of moving blocks that are due.
     pub(crate) fn prescribed(&self) -> impl Iterator<Item = u32> + '_ {
         let held = self.plan.prescribed_nodes.iter().copied();
         held.filter(|&node| self.is_due(node))
     }
 
-    /// Whether a node is due.
+    /// Returns true if a node is due.
     pub(crate) fn is_due(&self, node: u32) -> bool {
         self.plan.levels.node[node as usize] >= self.coarsest
     }
 
-    /// Interval of a node, s.
+    /// Returns the interval of a node, s.
     pub(crate) fn duration(&self, node: u32) -> f64 {
         self.durations[self.plan.levels.node[node as usize] as usize]
     }
 
-    /// Interval of an element of the mesh, s.
+    /// Returns the interval of an element of the mesh, s.
     pub(crate) fn element_duration(&self, element: usize) -> f64 {
         self.durations[self.plan.levels.element[element] as usize]
     }
 }
 
 impl KickSchedule {
-    /// Sorts the elements of the model by their levels.
+    /// Sorts the elements and nodes of the model by their levels.
     pub(super) fn new<const D: usize>(
         model: &mut Model<D>,
         state: &State<D>,
@@ -144,12 +144,12 @@ impl KickSchedule {
         }
     }
 
-    /// Whether there is none yet.
+    /// Returns true if no schedule has been built yet.
     pub(super) fn is_empty(&self) -> bool {
         self.elements.is_empty()
     }
 
-    /// The `number`-th substep of a coarse step.
+    /// Returns the substep `number` of a coarse step.
     pub(super) fn substep(&self, number: u32, step: f64, start: f64) -> Substep<'_> {
         let coarsest = match number {
             0 => 0,
@@ -164,26 +164,26 @@ impl KickSchedule {
         }
     }
 
-    /// The whole model at the start of a coarse step.
+    /// Returns the first substep of a coarse step, in which all nodes are due.
     pub(crate) fn all(&self, step: f64, start: f64) -> Substep<'_> {
         self.substep(0, step, start)
     }
 
-    /// Number of elements of each level.
+    /// Returns the number of elements of each level, up to the finest in use.
     pub(crate) fn histogram(&self) -> Vec<u64> {
         let used = self.elements.iter().rposition(|&count| count > 0);
         self.elements[..used.map_or(1, |last| last + 1)].to_vec()
     }
 }
 
-/// Interval of a level, s.
+/// Returns the interval of a level, s.
 fn duration(step: f64, level: u8) -> f64 {
     step / f64::from(1_u32 << level)
 }
 
 impl<const D: usize> Model<D> {
-    /// Nodes that count as one in the levels: those of contacts, and those of
-    /// blocks with a dense mass matrix.
+    /// Returns the sets of nodes that count as one in the levels: those of contacts, and those of
+    /// blocks with a consistent mass matrix.
     pub(super) fn joined_nodes(&self, contacts: Option<&Contacts<D>>) -> DisjointSets {
         let mut joined = DisjointSets::new(self.mesh.nodes.len());
         for block in 0..self.blocks.len() {
@@ -201,7 +201,7 @@ impl<const D: usize> Model<D> {
         joined
     }
 
-    /// Held nodes of blocks that are not fixed.
+    /// Returns the prescribed nodes of blocks that are not fixed.
     pub(super) fn prescribed_nodes(&self) -> Vec<u32> {
         let nodes = 0..self.mesh.nodes.len() as u32;
         let held = |node: &u32| self.inertia.prescribed(*node as usize).contains(&true);

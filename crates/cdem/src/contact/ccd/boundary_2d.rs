@@ -3,9 +3,9 @@
 use crate::contact::ccd::signed_volume::{SignedVolume, moved};
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{
-    Configuration, Distance, FLUSH, FOOT_ROUND_OFF, GapAllowance, Pair, TimeOfImpact,
-    beyond_reentrant,
+    Configuration, Distance, GapAllowance, Pair, TimeOfImpact, beyond_reentrant,
 };
+use crate::contact::tolerances::{FLUSH, FOOT_ROUND_OFF};
 use crate::math::vector::{cross2, dot, norm, sub};
 
 impl Boundary2d {

@@ -6,12 +6,8 @@ use crate::contact::narrow_phase::edge_edge::LinePair;
 use crate::contact::narrow_phase::point_triangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, GapAllowance, Pair, TimeOfImpact};
+use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY};
 use crate::math::vector::{cross, dot, norm, sub};
-
-/// Edges that turn less in a drift than by the angle of this cosine do not become parallel
-/// in it; and how far their normal must point out of the target, to do so all the time.
-const STEADY: f64 = 0.5;
-const OUTWARD: f64 = 0.1;
 
 impl TimeOfImpact<3> for Boundary3d {
     fn may_touch_in_drift(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
@@ -169,13 +165,13 @@ impl Boundary3d {
             cross(&one, &other)
         });
         let areas = [&now, &then].map(norm);
-        let turns = dot(&now, &then) < STEADY * areas[0] * areas[1];
+        let turns = dot(&now, &then) < EDGE_STEADY * areas[0] * areas[1];
         let volume = if crossing.forward {
             volume
         } else {
             volume.reversed()
         };
-        crossing.outward > OUTWARD && !turns && volume.stays_in_contact(areas, duration, slack)
+        crossing.outward > EDGE_OUTWARD && !turns && volume.stays_in_contact(areas, duration, slack)
     }
 
     /// Volume of a vertex before a triangle, and two sides of that with their rates.

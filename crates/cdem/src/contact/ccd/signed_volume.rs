@@ -2,30 +2,11 @@
 //! as do the points that the line or plane goes through.
 
 use crate::contact::surface::GapAllowance;
+use crate::contact::tolerances::{
+    BISECTIONS, CCD_SAMPLES, LEAST_TARGET_SIZE, RESTING_SINK, VOLUME_ROUND_OFF,
+};
 use crate::math::quadratic::roots;
 use crate::math::vector::{add, add_scaled, cross, cross2, dot, norm};
-
-/// Bisections that take an interval down to round-off.
-const BISECTIONS: u32 = 64;
-
-/// Instants, of those in which a pair falls behind its target's line or plane no deeper than
-/// it may, at which it is looked at: what comes in and is out again between two of them
-/// goes past a corner, or over a whole target in an eighth of that time.
-pub(crate) const LOOKS: u32 = 8;
-
-/// Round-off of the volume, over the bound of its terms. A term is a product of up to
-/// three differences, summed and multiplied by times: 16 roundings of half an ε at
-/// most. The terms' moduli add up to 1.2 of the bound (Hadamard's for permanents), so
-/// a third of this would do.
-pub(crate) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
-
-/// How far a pair that has touched may sink in a drift and rests, over the depth up to which
-/// it has not.
-const CREEPS: f64 = 1e-3;
-
-/// What a target keeps of the smaller of its sizes at both ends of a drift, at least: all
-/// but a share that its nodes move over its height.
-const KEPT: f64 = 0.5;
 
 /// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in
 /// time: a cubic.
@@ -91,9 +72,9 @@ impl SignedVolume {
     ) -> bool {
         let [now, then] = [0.0, duration].map(|time| self.at(time));
         let (gap, next) = (now / sizes[0], then / sizes[1]);
-        let lowest = KEPT * slack.within * sizes[0].min(sizes[1]);
+        let lowest = LEAST_TARGET_SIZE * slack.within * sizes[0].min(sizes[1]);
         gap <= slack.within
-            && next >= -slack.depth.max(CREEPS * slack.depth - gap)
+            && next >= -slack.depth.max(RESTING_SINK * slack.depth - gap)
             && self.stays_above(-lowest, duration)
     }
 
@@ -129,7 +110,7 @@ impl SignedVolume {
     /// Round-off of the value up to `duration`.
     pub(super) fn round_off(&self, duration: f64) -> f64 {
         let bound = self.size.map(|[now, rate]| now + duration * rate);
-        ROUND_OFF * bound[0] * bound[1] * bound[2]
+        VOLUME_ROUND_OFF * bound[0] * bound[1] * bound[2]
     }
 
     /// First time at which it, positive as long as a pair is apart, has fallen to 0
@@ -205,14 +186,14 @@ pub(crate) fn moved<const D: usize>([now, rate]: &[[f64; D]; 2], time: f64) -> [
     then
 }
 
-/// When something begins to hold in an interval, by [`LOOKS`] instants: before the first
+/// When something begins to hold in an interval, by [`CCD_SAMPLES`] instants: before the first
 /// at which it `holds`.
 fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     if holds(start) {
         return Some(start);
     }
-    let instant = |k: u32| start + (end - start) * f64::from(k) / f64::from(LOOKS);
-    let k = (1..=LOOKS).find(|&k| holds(instant(k)))?;
+    let instant = |k: u32| start + (end - start) * f64::from(k) / f64::from(CCD_SAMPLES);
+    let k = (1..=CCD_SAMPLES).find(|&k| holds(instant(k)))?;
     Some(last(instant(k - 1), instant(k), |t| !holds(t)))
 }
 

@@ -12,11 +12,8 @@ use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::tolerances::DUPLICATE_REACH;
 use crate::math::vector::norm;
-
-/// How far from a touch the main feature of a contact may be that says the same, over
-/// the tolerance: either's point lies aside of its feature, and both aside of the touch.
-const ASIDE: f64 = 4.0;
 
 /// The closed contacts, for a drift from some positions; its storage is kept.
 #[derive(Debug, Default)]
@@ -91,7 +88,7 @@ impl<const D: usize> ActiveSetIndex<D> {
     ) -> impl Iterator<Item = &'a ContactPoint<D>> + Clone {
         let surface = context.surface;
         let own = fastest(surface.main_nodes(pair.main), motion);
-        let margin = ASIDE * context.tolerance + (own + self.fastest) * duration;
+        let margin = DUPLICATE_REACH * context.tolerance + (own + self.fastest) * duration;
         let touch = around_nodes(surface, pair, at, margin);
         let blocks = ordered(context.blocks(pair));
         let between = self.between.binary_search_by_key(&blocks, |b| b.blocks);

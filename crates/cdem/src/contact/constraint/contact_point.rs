@@ -2,36 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ccd::signed_volume::LOOKS;
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{Configuration, ContactJacobian, FOOT_ROUND_OFF, Pair, Surface};
-use crate::contact::tolerances::MISS;
+use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
+use crate::contact::tolerances::{
+    CCD_SAMPLES, FOOT_ROUND_OFF, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, MISS,
+};
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
-
-/// Share of what a gap is wrong by that a step sets right. All of it at once (SHAKE)
-/// hands on what a solve has left, as a kick against all that presses. A solve that
-/// brings some impulses nearer by a share η of what they miss makes oscillators of gaps,
-/// damped by √(η/AIM)/2 of the critical: a wall of 210 stones, with solves that ended at
-/// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this.
-const AIM: f64 = 0.02;
-
-/// What a gap may be wrong by and is right, over the tolerance: a 1e-7th of the smallest
-/// boundary edge by default. Where contacts are more than freedoms, gaps contradict each
-/// other by what solves have missed and bodies bent. To set that right is to ask for what
-/// cannot be: impulses grow and shrink from step to step, until a contact opens or slips
-/// and all begins anew, and a wall of 210 stones stirs for ever, at 1e-6 m/s. What is
-/// right asks for no motion, on which all contacts agree.
-const RIGHT: f64 = 1e-3;
-
-/// How far the force of a contact is taken to go on changing as it did: where forces swing,
-/// solves begin an order nearer to their ends than from the last forces, and take two thirds
-/// of the sweeps. Not all of it: what does not matter to any velocity, as between contacts
-/// that are more than freedoms, would go on for ever.
-const TREND: f64 = 0.95;
 
 /// A closed contact: the pair is one node until a criterion parts it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -212,8 +192,8 @@ impl<const D: usize> ContactPoint<D> {
             return self.is_shallower_than(context, pair, drift_interval.at_end);
         }
         // What has gone on by then may have been deep on its way.
-        (1..LOOKS).any(|look| {
-            let share = f64::from(look) / f64::from(LOOKS);
+        (1..CCD_SAMPLES).any(|look| {
+            let share = f64::from(look) / f64::from(CCD_SAMPLES);
             self.is_shallower_than(
                 context,
                 pair,
@@ -377,8 +357,8 @@ impl<const D: usize> ContactPoint<D> {
 
     /// Makes a constraint, but for its operator, the one that keeps the pair together over a
     /// drift of `drift` seconds, after a kick of `interval` seconds:
-    /// g(x_{n+1}) = (1 - [`AIM`]) g(x_n) along ∇g(x_n), and the same for the tangents of a pair
-    /// that sticks, as far as g is not [`RIGHT`]; g ≥ 0 of one that bears nothing and has
+    /// g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along ∇g(x_n), and the same for the tangents of a pair
+    /// that sticks, as far as g is not [`GAP_DEAD_BAND`]; g ≥ 0 of one that bears nothing and has
     /// opened.
     pub(crate) fn set_constraint(
         &self,
@@ -388,10 +368,10 @@ impl<const D: usize> ContactPoint<D> {
     ) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
-        let right = RIGHT * tolerance;
+        let right = GAP_DEAD_BAND * tolerance;
         for r in 0..if self.is_sticking { D } else { 1 } {
             let wrong = self.offset[r] - jacobian.offset[r];
-            target[r] = AIM * (wrong - wrong.clamp(-right, right)) / drift;
+            target[r] = GAP_CORRECTION * (wrong - wrong.clamp(-right, right)) / drift;
         }
         let apart = jacobian.offset[0] - self.offset[0];
         if apart > 0.0 && self.impulse[0] == 0.0 {
@@ -412,7 +392,7 @@ impl<const D: usize> ContactPoint<D> {
         self.history.count(&[0.0; D], impulse);
     }
 
-    /// Whether its gap is wider after a drift at solved velocities than is [`RIGHT`]. One
+    /// Whether its gap is wider after a drift at solved velocities than is [`GAP_DEAD_BAND`]. One
     /// that bears nothing and is not may have to in the next kick: it has not ended.
     pub(crate) fn is_apart_after(
         &self,
@@ -423,7 +403,7 @@ impl<const D: usize> ContactPoint<D> {
     ) -> bool {
         let jacobian = &solved.jacobian;
         let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity);
-        gap - self.offset[0] > RIGHT * tolerance
+        gap - self.offset[0] > GAP_DEAD_BAND * tolerance
     }
 
     /// The constraint at the instant of an impact before a drift of `drift` seconds, at the
@@ -498,7 +478,7 @@ impl<const D: usize> ContactPoint<D> {
 /// The force with which the next solve begins, N, after that of `now` and of the kick before.
 fn extrapolated_force<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
     let goes_on = now[0] != 0.0 && before[0] != 0.0;
-    let trend = if goes_on { TREND } else { 0.0 };
+    let trend = if goes_on { FORCE_TREND } else { 0.0 };
     std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
 }
 
@@ -515,7 +495,10 @@ mod tests {
         let missed =
             largest(&|k| (force(k)[0] - extrapolated_force(&force(k - 1), &force(k - 2))[0]).abs());
         // What is left of the trend, and the turn of that in a kick.
-        assert!(missed < (1.0 - TREND + turn) * last, "{missed} of {last}");
+        assert!(
+            missed < (1.0 - FORCE_TREND + turn) * last,
+            "{missed} of {last}"
+        );
     }
 
     #[test]

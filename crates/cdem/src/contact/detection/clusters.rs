@@ -11,12 +11,7 @@ use rayon::prelude::*;
 use crate::contact::detection::grid::{self};
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::{Configuration, Pair, Surface};
-
-/// Features of a patch, at most: a hexahedron has 104, mains and targets.
-const MOST: usize = 128;
-
-/// Patches, or pairs of them, that a thread takes in a row.
-const AT_ONCE: usize = 32;
+use crate::contact::tolerances::{CLUSTERS_PER_TASK, MOST_FEATURES_OF_CLUSTER};
 
 /// The patches of all blocks.
 #[derive(Clone, Debug, Default)]
@@ -97,7 +92,7 @@ impl Clusters {
         surface: &dyn Surface<D>,
         features: &mut [ClusteredFeature<D>],
     ) {
-        if features.len() <= MOST {
+        if features.len() <= MOST_FEATURES_OF_CLUSTER {
             self.patches.push(self.patch(surface, features));
             return;
         }
@@ -167,13 +162,15 @@ impl Clusters {
         for (one, other) in &meeting {
             (meets[*one as usize], meets[*other as usize]) = (true, true);
         }
-        let patches = (&self.patches, meets).into_par_iter().with_min_len(AT_ONCE);
+        let patches = (&self.patches, meets)
+            .into_par_iter()
+            .with_min_len(CLUSTERS_PER_TASK);
         let boxes = patches.map(|(patch, meets)| {
             let boxes = || patch.boxes(surface, at, margin(patch.block));
             meets.then(boxes).unwrap_or_default()
         });
         let boxes: Vec<ClusterBoxes<D>> = boxes.collect();
-        let meeting = meeting.into_par_iter().with_min_len(AT_ONCE);
+        let meeting = meeting.into_par_iter().with_min_len(CLUSTERS_PER_TASK);
         let pairs = meeting.flat_map_iter(|(one, other)| {
             let both = [one, other].map(|patch| patch as usize);
             let ways = [both, [both[1], both[0]]].into_iter();

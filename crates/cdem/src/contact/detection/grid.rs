@@ -7,14 +7,7 @@
 //! finer than its own, where it reaches three cells a direction at most.
 
 use crate::contact::surface::aabb::Aabb;
-/// Cells beyond which coordinates are not resolved: boxes smaller than a
-/// 2⁻⁴⁰th of the largest coordinate share the class of that size.
-const RESOLVED: i32 = 40;
-
-/// The coarsest class, and less its number the finest: cells of 1e301 and
-/// 1e-301 m. Coordinates beyond are no model's.
-const COARSEST: i32 = 1000;
-
+use crate::contact::tolerances::{COARSEST_CLASS, GRID_RESOLUTION};
 /// Size class of boxes: cells of 2^`0` m.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct SizeClass(i32);
@@ -25,7 +18,7 @@ impl SizeClass {
         let boxes = sides.into_iter().flatten().filter(|aabb| !aabb.is_empty());
         let corners = boxes.flat_map(|aabb| aabb.min.into_iter().chain(aabb.max));
         let largest = corners.map(f64::abs).filter(|x| x.is_finite());
-        Self(exponent(largest.fold(0.0, f64::max)) - RESOLVED)
+        Self(exponent(largest.fold(0.0, f64::max)) - GRID_RESOLUTION)
     }
 
     /// The class of a box that is not empty, `finest` or coarser: the box reaches
@@ -36,7 +29,7 @@ impl SizeClass {
         let mut class = Self(exponent(sizes.fold(0.0, f64::max))).max(finest);
         let reaches_on =
             |class: Self, c| class.cell(aabb.max[c]) > class.cell(aabb.min[c]).saturating_add(1);
-        while class.0 < COARSEST && (0..D).any(|c| reaches_on(class, c)) {
+        while class.0 < COARSEST_CLASS && (0..D).any(|c| reaches_on(class, c)) {
             class.0 += 1; // round-off of the size
         }
         class
@@ -56,8 +49,8 @@ impl SizeClass {
 /// The smallest e with 2^e not below `size`, so far as classes go.
 #[inline]
 fn exponent(size: f64) -> i32 {
-    let finest = f64::from(RESOLVED - COARSEST);
-    size.log2().ceil().clamp(finest, f64::from(COARSEST)) as i32
+    let finest = f64::from(GRID_RESOLUTION - COARSEST_CLASS);
+    size.log2().ceil().clamp(finest, f64::from(COARSEST_CLASS)) as i32
 }
 
 /// Where the row of cells begins that shares all indices of `cell` but the

@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{
-    AT_A_GLANCE, ActiveSubset, CandidateSearch, SearchContext, SearchWorkspace,
+    ActiveSubset, CandidateSearch, SearchContext, SearchWorkspace,
 };
 use crate::contact::surface::Configuration;
+use crate::contact::tolerances::GLANCES_PER_TASK;
 
 impl<const D: usize> CandidateSearch<D> {
     /// Gives blocks that may touch each other the largest share among them, and
@@ -74,7 +75,9 @@ impl<const D: usize> CandidateSearch<D> {
     /// Lists the blocks of the pairs near from the `first` on, those of one pair but once in a
     /// row.
     fn list_blocks_near(&mut self, first: usize) {
-        let found = self.found[first..].par_iter().with_min_len(AT_A_GLANCE);
+        let found = self.found[first..]
+            .par_iter()
+            .with_min_len(GLANCES_PER_TASK);
         let blocks = found.map(|&number| self.candidates[number as usize].blocks);
         blocks.collect_into_vec(&mut self.lists.of_near);
         self.lists.of_near.dedup();
@@ -98,7 +101,7 @@ impl<const D: usize> CandidateSearch<D> {
                 && !self.find_near[*number as usize]
                 && candidate.may_be_near(a, b)
         };
-        let some = self.active_candidates.numbers.par_chunks(AT_A_GLANCE);
+        let some = self.active_candidates.numbers.par_chunks(GLANCES_PER_TASK);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(&mut *glances).for_each(|(numbers, glance)| {
             glance.open.clear();

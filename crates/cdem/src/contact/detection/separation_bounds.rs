@@ -20,20 +20,8 @@ use std::ops::Range;
 
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Pair, Surface};
+use crate::contact::tolerances::{SEPARATION_DRIFTS, SEPARATION_ROUND_OFF, STALE_TRAVEL};
 use crate::math::vector::dot;
-
-/// What round-off may add to distances and ways, over the tolerance; it is far
-/// below.
-const ROUND_OFF: f64 = 0.1;
-
-/// Way of a block, over the tolerance, at which all pairs are looked at anew: a
-/// hundred of the smallest boundary edge by default. A billion substeps later its
-/// round-off is within the above.
-const FORGET: f64 = 1e6;
-
-/// For how much those that may touch are sorted out, over what a touch in the next drift
-/// takes.
-const AHEAD: f64 = 16.0;
 
 /// The open pairs that may touch in this coarse step.
 #[derive(Clone, Debug, Default)]
@@ -100,8 +88,8 @@ impl SeparationBounds {
             before: Vec::new(),
             passed: 0,
             bodies,
-            within: within + ROUND_OFF * tolerance,
-            longest: FORGET * tolerance,
+            within: within + SEPARATION_ROUND_OFF * tolerance,
+            longest: STALE_TRAVEL * tolerance,
             soon: Vec::new(),
             serves: -1.0,
         }
@@ -176,7 +164,7 @@ impl SeparationBounds {
         // Main features turn.
         let longest = 4.0 * duration * fastest.fold(0.0, f64::max);
         if longest.is_nan() || longest > self.serves {
-            self.serves = AHEAD * longest;
+            self.serves = SEPARATION_DRIFTS * longest;
             let far = self.serves;
             let mut soon = std::mem::take(&mut self.soon);
             soon.clear();

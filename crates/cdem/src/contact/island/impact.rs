@@ -12,15 +12,10 @@ use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers}
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Solver;
-use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
-use crate::contact::solver::system::SHARE;
-use crate::contact::tolerances::{AGAIN, MISS};
+use crate::contact::tolerances::{
+    AGAIN, CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, MISS, RESIDUAL,
+};
 use crate::model::kinematics::NodalMotion;
-
-/// Residual at which the solve of an impact is done in an island of more than [`FEW`]
-/// contacts: what it leaves the next kick finds, and no position is wrong by more than a
-/// 1e-6th of a drift. To go on to [`RESIDUAL`] takes three times as long.
-const RESIDUAL_OF_CROWD: f64 = 1e-6;
 
 /// An impact, to be solved as often as it takes.
 struct ImpactSolve<const D: usize> {
@@ -62,12 +57,8 @@ impl<const D: usize> ImpactSolve<D> {
                 .inertia
                 .push(*node as usize, &impulse, motion.velocity);
         }
-        let is_small = self.constraints.len() <= FEW;
-        let done = if is_small {
-            RESIDUAL
-        } else {
-            RESIDUAL_OF_CROWD
-        };
+        let is_small = self.constraints.len() <= FEW_CONTACTS;
+        let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
         let precision = (done, self.precision);
         energies.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
     }
@@ -162,7 +153,10 @@ impl<const D: usize> Island<D> {
             let within = (duration, context.tolerance);
             contact.impact_constraint(context.surface, motion.positions().into(), within)
         };
-        let contact = self.contact_points.par_iter().with_min_len(SHARE);
+        let contact = self
+            .contact_points
+            .par_iter()
+            .with_min_len(CONTACTS_PER_TASK);
         let constraints: Vec<_> = contact.map(constraint).collect();
         self.solver.load(&constraints, context.mobility(0.0));
         let approach = constraints.iter();

@@ -14,17 +14,10 @@ use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
 use crate::contact::rollback::change;
-use crate::contact::solver::gauss_seidel::RESIDUAL;
-use crate::contact::solver::system::SHARE;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::{AGAIN, MISS};
+use crate::contact::tolerances::{AGAIN, CONTACTS_PER_TASK, MISS, PAIRS_WORTH_A_SOLVE, RESIDUAL};
 use crate::math::profile::Stage;
-
-/// Share of its contacts, one in so many, that must sink in for those closed before in the
-/// same kick to have the island solved once more. Fewer wait for the next kick: those are
-/// one or two at a time, for many rounds, in a large island that settles.
-const WORTH_A_SOLVE: usize = 64;
 
 /// What closed contacts are asked for in a kick, as often as it takes; its storage is kept.
 #[derive(Debug, Default)]
@@ -268,7 +261,7 @@ impl<const D: usize> Island<D> {
                 Some(before) => {
                     let interval = (ClosureRule::InKick, (0.0, drift));
                     touches.update(self, context, motion, (before, true), interval);
-                    self.contact_points.len() / WORTH_A_SOLVE
+                    self.contact_points.len() / PAIRS_WORTH_A_SOLVE
                 }
                 None => {
                     touches.begin(self, context, motion, drift);
@@ -299,7 +292,9 @@ impl<const D: usize> Island<D> {
         hold.constraints.resize_with(count, Constraint::default);
         let new = hold.asked..count;
         let pairs = hold.constraints[new.clone()].par_iter_mut();
-        let pairs = pairs.zip(&self.contact_points[new]).with_min_len(SHARE);
+        let pairs = pairs
+            .zip(&self.contact_points[new])
+            .with_min_len(CONTACTS_PER_TASK);
         pairs.for_each(|(constraint, contact)| {
             contact.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
             contact.set_constraint(constraint, (drift, interval), context.tolerance);
@@ -411,7 +406,7 @@ impl<const D: usize> Island<D> {
             }
         };
         let pairs = self.contact_points.par_iter().zip(&hold.constraints);
-        let misses = pairs.with_min_len(SHARE).map(miss);
+        let misses = pairs.with_min_len(CONTACTS_PER_TASK).map(miss);
         misses.collect_into_vec(&mut hold.misses);
         let is_far = |miss: &f64| miss.abs() > MISS * context.tolerance;
         hold.misses.iter().any(is_far)

@@ -12,20 +12,9 @@ use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
 use crate::contact::island::{Island, IslandBodies};
 use crate::contact::rollback::Rollback;
 use crate::contact::surface::kicked::KickedView;
+use crate::contact::tolerances::{CONTACTS_WORTH_A_THREAD, NODES_PER_CONTACT, TASKS_PER_THREAD};
 use crate::math::profile::Stage;
 use crate::model::kinematics::NodalMotion;
-
-/// Parts of the islands for each thread: one that is done early takes up another's.
-const PARTS: usize = 4;
-
-/// Nodes for each contact, at most, that each part may have copied: in a kick the velocity of a
-/// node takes a thousandth of the time of a contact, in a drift all of a node three times that,
-/// of contacts that are solved three times or more.
-const NODES_A_CONTACT: usize = 50;
-
-/// Contacts beside those of the largest island, at least, for which threads are called: some
-/// 30 µs of work.
-const CALLED_FOR: usize = 64;
 
 /// Velocities of all nodes for parts of the islands to work with, m/s: as many as there are at
 /// work at once, kept for their storage.
@@ -188,7 +177,14 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             on_held: &mut |node, impulse| met.on_held.push((node, *impulse)),
         };
         let timing = (time, meeting.duration);
-        island.drift(context, motion, timing, bodies, receivers, &mut met.energies);
+        island.drift(
+            context,
+            motion,
+            timing,
+            bodies,
+            receivers,
+            &mut met.energies,
+        );
         met.energies.watch.lap(Stage::Geometry);
         met.trail.undo(motion);
         met
@@ -250,10 +246,10 @@ fn parts(contacts: impl Iterator<Item = usize>, nodes: usize) -> usize {
     for contacts in contacts {
         (islands, all, most) = (islands + 1, all + contacts, most.max(contacts));
     }
-    if all - most < CALLED_FOR {
+    if all - most < CONTACTS_WORTH_A_THREAD {
         return 1;
     }
-    (PARTS * threads)
-        .min(NODES_A_CONTACT * all / nodes.max(1))
+    (TASKS_PER_THREAD * threads)
+        .min(NODES_PER_CONTACT * all / nodes.max(1))
         .min(islands)
 }

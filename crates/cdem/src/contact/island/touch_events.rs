@@ -9,16 +9,10 @@ use crate::contact::constraint::context::ContactContext;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
-use crate::contact::solver::system::SHARE;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
-use crate::contact::tolerances::SHALLOW;
+use crate::contact::tolerances::{CONTACTS_PER_TASK, LEAST_DEPTH, SHALLOW};
 use crate::math::vector::{norm, sub};
-
-/// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th
-/// of the smallest boundary edge by default. By as much points stay uneven that come to
-/// rest; what has been left to sink in farther closes no later than at [`SHALLOW`].
-const LEAST_DEPTH: f64 = 1e-7;
 
 /// When the open pairs of an island touch in a drift.
 #[derive(Debug, Default)]
@@ -236,7 +230,7 @@ impl<const D: usize> TouchEvents<D> {
                 check_pair(context, (motion, at), pair, (wanted, remaining))
             }
         };
-        let pairs = self.anew.par_iter().with_min_len(SHARE);
+        let pairs = self.anew.par_iter().with_min_len(CONTACTS_PER_TASK);
         pairs.map(look).collect_into_vec(&mut self.glances);
         // At rest most pairs are told at a glance.
         let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
@@ -252,7 +246,11 @@ impl<const D: usize> TouchEvents<D> {
                 touch(closed, context, (motion, at), pair, interval)
             }
         };
-        let pairs = self.anew.par_iter().zip(&self.glances).with_min_len(SHARE);
+        let pairs = self
+            .anew
+            .par_iter()
+            .zip(&self.glances)
+            .with_min_len(CONTACTS_PER_TASK);
         pairs.map(touch).collect_into_vec(&mut self.looked);
         let told = self.glances.iter().zip(&self.looked);
         for (&(place, _), (&(_, apart), &touch)) in self.anew.iter().zip(told) {

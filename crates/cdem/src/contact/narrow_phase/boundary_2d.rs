@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::material_point::PART;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, Distance, FLUSH, FeatureKind, MaterialPoint,
-    Pair, Pairs, Projection,
+    Configuration, ContactGeometry, ContactJacobian, Distance, FeatureKind, MaterialPoint, Pair,
+    Pairs, Projection,
 };
+use crate::contact::tolerances::{FLUSH, SAME_FEATURE_ANGLE};
 use crate::math::vector::{add, cross2, dot, norm, scale, sub};
 
 impl Boundary2d {
@@ -266,7 +266,9 @@ impl ContactGeometry<2> for Boundary2d {
             let beside = cross2(&along, &from).abs() / length;
             let turned = norm(&sub(&self.outward(edge, rest), &target.outward));
             let outside = (-foot).max(foot - 1.0);
-            let is_part = turned <= PART && beside <= PART * length && outside <= PART;
+            let is_part = turned <= SAME_FEATURE_ANGLE
+                && beside <= SAME_FEATURE_ANGLE * length
+                && outside <= SAME_FEATURE_ANGLE;
             is_part.then_some((edge, foot.clamp(0.0, 1.0), outside))
         });
         let (edge, foot, _) = best.min_by(|a, b| a.2.total_cmp(&b.2))?;

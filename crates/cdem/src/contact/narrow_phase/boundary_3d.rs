@@ -8,9 +8,10 @@ use crate::contact::narrow_phase::point_triangle::{self, PointTriangle};
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, FLUSH, MaterialPoint,
-    Pair, Pairs, Projection,
+    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, MaterialPoint, Pair,
+    Pairs, Projection,
 };
+use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 

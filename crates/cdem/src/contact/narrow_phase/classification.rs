@@ -10,7 +10,8 @@ use smallvec::{SmallVec, smallvec};
 
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{Configuration, Distance, FLUSH, Pair, Pairs};
+use crate::contact::surface::{Configuration, Distance, Pair, Pairs};
+use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 
 /// The features of one block within the tolerance of a contact point.

@@ -9,23 +9,9 @@
 
 use crate::contact::narrow_phase::edge_edge::distance;
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::{Configuration, CullingResult, FLUSH};
+use crate::contact::surface::{Configuration, CullingResult};
+use crate::contact::tolerances::{EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TURN_RATE};
 use crate::math::vector::{norm, sub};
-
-/// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
-/// add up to their size s. Ways w₁ and w₂ turn an edge by 2w₁/s and the triangle by
-/// 2w₂/s at first order; twice that holds however far they go.
-const TURNS: f64 = 4.0;
-
-/// The same of faces against the common normal of two edges, with s times the sine of
-/// the angle between these: 2w/s for a face, 2√2 w₁/s for one beside its own edge, and
-/// 2 (w₁ + w₂)/s for the normal.
-const TURNS_OF_EDGES: f64 = 8.0;
-
-/// The same of the normal against the sum of four normals of faces, which says on which
-/// side of an edge the other's block lies: 4 · 2 (w₁ + w₂)/s for the normal, and 4w/s for
-/// the two faces of either edge.
-const TURNS_OF_SIDES: f64 = 16.0;
 
 impl Boundary3d {
     /// Of a vertex no farther from a triangle than reach and tolerance, about.
@@ -46,7 +32,7 @@ impl Boundary3d {
         let lengths = edges.map(|&edge| self.length(edge, at));
         let smallest = lengths.chain(facing.heights).fold(f64::MAX, f64::min);
         let turn = -self.least_cone_margin_at_vertex(vertex, &facing.normal, at) - FLUSH;
-        until_turned(turn * smallest / TURNS, (reach, tolerance))
+        until_turned(turn * smallest / FACE_TURN_RATE, (reach, tolerance))
     }
 
     /// Of two edges, no farther from each other than reach and tolerance, about.
@@ -72,7 +58,7 @@ impl Boundary3d {
         let smallest = edges.map(|edge| self.triangulation.edge_shape(edge, at).least_height);
         let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
         let turn = -self.least_cone_margin_at_edges(edges, &crossing.normal, at) - FLUSH;
-        let turn = f64::min(turn / TURNS_OF_EDGES, crossing.outward / TURNS_OF_SIDES);
+        let turn = f64::min(turn / EDGE_TURN_RATE, crossing.outward / SIDE_TURN_RATE);
         until_turned(turn * smallest, (reach, tolerance))
     }
 }

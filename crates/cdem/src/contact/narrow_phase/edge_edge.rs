@@ -1,15 +1,7 @@
 //! An edge against an edge.
 
+use crate::contact::tolerances::{CLOSE_TO_PARALLEL, PARALLEL_SINE};
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
-
-/// How far an end of the shorter of two edges may lie aside of the other, over the
-/// tolerance of contact, where they still count as parallel: they meet at their ends
-/// then, up to that much late.
-const ASIDE: f64 = 0.1;
-
-/// Sine of the angle below which two edges count as parallel in any case: round-off of
-/// their feet and normal is ε over the sine.
-const PARALLEL: f64 = 1e-7;
 
 /// Two lines and their common normal.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +50,7 @@ impl LinePair {
         let lengths = [norm(&along), norm(&other)];
         let sine = size / (lengths[0] * lengths[1]);
         let aside = sine * f64::min(lengths[0], lengths[1]);
-        if aside <= ASIDE * tolerance || sine <= PARALLEL {
+        if aside <= CLOSE_TO_PARALLEL * tolerance || sine <= PARALLEL_SINE {
             return None;
         }
         let from = sub(&main[0], &target[0]);

@@ -1,8 +1,8 @@
 //! Which pair a touch belongs to: a corner that meets a corner may touch all of its
 //! faces, or edges, and it is one contact.
 
-use crate::contact::surface::{Configuration, FLUSH, Pair, Pairs, Surface};
-use crate::contact::tolerances::SHALLOW;
+use crate::contact::surface::{Configuration, Pair, Pairs, Surface};
+use crate::contact::tolerances::{FLUSH, SHALLOW};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
 /// The pair that a touch of `pair` belongs to, if any, `at` the positions of the touch:

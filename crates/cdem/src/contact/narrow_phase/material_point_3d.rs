@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::material_point::PART;
 use crate::contact::surface::{Configuration, FeatureKind, MaterialPoint, Pair};
+use crate::contact::tolerances::SAME_FEATURE_ANGLE;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 
 impl Boundary3d {
@@ -132,7 +132,9 @@ impl Boundary3d {
             let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
             let turned = norm(&sub(&facing.normal, &mark.outward));
             let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);
-            let is_part = turned <= PART && facing.gap.abs() <= PART * size && outside <= PART;
+            let is_part = turned <= SAME_FEATURE_ANGLE
+                && facing.gap.abs() <= SAME_FEATURE_ANGLE * size
+                && outside <= SAME_FEATURE_ANGLE;
             is_part.then_some((triangle, facing.weights, outside))
         });
         let (triangle, weights, _) = beside.min_by(|a, b| a.2.total_cmp(&b.2))?;
@@ -162,7 +164,9 @@ impl Boundary3d {
             let turned = norm(&cross(&side, direction)) / length;
             let beside = norm(&cross(&from, direction));
             let outside = (-foot).max(foot - 1.0);
-            let is_part = turned <= PART && beside <= PART * length && outside <= PART;
+            let is_part = turned <= SAME_FEATURE_ANGLE
+                && beside <= SAME_FEATURE_ANGLE * length
+                && outside <= SAME_FEATURE_ANGLE;
             let unlike = || mark.is_unlike(&self.triangulation.outward(edge, rest));
             is_part.then(|| (edge, foot.clamp(0.0, 1.0), (unlike(), outside)))
         });
@@ -173,7 +177,7 @@ impl Boundary3d {
 }
 
 /// Whether a place is in the box around some corners, or so near that they may have it, as by
-/// [`PART`]: what is far from it is told by less than its normal takes.
+/// [`SAME_FEATURE_ANGLE`]: what is far from it is told by less than its normal takes.
 fn is_about<const N: usize>(place: &[f64; 3], corners: &[[f64; 3]; N]) -> bool {
     let spans = [0, 1, 2].map(|c| {
         let along = corners.iter().map(|corner| corner[c]);
@@ -181,7 +185,7 @@ fn is_about<const N: usize>(place: &[f64; 3], corners: &[[f64; 3]; N]) -> bool {
         [low, along.fold(f64::NEG_INFINITY, f64::max)]
     });
     let size: f64 = spans.iter().map(|[low, high]| high - low).sum();
-    let beside = 8.0 * PART * size;
+    let beside = 8.0 * SAME_FEATURE_ANGLE * size;
     let within = |(x, [low, high]): (&f64, &[f64; 2])| low - beside <= *x && *x <= high + beside;
     place.iter().zip(&spans).all(within)
 }

@@ -3,9 +3,8 @@
 
 use crate::contact::narrow_phase::point_triangle::PointTriangle;
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::{
-    Configuration, Distance, FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF, Pair, beyond_reentrant,
-};
+use crate::contact::surface::{Configuration, Distance, Pair, beyond_reentrant};
+use crate::contact::tolerances::{FARTHEST_BEYOND, FLUSH, FOOT_ROUND_OFF};
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 

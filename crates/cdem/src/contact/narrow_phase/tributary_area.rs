@@ -12,7 +12,8 @@ use smallvec::SmallVec;
 
 use crate::contact::narrow_phase::classification::{FeatureList, FeatureSet};
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
-use crate::contact::surface::{Configuration, Distance, FLUSH, Pair};
+use crate::contact::surface::{Configuration, Distance, Pair};
+use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
 
 /// A facet in the plane of a contact.

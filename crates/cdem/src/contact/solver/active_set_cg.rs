@@ -15,17 +15,8 @@ use pulp::Scalar;
 use crate::contact::constraint::contact_constraint::FrictionBounds;
 use crate::contact::solver::simd_block::{BlockFactors, SimdBlock};
 use crate::contact::solver::system::ContactSystem;
+use crate::contact::tolerances::{LARGEST_GROWTH, LEAST_CURVATURE};
 use crate::math::vector::{add_scaled, dot};
-
-/// Curvature along a direction in which impulses change no velocity, over that
-/// of each contact alone: round-off.
-const FLAT: f64 = 1e-14;
-
-/// Most that an impulse may change in a step, in terms of the velocity it makes
-/// alone, over the largest of these: contacts that all but contradict each other
-/// press and pull without bound, and what cancels between them leaves round-off
-/// in the momenta.
-const GROWTH: f64 = 1e3;
 
 /// Scratch: a value for each contact, or pack of nodes; those in use are of contacts awake.
 #[derive(Clone, Debug, Default)]
@@ -67,7 +58,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             let (descent, steepest) = face.turn(self);
             let (bound, end) = face.bound(self);
             let step = descent.min(bound);
-            if step * steepest > GROWTH * scale {
+            if step * steepest > LARGEST_GROWTH * scale {
                 break;
             }
             face.advance(self, step);
@@ -161,7 +152,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
             }
             curvature += dot(response, direction);
         }
-        let flat = curvature <= FLAT * own;
+        let flat = curvature <= LEAST_CURVATURE * own;
         (
             if flat {
                 f64::INFINITY

@@ -15,16 +15,9 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::contact::solver::simd_block::{SimdBlock, SimdBlocks};
-
-/// Points of a task, at least, where there are more: some 15 µs of sweeping.
-const TASK: usize = 64;
-
-/// Tasks of a colour, in points awake, for which threads are called.
-const CALLED_FOR: usize = 4;
-
-/// Groups of which a point each is visited in turn: a point of the same group waits for
-/// what the one before has made of its nodes.
-const ABREAST: usize = 4;
+use crate::contact::tolerances::{
+    COLOUR_TASKS_WORTH_A_THREAD, CONTACTS_ABREAST, CONTACTS_PER_COLOUR_TASK,
+};
 
 /// Colours that are given out at once: bits of a word.
 const PALETTE: u32 = u64::BITS;
@@ -96,7 +89,7 @@ impl Colouring {
     /// # Panics
     /// If a node is not below `node_count`.
     pub(super) fn arrange(&mut self, node_count: usize, nodes_of: &NodesOf) {
-        self.arrange_in_tasks(node_count, nodes_of, TASK);
+        self.arrange_in_tasks(node_count, nodes_of, CONTACTS_PER_COLOUR_TASK);
     }
 
     fn arrange_in_tasks(&mut self, node_count: usize, nodes_of: &NodesOf, task: usize) {
@@ -137,7 +130,7 @@ impl Colouring {
                 colour == PALETTE
             });
             for groups in palette.iter().filter(|groups| !groups.is_empty()) {
-                self.push(groups.chunks(ABREAST).map(abreast), nodes_of);
+                self.push(groups.chunks(CONTACTS_ABREAST).map(abreast), nodes_of);
             }
         }
     }
@@ -234,7 +227,7 @@ impl Colouring {
             if awake.is_empty() {
                 continue;
             }
-            let is_small = awake.len() <= CALLED_FOR * self.task;
+            let is_small = awake.len() <= COLOUR_TASKS_WORTH_A_THREAD * self.task;
             if is_small || tasks.len() == 1 {
                 all = F::together(all, run(awake));
                 continue;

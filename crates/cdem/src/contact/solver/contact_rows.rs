@@ -11,14 +11,10 @@ use crate::contact::constraint::contact_constraint::{
 use crate::contact::solver::colouring::NodeValues;
 use crate::contact::solver::inverse_mass_columns::{ColumnTerm, InverseMassColumns};
 use crate::contact::solver::simd_block::{BlockFactors, SimdBlock, SimdBlocks};
-use crate::contact::solver::system::SHARE;
 use crate::contact::surface::ContactJacobian;
+use crate::contact::tolerances::{CONTACTS_PER_TASK, NEGLIGIBLE_MOBILITY};
 use crate::math::vector::{dot, sub};
 use crate::model::inverse_mass::KickMobility;
-
-/// Inverse mass of a row whose nodes are held, over what it would be of free
-/// ones: round-off.
-const HELD: f64 = 1e-12;
 
 /// A vector as the registers hold it: components that there are not are 0.
 type PaddedVector = [f64; 4];
@@ -245,7 +241,7 @@ pub(super) struct RowAssembly<'a, const D: usize, P> {
 impl<const D: usize, P: SimdBlock> RowAssembly<'_, D, P> {
     /// Fills them, on as many threads as it is worth.
     pub(super) fn run(self) {
-        if self.points.len() <= SHARE {
+        if self.points.len() <= CONTACTS_PER_TASK {
             return Arch::new().dispatch(self);
         }
         let (points, more) = self.points.split_at_mut(self.points.len() / 2);
@@ -382,7 +378,7 @@ impl<const D: usize> ContactRows<D> {
         self.by_normal = truncated(&own[0]);
         // Between nodes that are held along the row there is nothing to push.
         let seen = |r: usize| {
-            if own[r][r] <= HELD * unheld[r] {
+            if own[r][r] <= NEGLIGIBLE_MOBILITY * unheld[r] {
                 0.0
             } else {
                 own[r][r]

@@ -4,59 +4,17 @@
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::solver::simd_block::SimdBlock;
 use crate::contact::solver::system::{ContactSystem, SweepResult};
+use crate::contact::tolerances::{
+    CG_STEPS, CG_TRIES, CG_WORTH, CONVERGED_FRACTION, FEW_CONTACTS, LAST_SWEEPS,
+    LONGEST_CG_DOUBLING, MAX_SWEEPS, PROXIMAL_WEIGHT, RESIDUAL, SOLVE_ROUND_OFF, STALL_RATIO,
+    STALL_SWEEPS,
+};
 use crate::math::vector::sub;
-
-/// Residual at which a solve is done: change of relative velocity in a sweep
-/// over the largest that the impulses make. What is left is a position error
-/// of 1e-8 of a kick's displacement, far below the positions' own round-off,
-/// and the next step corrects it.
-pub(crate) const RESIDUAL: f64 = 1e-8;
-
-/// Sweeps in which the residual falls to [`STALLED`] of what it was, or they do
-/// not get on.
-const PATIENCE: u32 = 8;
-const STALLED: f64 = 0.2;
-
-/// Steps of the first descent; each next one may take twice as many.
-const DESCENT: u32 = 16;
-
-/// How often it is doubled, at most.
-const LONGEST: u32 = 7;
-
-/// Share of the residual to which a descent and the sweeps after it must come, or the next
-/// but one is not made: impulses that contacts which contradict each other could only
-/// balance far away are not looked for.
-const WORTH: f64 = 0.5;
-const TRIES: u32 = 2;
-
-/// What a contact takes for itself of the velocity that a change of its impulse makes,
-/// once descents are no longer worth it: the change from what the solve began with is
-/// held back by that share (proximal point, \[Rockafellar1976\]). Of all impulses that do,
-/// or all but do where they contradict each other, those nearest to the start's are
-/// found: the last kick's, or none in an impact. What is missed for it the next kick
-/// finds, and is nearer.
-const RELUCTANCE: f64 = 1e-3;
-
-/// Sweeps with reluctance, at most.
-const LAST: u32 = 128;
-
-/// Contacts of an island in which none sleeps, and whose impacts are solved as far as kicks.
-pub(crate) const FEW: usize = 128;
-
-/// What a visit may have changed of a relative velocity, over that at which a solve is done,
-/// of a contact that falls asleep.
-const DOZES: f64 = 0.3;
-
-/// Round-off of a relative velocity, over the largest velocity in it.
-const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
-
-/// Most sweeps and steps of descents of a solve.
-const MAX_EFFORT: u32 = 2000;
 
 impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Finds the impulses of the constraints that were loaded and adds them to
     /// the velocities. Returns the residual: the largest change of a relative velocity
-    /// in the last sweep, or what [`RELUCTANCE`] misses of one, over the largest that
+    /// in the last sweep, or what [`PROXIMAL_WEIGHT`] misses of one, over the largest that
     /// the impulses make. It is done at one of `done`, and a change below `least`, m/s, is
     /// none.
     pub(crate) fn solve(
@@ -93,11 +51,11 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     fn iterate(&mut self, done: f64, least: f64) -> f64 {
         let mut course = SolveProgress {
             done,
-            least: least.max(ROUND_OFF * self.fastest()),
+            least: least.max(SOLVE_ROUND_OFF * self.fastest()),
             ..SolveProgress::default()
         };
         self.activate_all();
-        let (residual, scale) = if self.points.len() <= FEW {
+        let (residual, scale) = if self.points.len() <= FEW_CONTACTS {
             self.follow(&mut course, 0.0)
         } else {
             self.activate_and_iterate(&mut course)
@@ -117,7 +75,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// these alone the solve goes on until they are right, and begins anew; it ends with
     /// a sweep over all. Returns its residual, and its scale, m/s.
     fn activate_and_iterate(&mut self, course: &mut SolveProgress) -> (f64, f64) {
-        course.dozes = DOZES * course.done;
+        course.dozes = CONVERGED_FRACTION * course.done;
         let mut before = f64::INFINITY;
         loop {
             self.activate_all();
@@ -127,7 +85,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 return (residual, scale);
             }
             // Contacts that contradict each other would wake each other for ever.
-            if residual > WORTH * before {
+            if residual > CG_WORTH * before {
                 course.dozes = 0.0;
             }
             before = residual;
@@ -142,7 +100,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
     /// \[Silcowitz2010\] and, where that does not get on, by
     /// descents along the faces of the bounds; where those do not, with
-    /// [`RELUCTANCE`].
+    /// [`PROXIMAL_WEIGHT`].
     fn follow(&mut self, course: &mut SolveProgress, scale: f64) -> (f64, f64) {
         let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
@@ -160,8 +118,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             if residual.is_nan() || residual <= done || course.is_over() {
                 break (residual, scale);
             }
-            let pause = sweeps % PATIENCE == 0;
-            if course.reluctance > 0.0 || !pause || residual <= STALLED * last {
+            let pause = sweeps % STALL_SWEEPS == 0;
+            if course.reluctance > 0.0 || !pause || residual <= STALL_RATIO * last {
                 last = if pause { residual } else { last };
                 // What a descent has set right may be wrong again after the next sweep.
                 if sweeps > 1 {
@@ -170,7 +128,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 directions.advance(self, swept.square);
                 continue;
             }
-            in_vain = if residual <= WORTH * best {
+            in_vain = if residual <= CG_WORTH * best {
                 0
             } else {
                 in_vain + 1
@@ -181,14 +139,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             } else {
                 directions.restore(self);
             }
-            let left = (MAX_EFFORT - LAST).saturating_sub(course.effort);
-            if in_vain < TRIES && left > 0 {
-                let steps = left.min(DESCENT << course.descents);
+            let left = (MAX_SWEEPS - LAST_SWEEPS).saturating_sub(course.effort);
+            if in_vain < CG_TRIES && left > 0 {
+                let steps = left.min(CG_STEPS << course.descents);
                 course.effort += self.descend(steps, least.max(done * scale), scale);
-                course.descents = LONGEST.min(course.descents + 1);
+                course.descents = LONGEST_CG_DOUBLING.min(course.descents + 1);
             } else {
                 // The last sweeps: whom they concern is seen anew.
-                course.reluctance = RELUCTANCE;
+                course.reluctance = PROXIMAL_WEIGHT;
                 self.activate_all();
             }
             directions.begin(self);
@@ -234,7 +192,7 @@ struct SolveProgress {
 impl SolveProgress {
     /// Whether nothing more is tried.
     fn is_over(&self) -> bool {
-        self.last >= LAST || self.effort >= MAX_EFFORT
+        self.last >= LAST_SWEEPS || self.effort >= MAX_SWEEPS
     }
 }
 

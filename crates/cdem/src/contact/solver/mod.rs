@@ -15,11 +15,8 @@ mod tests;
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::solver::simd_block::{CoupledBlock, NodeBlock};
 use crate::contact::solver::system::ContactSystem;
+use crate::contact::tolerances::SMALL_BLOCK_NODES;
 use crate::model::inverse_mass::{InverseMass, KickMobility};
-
-/// Nodes that one mass matrix couples, at most, where gains of each contact are fewer bytes than
-/// processors wait for: two packs of a component.
-const SMALL: usize = 16;
 
 /// Contacts that share nodes, solved together.
 #[derive(Clone, Debug)]
@@ -28,7 +25,7 @@ pub(crate) enum Solver<const D: usize> {
     Nodes(ContactSystem<D, NodeBlock>),
     /// Mass matrices couple a few of them.
     Blocks(ContactSystem<D, CoupledBlock<false>>),
-    /// One couples more than [`SMALL`].
+    /// One couples more than [`SMALL_BLOCK_NODES`].
     LargeBlocks(ContactSystem<D, CoupledBlock<true>>),
 }
 
@@ -55,13 +52,13 @@ impl<const D: usize> Solver<D> {
         let coupled = Self::most_coupled(constraints, mobility.inertia);
         let fits = match self {
             Self::Nodes(_) => coupled == 1,
-            Self::Blocks(_) => (2..=SMALL).contains(&coupled),
-            Self::LargeBlocks(_) => coupled > SMALL,
+            Self::Blocks(_) => (2..=SMALL_BLOCK_NODES).contains(&coupled),
+            Self::LargeBlocks(_) => coupled > SMALL_BLOCK_NODES,
         };
         if !fits {
             *self = match coupled {
                 1 => Self::Nodes(ContactSystem::default()),
-                2..=SMALL => Self::Blocks(ContactSystem::default()),
+                2..=SMALL_BLOCK_NODES => Self::Blocks(ContactSystem::default()),
                 _ => Self::LargeBlocks(ContactSystem::default()),
             };
         }
@@ -71,8 +68,8 @@ impl<const D: usize> Solver<D> {
     /// The most nodes that one mass matrix couples to a node that contacts move; looked for until
     /// more of them change nothing.
     fn most_coupled(constraints: &[Constraint<D>], inertia: &InverseMass<D>) -> usize {
-        let enough = if inertia.most_coupled() > SMALL {
-            SMALL + 1
+        let enough = if inertia.most_coupled() > SMALL_BLOCK_NODES {
+            SMALL_BLOCK_NODES + 1
         } else {
             2
         };

@@ -7,10 +7,8 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::contact::solver::colouring::Colouring;
 use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows};
 use crate::contact::solver::simd_block::{BlockList, SimdBlock};
+use crate::contact::tolerances::BLOCKS_PER_TASK;
 use crate::math::vector::scale;
-
-/// Packs that a thread takes at once, at most.
-const PACKS: usize = 8192;
 
 /// What the directions of the contacts awake do to the velocities of nodes.
 #[derive(Clone, Debug, Default)]
@@ -125,7 +123,7 @@ fn advance<P: SimdBlock>(ratio: f64, packs: [&mut P; 3]) {
 
 /// The same for all packs.
 fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
-    if velocity.len() > PACKS {
+    if velocity.len() > BLOCKS_PER_TASK {
         let middle = velocity.len() / 2;
         let (velocity, more) = velocity.split_at_mut(middle);
         let (heading, further) = heading.split_at_mut(middle);
@@ -198,7 +196,7 @@ mod tests {
     #[test]
     fn many_packs_go_as_each_would() {
         let start = |k: usize| [0.0, 1.0, 2.0].map(|of| NodeBlock::of(&[(k as f64 + of).sin(); 4]));
-        let count = 3 * PACKS + 1;
+        let count = 3 * BLOCKS_PER_TASK + 1;
         let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
         let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);
         advance_all(0.7, [&mut velocity, &mut heading, &mut before]);

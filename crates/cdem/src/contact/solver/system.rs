@@ -21,10 +21,6 @@ use crate::contact::solver::simd_block::{BlockList, SimdBlock};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 use crate::model::inverse_mass::KickMobility;
 
-/// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
-/// some tens of them.
-pub(crate) const SHARE: usize = 256;
-
 /// Contacts that share nodes, their nodes numbered anew and side by side.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactSystem<const D: usize, P> {

@@ -2,8 +2,8 @@
 
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::solver::Solver;
-use crate::contact::solver::gauss_seidel::{FEW, RESIDUAL};
 use crate::contact::surface::ContactJacobian;
+use crate::contact::tolerances::{FEW_CONTACTS, RESIDUAL};
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// Mobility of blocks without damping at an instant.
@@ -140,7 +140,7 @@ fn velocities_are_what_impulses_make_of_them() {
                 .map(|velocity| velocity.map(|v| speed * v)),
         );
     }
-    assert!(constraints.len() > FEW);
+    assert!(constraints.len() > FEW_CONTACTS);
     let inertia = InverseMass::<2>::new(vec![2.0; start.len()], Vec::new());
     let block_of = vec![0; start.len()];
     let mut velocity = start.clone();

@@ -1,11 +1,10 @@
 //! What many pairs have in common of a surface at some positions: worked out when the first of
 //! them asks, and kept for the others, on all threads.
 
+use crate::contact::tolerances::CACHE_CHUNK;
+
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// How many values are cleared together: those of features near each other.
-const TOGETHER: usize = 32;
 
 /// A surface at some positions, as far as any pair has asked.
 #[derive(Debug)]
@@ -71,14 +70,14 @@ pub(super) struct Lazy<T>(Vec<LazyChunk<T>>);
 struct LazyChunk<T> {
     /// Whether there may be any.
     is_used: AtomicBool,
-    values: [OnceLock<T>; TOGETHER],
+    values: [OnceLock<T>; CACHE_CHUNK],
 }
 
 impl<T> Default for LazyChunk<T> {
     fn default() -> Self {
         Self {
             is_used: AtomicBool::new(false),
-            values: [const { OnceLock::new() }; TOGETHER],
+            values: [const { OnceLock::new() }; CACHE_CHUNK],
         }
     }
 }
@@ -87,15 +86,15 @@ impl<T: Copy> Lazy<T> {
     /// None yet of so many.
     fn new(count: usize) -> Self {
         let all = std::iter::repeat_with(LazyChunk::default);
-        Self(all.take(count.div_ceil(TOGETHER)).collect())
+        Self(all.take(count.div_ceil(CACHE_CHUNK)).collect())
     }
 
     /// The value with this number; `work` finds it if nobody has asked yet. Whoever does finds
     /// the same.
     #[inline]
     pub(super) fn get(&self, number: u32, work: impl FnOnce() -> T) -> T {
-        let few = &self.0[number as usize / TOGETHER];
-        *few.values[number as usize % TOGETHER].get_or_init(|| {
+        let few = &self.0[number as usize / CACHE_CHUNK];
+        *few.values[number as usize % CACHE_CHUNK].get_or_init(|| {
             few.is_used.store(true, Ordering::Relaxed);
             work()
         })

@@ -1,5 +1,6 @@
 //! Material points on features: how a contact point finds its features in another mesh.
 
+use crate::contact::tolerances::LIKE_NORMALS;
 use crate::math::vector::{dot, norm};
 
 /// A material point on a feature, wherever the mesh has its nodes.
@@ -17,7 +18,7 @@ impl<const D: usize> MaterialPoint<D> {
     /// Whether what looks to another side than its feature, as the other lip of a crack does.
     pub(crate) fn is_unlike(&self, outward: &[f64; D]) -> bool {
         let sizes = norm(&self.outward) * norm(outward);
-        dot(&self.outward, outward) < LIKE * sizes
+        dot(&self.outward, outward) < LIKE_NORMALS * sizes
     }
 }
 
@@ -30,10 +31,3 @@ pub(crate) enum FeatureKind<const D: usize> {
     /// In the plane an edge.
     Face,
 }
-
-/// Cosine between what parts of one feature look to, at least.
-const LIKE: f64 = 0.5;
-
-/// Angle at rest, rad, up to which parts of one flat face or straight edge differ; and how
-/// far a mark on either lies beside it, over its size.
-pub(crate) const PART: f64 = 1e-6;

@@ -1,5 +1,7 @@
 //! What contact needs to know of the blocks' surfaces, in any dimension.
 
+use crate::contact::tolerances::FLUSH;
+
 pub(crate) mod aabb;
 pub(crate) mod boundary_2d;
 pub(crate) mod boundary_3d;
@@ -24,25 +26,6 @@ pub(crate) use crate::contact::surface::traits::{
     ContactGeometry, Distance, Surface, TimeOfImpact, Topology,
 };
 
-/// Sine of the angle up to which two features count as flush and a vertex as
-/// lying inside a flat boundary.
-///
-/// A corner drawn a length s into its face, as for shrunken edges, stays in the plane
-/// of contact to within the tolerance d where the sine is d/s or less: this is
-/// s = 50 d, by default a 200th of the smallest edge. It must be above the angle that
-/// d hides over such an edge, 1e-4, and the rotations of small strain, 1e-2; and below
-/// turns that are meant, as of a circle of 300 edges. It names contacts and breaks ties
-/// among what touches within d anyway: half of it and twice as much give the same bounces
-/// of the six types, to all digits printed, and motion does not jump where a tilt
-/// passes it (`crates/cdem-verify/tests/solid/tilt.rs`).
-pub(crate) const FLUSH: f64 = 0.02;
-
-/// Relative round-off of a foot's parameters on its target.
-pub(crate) const FOOT_ROUND_OFF: f64 = 1e-9;
-
-/// Most of what is [beyond a re-entrant edge](beyond_reentrant), over the depth.
-pub(crate) const FARTHEST_BEYOND: f64 = 1.0 / FLUSH;
-
 /// How far beyond an edge that turns by this angle, rad, a point may be that touches the
 /// face on its other side, no deeper than `depth` in that on its own; 0 where it is convex.
 /// In its plane it is beyond the edge by its depth over the sine of the turn; where both
@@ -62,16 +45,10 @@ pub(crate) enum CullingResult {
     Near,
     /// They are too far from each other, at least by a little.
     Apart,
-    /// They may not for how they lie, as long as the reach and [`STEEP`] times the ways
+    /// They may not for how they lie, as long as the reach and [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) times the ways
     /// of both blocks' nodes since are less than this together, m.
     Lacks(f64),
 }
-
-/// How much faster than the ways of both blocks together what a pair lacks may shrink:
-/// by 1 in front of faces, 1.1 and 1.75 between edges (`shell::nearness`), 1.3 where
-/// edges sharpen, all at first order. It ends before nodes have moved by a 16th of the
-/// smallest length that bears on it, within which the rest is far less.
-pub(crate) const STEEP: f64 = 4.0;
 
 /// A main feature against a target feature: in 2-D a vertex and an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

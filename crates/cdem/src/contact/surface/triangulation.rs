@@ -4,38 +4,13 @@
 use crate::contact::surface::Configuration;
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::geometry_cache::{EdgeShape, GeometryCache, TriangleShape};
+use crate::contact::tolerances::{
+    ANGLE_SERIES, COSINE_OF_SHARP, FIRST_ORDER_TURN, FLAT_CAUTION, FLAT_EDGE,
+    MOST_NODES_OF_FEATURE, REENTRANT, SAGITTA, SHARP,
+};
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{Block, Mesh};
-
-/// Turn of the boundary at an edge, rad, from which on it is sharp whatever its
-/// size.
-const SHARP: f64 = 0.1;
-
-/// cos [`SHARP`].
-const COSINE_OF_SHARP: f64 = 0.995_004_165_278_025_8;
-
-/// Sine of the turn, either way, up to which a glance at an edge may tell that it is flat, below
-/// that of [`SHARP`]; and what it allows of what an edge may stand out: the angle of this sine is
-/// larger by 1.4e-3 of it.
-const FLAT: f64 = 0.09;
-const CAUTION: f64 = 0.99;
-
-/// Sine up to which the angle is its series to the third power, to round-off.
-const SERIES: f64 = 1e-3;
-
-/// What a straight edge laid across a flat one may sink in, over the tolerance of
-/// contact.
-const SAGITTA: f64 = 0.25;
-
-/// Turn, rad, of an edge that is clearly re-entrant.
-const REENTRANT: f64 = -0.1;
-
-/// Turn, rad, up to which the first order says enough with a tenth of a radian to spare.
-const SMALL: f64 = 0.5;
-
-/// Nodes of an edge or a triangle at most: those of a quadrilateral.
-const MOST: usize = 4;
 
 /// A corner of triangles: a boundary node, or the mean of a quadrilateral's
 /// four.
@@ -48,7 +23,7 @@ struct Corner {
 /// Up to four nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Nodes {
-    list: [u32; MOST],
+    list: [u32; MOST_NODES_OF_FEATURE],
     count: usize,
 }
 
@@ -390,7 +365,7 @@ impl Triangulation {
         let normals = [cross(&along, &one), cross(&other, &along)];
         let squares = normals.map(|normal| dot(&normal, &normal));
         let (square, below) = (dot(&along, &along), -dot(&normals[1], &one));
-        let turns = below * below * square > FLAT * FLAT * squares[0] * squares[1];
+        let turns = below * below * square > FLAT_EDGE * FLAT_EDGE * squares[0] * squares[1];
         if turns || dot(&normals[0], &normals[1]) <= 0.0 {
             return false;
         }
@@ -398,7 +373,7 @@ impl Triangulation {
         let arms = 2.0 * square * (1.0 / squares[0] + 1.0 / squares[1]);
         let widened = f64::max(1.0, length * length * arms / 16.0);
         let sum = add(&normals[0], &normals[1]);
-        let allowed = CAUTION * SAGITTA * self.tolerance;
+        let allowed = FLAT_CAUTION * SAGITTA * self.tolerance;
         below <= 0.0 || (below * widened).powi(2) <= allowed * allowed * dot(&sum, &sum)
     }
 
@@ -441,7 +416,7 @@ impl Triangulation {
     /// and where that is no small angle anything may be.
     pub(super) fn may_be_sharp(&self, edge: u32, at: Configuration<3>, margin: f64) -> bool {
         let turns = 4.0 * margin / self.edge_shape(edge, at).least_height;
-        turns > SMALL || self.turn(edge, at) > REENTRANT - turns
+        turns > FIRST_ORDER_TURN || self.turn(edge, at) > REENTRANT - turns
     }
 
     /// How an edge stands out.
@@ -514,7 +489,7 @@ impl Triangulation {
 /// The angle of a sine and a cosine, rad: most are small.
 #[inline]
 fn angle(sine: f64, cosine: f64) -> f64 {
-    if cosine > 0.0 && sine.abs() < SERIES {
+    if cosine > 0.0 && sine.abs() < ANGLE_SERIES {
         sine * (1.0 + sine * sine / 6.0)
     } else {
         sine.atan2(cosine)

@@ -3,23 +3,23 @@
 //! A broad phase finds candidates; they serve for many steps. Let s be the share
 //! of a block in the reach: how far its nodes may move in the step, at most. Near
 //! are the pairs whose features are no farther apart than
-//! [`APART`] (s₁ + s₂ + d_tol) *and* of which the surface says so. Their distance
+//! [`DISTANCE_CHECKED`] (s₁ + s₂ + d_tol) *and* of which the surface says so. Their distance
 //! changes by no more than the nodes of both move. So none of these pairs is left
 //! out that
 //! - is not looked at: one that was d apart when it was is not while the nodes of
 //!   its blocks have since gone ways w₁ and w₂ in all, at most, and
-//!   d > w₁ + w₂ + [`KEPT`] (s₁ + s₂ + d_tol);
+//!   d > w₁ + w₂ + [`DISTANCE_KEPT`] (s₁ + s₂ + d_tol);
 //! - is no candidate: each block has an allowance a for how far its nodes are from
 //!   where they were in the broad phase, m at most, and its share. Boxes were
-//!   grown by KEPT (a + ½ d_tol), and are searched anew before m + s exceeds a.
+//!   grown by DISTANCE_KEPT (a + ½ d_tol), and are searched anew before m + s exceeds a.
 //!
 //! Of those that are near enough, most lie so that they cannot touch: corners of
 //! stones side by side, edges within flat faces. The surface says how much they lack:
-//! they are not looked at before s₁ + s₂ and [`STEEP`] times what w₁ + w₂ has grown by
+//! they are not looked at before s₁ + s₂ and [`CULLING_RATE`] times what w₁ + w₂ has grown by
 //! come to that.
 //!
 //! A pair that is found near stays so without a look until the nodes of its blocks have
-//! gone [`HELD`] of the tolerance, or [`HELD_IN_MOTION`] of their shares then. So
+//! gone [`NEAR_MARGIN`] of the tolerance, or [`NEAR_MARGIN_IN_MOTION`] of their shares then. So
 //! the pairs near depend on when pairs were looked at, and a run that resumes goes on
 //! with the search as it was.
 //!
@@ -36,7 +36,12 @@ mod tests;
 pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
-use crate::contact::surface::{Configuration, CullingResult, Pair, STEEP, Surface};
+use crate::contact::surface::{Configuration, CullingResult, Pair, Surface};
+use crate::contact::tolerances::{
+    BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK, CULLING_RATE,
+    CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, GLANCES_PER_TASK, LEAST_REACH, NEAR_MARGIN,
+    NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
+};
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::serde_pod;
 use crate::math::vector::{dot, norm, sub};
@@ -46,41 +51,6 @@ use crate::model::time_levels::DisjointSets;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Speed to reckon with, over that which kicks have made. What is struck by
-/// something heavy flies off at up to twice its speed, and so does the far end of
-/// a rod that falls flat and hits something with its near end; kicks add to it.
-const GAIN: f64 = 2.25;
-
-/// Share of a block at rest, over the tolerance. Edges within flat faces may be sharp
-/// once nodes have moved by a few times this.
-const LEAST: f64 = 0.02;
-
-/// Distance of features that the surface takes for near, over reach and tolerance,
-/// at most: √2 where both are spent along the target and along its normal.
-const APART: f64 = 1.5;
-
-/// The same with what round-off may add to distances and ways: a tenth of the
-/// tolerance, which is far above.
-const KEPT: f64 = 1.6;
-
-/// What round-off may add to what pairs lack, over the tolerance; it is far below.
-const ROUND_OFF: f64 = 0.01;
-
-/// Ways of both blocks together for which a pair that was near counts as near: over the
-/// tolerance at least, and over its reach, some nine steps at the present speeds.
-const HELD: f64 = 0.25;
-const HELD_IN_MOTION: f64 = 4.0;
-
-/// Coarse steps at the present speeds for which a broad phase serves, about; and
-/// how far blocks may move at least until the next, over the tolerance: a 20th of
-/// the smallest boundary edge by default.
-const SERVES: f64 = 11.0;
-const SERVES_AT_REST: f64 = 500.0;
-
-/// Pairs that a thread looks at in a row, and pairs of which it sees whether it has to.
-const AT_ONCE: usize = 256;
-pub(crate) const AT_A_GLANCE: usize = 2048;
-
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Candidate {
@@ -89,7 +59,7 @@ pub(crate) struct Candidate {
     /// Ways of both blocks, with what they may go in the step, up to which the
     /// pair cannot be near, m.
     until: f64,
-    /// [`STEEP`] times the ways of both blocks, with their shares, up to which the pair
+    /// [`CULLING_RATE`] times the ways of both blocks, with their shares, up to which the pair
     /// cannot be near for how it lies, m.
     lacks: f64,
     /// Ways of both blocks up to which it counts as near, m; below 0 if it is not.
@@ -203,7 +173,7 @@ impl<const D: usize> CandidateSearch<D> {
             reach.share = if fixed {
                 0.0
             } else {
-                GAIN * speed * step + LEAST * blocks.tolerance
+                SPEED_GAIN * speed * step + LEAST_REACH * blocks.tolerance
             };
         }
         let exceeds = |reach: &MotionBound| reach.moved + reach.share > reach.allowance;
@@ -218,7 +188,7 @@ impl<const D: usize> CandidateSearch<D> {
             }
         }
         self.found.par_sort_unstable();
-        let found = self.found.par_iter().with_min_len(AT_A_GLANCE);
+        let found = self.found.par_iter().with_min_len(GLANCES_PER_TASK);
         let pairs = found.map(|&number| self.candidates[number as usize].pair);
         pairs.collect_into_vec(near);
     }
@@ -321,14 +291,14 @@ impl<const D: usize> CandidateSearch<D> {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
         let shares = self.blocks.iter().map(|reach| reach.share);
         let mean = shares.sum::<f64>() / moving as f64;
-        let least = (SERVES * mean).max(SERVES_AT_REST * blocks.tolerance);
+        let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.tolerance);
         for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
             *reach = MotionBound {
                 share: reach.share,
                 allowance: if fixed {
                     0.0
                 } else {
-                    least.max(SERVES * reach.share)
+                    least.max(BROAD_PHASE_STEPS * reach.share)
                 },
                 ..MotionBound::default()
             };
@@ -338,12 +308,12 @@ impl<const D: usize> CandidateSearch<D> {
         self.origin.extend(nodes.map(|node| at.at(node)));
         self.last.clone_from(&self.origin);
         let allowance = |block: u32| self.blocks[block as usize].allowance;
-        let margin = |block| KEPT * (allowance(block) + 0.5 * blocks.tolerance);
+        let margin = |block| DISTANCE_KEPT * (allowance(block) + 0.5 * blocks.tolerance);
         let patches = blocks.clusters;
         let cache = blocks.surface.geometry_cache(patches.features(), None);
         let at = at.with(cache.as_ref());
         let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
-        let pairs = pairs.into_par_iter().with_min_len(AT_ONCE);
+        let pairs = pairs.into_par_iter().with_min_len(CANDIDATES_PER_TASK);
         let candidates = pairs.map(|pair| Candidate {
             pair,
             blocks: blocks.of(pair),
@@ -446,7 +416,7 @@ impl<const D: usize> CandidateSearch<D> {
     /// Finds out what the ways of blocks tell of the candidates, some after the other.
     fn glance(&mut self) {
         let SearchWorkspace { glances, ahead, .. } = &mut self.lists;
-        let some = self.active_candidates.numbers.par_chunks(AT_A_GLANCE);
+        let some = self.active_candidates.numbers.par_chunks(GLANCES_PER_TASK);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(glances).for_each(|(numbers, glance)| {
             glance.held.clear();
@@ -470,25 +440,30 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
             let (reach, way) = (a.share + b.share, a.way + b.way);
             let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
-            let nearness = if apart <= APART * (reach + blocks.tolerance) {
+            let nearness = if apart <= DISTANCE_CHECKED * (reach + blocks.tolerance) {
                 let surface = blocks.surface;
                 surface.cull(candidate.pair, at, reach, blocks.tolerance)
             } else {
                 CullingResult::Apart
             };
             let lacks = match nearness {
-                CullingResult::Lacks(length) => length + STEEP * way - ROUND_OFF * blocks.tolerance,
+                CullingResult::Lacks(length) => {
+                    length + CULLING_RATE * way - CULLING_ROUND_OFF * blocks.tolerance
+                }
                 CullingResult::Near | CullingResult::Apart => 0.0,
             };
             let held = if nearness == CullingResult::Near {
-                way + f64::max(HELD * blocks.tolerance, HELD_IN_MOTION * reach)
+                way + f64::max(
+                    NEAR_MARGIN * blocks.tolerance,
+                    NEAR_MARGIN_IN_MOTION * reach,
+                )
             } else {
                 -1.0
             };
             (apart + way, lacks, held)
         };
         let SearchWorkspace { open, looked, .. } = &mut self.lists;
-        let numbers = open.par_iter().with_min_len(AT_ONCE);
+        let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
         numbers.map(look).collect_into_vec(looked);
         for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
             let candidate = &mut self.candidates[number as usize];
@@ -515,7 +490,7 @@ pub(crate) struct BlockTravel {
     pub(crate) way: f64,
     /// How near another may come to one that is near: half of the tolerance is either's.
     pub(crate) distance: f64,
-    /// [`STEEP`] times the way, and the share: what pairs lack is compared with.
+    /// [`CULLING_RATE`] times the way, and the share: what pairs lack is compared with.
     pub(crate) turning: f64,
 }
 
@@ -523,8 +498,8 @@ impl MotionBound {
     fn ahead(&self, tolerance: f64) -> BlockTravel {
         BlockTravel {
             way: self.way,
-            distance: self.way + KEPT * (self.share + 0.5 * tolerance),
-            turning: STEEP * self.way + self.share,
+            distance: self.way + DISTANCE_KEPT * (self.share + 0.5 * tolerance),
+            turning: CULLING_RATE * self.way + self.share,
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use proptest::prelude::*;
 
-use crate::contact::detection::candidates::{APART, CandidateSearch, SearchContext};
+use crate::contact::detection::candidates::{CandidateSearch, SearchContext};
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, CullingResult, Distance, Pair, Topology};
+use crate::contact::tolerances::DISTANCE_CHECKED;
 use crate::math::vector::{add, cross, norm, scale};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -130,7 +131,8 @@ impl Crowd {
                 .iter()
                 .sum();
             self.may_meet(blocks.of(pair))
-                && blocks.surface.distance_lower_bound(pair, at) <= APART * (reach + TOLERANCE)
+                && blocks.surface.distance_lower_bound(pair, at)
+                    <= DISTANCE_CHECKED * (reach + TOLERANCE)
                 && self.outline.cull(pair, at, reach, TOLERANCE) == CullingResult::Near
         })
         .collect()
@@ -370,7 +372,7 @@ proptest! {
                 search.find_near(&blocks, at, with, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
-                    boundary.distance_lower_bound(pair, at) <= APART * (a + b + TOLERANCE)
+                    boundary.distance_lower_bound(pair, at) <= DISTANCE_CHECKED * (a + b + TOLERANCE)
                         && boundary.cull(pair, at, a + b, TOLERANCE) == CullingResult::Near
                 }).collect();
                 prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);

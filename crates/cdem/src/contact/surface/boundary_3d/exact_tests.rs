@@ -4,7 +4,8 @@
 
 use crate::contact::surface::boundary_3d::tests::all_pairs;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
-use crate::contact::surface::{Configuration, Distance, FOOT_ROUND_OFF, Pair, TimeOfImpact};
+use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact};
+use crate::contact::tolerances::FOOT_ROUND_OFF;
 use crate::contact::verification::exact::{
     DEPTH, FOOT, Features, Query, QueryKind, bound, cross, difference, dot,
 };
@@ -89,7 +90,12 @@ impl Trial<'_> {
         let then = self.at.after(self.velocity, time);
         let crossing = self.boundary.edge_edge(main, target, then)?;
         // Triangles that shrink to a line have any normal.
-        let least_height = |edge: u32| self.boundary.triangulation.edge_shape(edge, then).least_height;
+        let least_height = |edge: u32| {
+            self.boundary
+                .triangulation
+                .edge_shape(edge, then)
+                .least_height
+        };
         let has_sides = [main, target].map(least_height).iter().all(|&h| h > FOOT);
         let is_clear = has_sides && crossing.outward.abs() > FOOT_ROUND_OFF;
         is_clear.then_some(crossing.forward)

@@ -18,6 +18,7 @@ use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::contact::surface::triangulation::Triangulation;
 use crate::contact::surface::{Configuration, Pair, Topology};
+use crate::contact::tolerances::CACHE_WORTH_PAIRS;
 use crate::mesh::Mesh;
 
 /// The boundary of all blocks in space.
@@ -34,9 +35,6 @@ pub(crate) enum FeaturePair {
     /// Two edges.
     Crossing { main: u32, target: u32 },
 }
-
-/// Triangles for each pair looked at, or contact held, at most, for which room pays.
-const PAIRS: usize = 3;
 
 impl Boundary3d {
     /// The boundary of `mesh`, for contact within `tolerance`, m.
@@ -112,7 +110,7 @@ impl Topology<3> for Boundary3d {
                 old.clear();
                 Some(old)
             }
-            None => (pairs > self.triangulation.triangles.len() / PAIRS)
+            None => (pairs > self.triangulation.triangles.len() / CACHE_WORTH_PAIRS)
                 .then(|| self.triangulation.geometry_cache()),
         }
     }

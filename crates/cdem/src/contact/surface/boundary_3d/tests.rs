@@ -3,13 +3,13 @@
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-use crate::contact::ccd::signed_volume::ROUND_OFF;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{
     Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, GapAllowance, Pair,
-    STEEP, TimeOfImpact, Topology,
+    TimeOfImpact, Topology,
 };
+use crate::contact::tolerances::{CULLING_RATE, VOLUME_ROUND_OFF};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
@@ -148,7 +148,7 @@ proptest! {
         let late = size * (first - 0.1);
         prop_assert!(late <= 0.11 * tolerance + 1.1e-7 * size, "{late:e}");
         // Edges, their distance and its change in a second are at most 3 sizes long.
-        let round_off = 3.0 * ROUND_OFF / f64::max(angle, 1e-7) * size;
+        let round_off = 3.0 * VOLUME_ROUND_OFF / f64::max(angle, 1e-7) * size;
         prop_assert!(late >= -round_off, "{late:e}");
     }
 }
@@ -372,7 +372,7 @@ proptest! {
             if length <= reach {
                 continue;
             }
-            let way = (1.0 - 1e-9) * (length - reach) / STEEP;
+            let way = (1.0 - 1e-9) * (length - reach) / CULLING_RATE;
             let moved: Vec<[f64; 3]> = (0..16).map(|node| {
                 let own = if node < 8 { of_one } else { 1.0 - of_one };
                 scale(own * way / norm(&ways[node]), &ways[node])

@@ -1,6 +1,8 @@
 //! Times of impact in exact arithmetic: pairs of features whose places and velocities
 //! are whole numbers, and the instants at which they touch.
 
+use crate::contact::tolerances::{FOOT_ROUND_OFF, VOLUME_ROUND_OFF};
+
 pub(crate) mod polynomial;
 pub(crate) mod query;
 pub(crate) mod root;
@@ -12,9 +14,6 @@ pub(crate) use crate::contact::verification::exact::polynomial::{
 };
 pub(crate) use crate::contact::verification::exact::query::{Query, QueryKind};
 pub(crate) use crate::contact::verification::exact::root::{Dyadic, Root};
-
-use crate::contact::ccd::signed_volume::ROUND_OFF;
-use crate::contact::surface::FOOT_ROUND_OFF;
 
 /// What may be inside of a target, m.
 pub(crate) const DEPTH: f64 = 1e-9;
@@ -80,7 +79,7 @@ impl Features {
     /// One margin is taken off before; a third of one is the round-off of what it was
     /// taken from, and as much of this.
     pub(crate) fn touch_at(&self, found: f64, deepest: f64, outside: impl Fn(f64) -> f64) -> bool {
-        let margin = ROUND_OFF * self.bound;
+        let margin = VOLUME_ROUND_OFF * self.bound;
         let exactly = self.measure.sign_at(&Dyadic::from(found));
         let is_shallow = self.measure.about(found) >= -deepest.max(2.0 * margin);
         let about = [found - TURN, found + TURN];
