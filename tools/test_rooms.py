@@ -10,6 +10,12 @@ TREE = """# Architecture
 
 ```text
 crates/cdem/src
+  math/list      first
+  step/mod       second
+```
+
+```text
+crates/cdem/src
   lib            names
   step/          top
     mod          the loop
@@ -107,9 +113,9 @@ class Rooms(unittest.TestCase):
     def test_tree_and_files_agree(self):
         cases = {
             TREE.replace("  math/ ", "  maths/"): [
-                "ARCHITECTURE.md:16: crates/cdem/src/maths/ does not exist",
-                "ARCHITECTURE.md:17: crates/cdem/src/maths/vector does not exist",
-                "ARCHITECTURE.md:17: crates/cdem/src/maths/list does not exist",
+                "ARCHITECTURE.md:22: crates/cdem/src/maths/ does not exist",
+                "ARCHITECTURE.md:23: crates/cdem/src/maths/vector does not exist",
+                "ARCHITECTURE.md:23: crates/cdem/src/maths/list does not exist",
                 *(
                     f"crates/cdem/src/math/{file}.rs:1: the tree of ARCHITECTURE.md does not have this file"
                     for file in ("mod", "list", "vector")
@@ -119,10 +125,13 @@ class Rooms(unittest.TestCase):
                 "crates/cdem/src/math/list.rs:1: the tree of ARCHITECTURE.md does not have this file",
             ],
             TREE.replace("    energy  ", "    energy: "): [
-                "ARCHITECTURE.md:13: this line of the tree cannot be read",
+                "ARCHITECTURE.md:19: this line of the tree cannot be read",
                 "crates/cdem/src/contact/energy.rs:1: the tree of ARCHITECTURE.md does not have this file",
             ],
-            "# Nothing": ["ARCHITECTURE.md:1: there is no tree that begins with crates/cdem/src"],
+            TREE.replace("math/list ", "math/lists"): [
+                "ARCHITECTURE.md:5: crates/cdem/src/math/lists does not exist",
+            ],
+            "# Nothing": ["ARCHITECTURE.md:1: no tree of crates/cdem/src names lib"],
         }
         for tree, expected in cases.items():
             with self.subTest(tree):

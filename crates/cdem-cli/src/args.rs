@@ -1,4 +1,4 @@
-//! What can be typed.
+//! Arguments of the command line.
 
 use std::path::PathBuf;
 
@@ -82,7 +82,7 @@ pub(crate) struct ResumeArgs {
     pub(crate) profile: bool,
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 fn threads(text: &str) -> Result<u16, String> {
     let number = text.parse().ok().filter(|number| *number > 0);
     number.ok_or_else(|| format!("a whole number from 1 to {} is needed", u16::MAX))

@@ -1,4 +1,4 @@
-//! `cdem check`: all that a run checks, then a summary.
+//! `cdem check`: all checks of a run, then a summary.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -12,10 +12,10 @@ use crate::quantity::{columns, count, counted, quantity};
 use crate::setup;
 use crate::terminal::{print, strong, warn};
 
-/// Most blocks that get a line.
+/// Largest number of blocks with a line of their own.
 const BLOCKS: usize = 20;
 
-/// Time to spend on measuring how fast steps are.
+/// Duration of the trial that measures the speed of steps.
 const TRIAL: Duration = Duration::from_millis(300);
 
 pub(crate) fn check(scene: &Path) -> Result<Outcome, Failure> {
@@ -90,7 +90,7 @@ fn mass(kilogram: f64) -> String {
     format!("{} kg", significant(kilogram, 4))
 }
 
-/// A share in per cent; round-off counts as none.
+/// Formats a fraction in per cent; round-off counts as zero.
 fn percent(share: f64) -> String {
     let share = if share.abs() < 1e-9 { 0.0 } else { share };
     format!("{} %", significant(100.0 * share, 2))
@@ -134,7 +134,7 @@ fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
     lines
 }
 
-/// What one collision costs, which the steps of a trial have not.
+/// Describes the cost of one collision, which the trial steps do not include.
 fn collision(collision: &CollisionOverview) -> String {
     let [then, now] = collision.updates_per_step;
     let what = match collision.elements {
@@ -154,7 +154,7 @@ fn collision(collision: &CollisionOverview) -> String {
     )
 }
 
-/// The time a run may take, from its first steps.
+/// Estimates the duration of a run from its first steps.
 fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
     let began = Instant::now();
     while began.elapsed() < TRIAL && !simulation.finished() {

@@ -1,4 +1,4 @@
-//! What a run tells at its end.
+//! Closing summary of a run.
 
 use std::path::Path;
 use std::time::Duration;
@@ -12,28 +12,28 @@ use crate::drive::{Observation, Times};
 use crate::quantity::{columns, count, counted, quantity};
 use crate::terminal::{print as line, strong};
 
-/// Most blocks of which the velocities are told: those that are fastest at the end.
+/// Largest number of blocks whose velocities are listed: those that are fastest at the end.
 const BLOCKS: usize = 8;
 
-/// Time of each stage of the steps.
+/// Duration of each stage of the steps.
 type StageTimes = [(Stage, Duration); Stage::ALL.len()];
 
 pub(crate) struct Closing<'a> {
     pub(crate) dimension: usize,
-    /// Of all blocks that may move, kg.
+    /// Mass of all blocks that can move, kg.
     pub(crate) mass: f64,
     pub(crate) summary: &'a Summary,
     pub(crate) start: &'a Observation,
     pub(crate) end: &'a Observation,
-    /// The most energy exchanged so far, J.
+    /// Reference of the energy residual, J.
     pub(crate) exchanged: f64,
     pub(crate) folder: &'a Path,
-    /// Whether the run can go on from here.
+    /// True if the run can be continued.
     pub(crate) goes_on: bool,
     pub(crate) profile: Option<(Times, StageTimes)>,
 }
 
-/// Prints duration, contacts, energy, momentum, velocities, and where to look.
+/// Prints duration, contacts, energy, momentum, velocities, and the paths of the results.
 pub(crate) fn print(closing: &Closing<'_>) {
     line(headline(closing.summary));
     let (start, end) = (&closing.start.history, &closing.end.history);
@@ -86,7 +86,7 @@ fn headline(summary: &Summary) -> String {
         counted(summary.steps, "step"),
     );
     match summary.status {
-        // The error has said why, or the user knows.
+        // The reason is in an error message already, or the user knows it.
         Status::Stopped | Status::Interrupted => when,
         Status::Done => format!("{when}: {}", summary.reason),
     }
@@ -116,14 +116,14 @@ fn contacts(summary: &Summary, end: &Observation) -> Vec<String> {
     )]
 }
 
-/// Penetrations below this are round-off of positions, m.
+/// Penetration up to which it is round-off of positions, m.
 const NO_PENETRATION: f64 = 1e-12;
 
-/// Shares of the energy that sums gather as round-off, and nobody asks for.
+/// Fraction of the energy up to which a value is round-off of sums.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Where the most energy that was there or came in has gone, in per cent of it;
-/// what blocks have given back to loads and gravity counts as work done.
+/// Lists the distribution of the energy at the end, in per cent of the exchanged energy. Energy
+/// that blocks have given back to loads and gravity counts as work done.
 fn energy(start: &HistoryRow, end: &HistoryRow, exchanged: f64) -> Vec<String> {
     if exchanged <= 0.0 || end.energy_residual.is_nan() {
         return vec![];
@@ -158,7 +158,7 @@ fn energy(start: &HistoryRow, end: &HistoryRow, exchanged: f64) -> Vec<String> {
     lines
 }
 
-/// A share in per cent, with three digits at most and no exponent.
+/// Formats a fraction in per cent, with three digits at most and no exponent.
 fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0 %".to_owned(),
@@ -168,9 +168,9 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// Change of momentum that no external impulse explains, against the larger of
-/// that impulse and the momentum √(2mE) that would be `possible` if all the energy
-/// moved the mass: blocks that spin or swing have no momentum of their own.
+/// Returns the change of momentum that no external impulse explains. The reference is the larger of
+/// that impulse and the momentum √(2mE) that would be `possible` if all the energy moved the mass,
+/// because blocks that spin or vibrate have no momentum of their own.
 fn momentum(start: &HistoryRow, end: &HistoryRow, possible: f64) -> Vec<String> {
     let impulse: [f64; 3] = std::array::from_fn(|i| end.impulse[i] - start.impulse[i]);
     let unexplained: [f64; 3] =
@@ -191,7 +191,7 @@ fn norm(vector: &[f64; 3]) -> f64 {
 
 fn velocities(closing: &Closing<'_>) -> Vec<String> {
     let Closing { start, end, .. } = closing;
-    // In the plane, velocities have two components and turning one.
+    // In 2-D, velocities have two components and angular velocities one.
     let (moving, turning) = match closing.dimension {
         2 => (0..2, 2..3),
         _ => (0..3, 0..3),
@@ -218,7 +218,7 @@ fn velocities(closing: &Closing<'_>) -> Vec<String> {
     lines
 }
 
-/// Which blocks are the `most` fastest ones; among equals, the first.
+/// Marks the `most` fastest blocks; among equals, the first.
 fn fastest(blocks: &[BlockRow], most: usize) -> Vec<bool> {
     let speed = |&block: &usize| norm(&blocks[block].velocity);
     let mut order: Vec<usize> = (0..blocks.len()).collect();
@@ -230,7 +230,7 @@ fn fastest(blocks: &[BlockRow], most: usize) -> Vec<bool> {
     told
 }
 
-/// Components with four decimals; what rounds to zero has no sign.
+/// Formats components with four decimals; a component that rounds to zero has no sign.
 fn components(vector: &[f64]) -> String {
     let text = |x: &f64| match (x * 1e4).round() / 1e4 + 0.0 {
         rounded if rounded.abs() < 1e9 => format!("{rounded:9.4}"),
@@ -239,7 +239,7 @@ fn components(vector: &[f64]) -> String {
     vector.iter().map(text).collect::<Vec<_>>().join(" ")
 }
 
-/// Where the time of this process went, and the shares of it.
+/// Lists the durations of this process and their fractions.
 fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
     let whole = times.setup + times.wall;
     let share = |name: &str, time: Duration| {
@@ -260,7 +260,7 @@ fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
     columns(&rows)
 }
 
-/// A duration with as much detail as it deserves.
+/// Formats a duration with a suitable number of digits.
 fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 60.0 => quantity(s, "s"),
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn momentum_of_a_block_that_spins_is_held_against_its_energy() {
-        // 2 kg with 100 J could have 20 N s; round-off of 2e-15 N s is nothing.
+        // 2 kg with 100 J could have 20 N s, so 2e-15 N s is round-off.
         let told = momentum(&row(100.0, 0.0, 0.0), &row(100.0, 2e-15, 0.0), 20.0);
         assert!(told[0].ends_with("forces: < 0.001 %"), "{told:?}");
     }

@@ -1,4 +1,4 @@
-//! A run from one of its steps to its end.
+//! Drives a run from one of its steps to its end.
 
 use std::time::{Duration, Instant};
 
@@ -14,15 +14,15 @@ use crate::progress::{Position, Progress};
 use crate::quantity::counted;
 use crate::terminal::{complain, warn};
 
-/// What the closing summary compares.
+/// State at start or end, for the closing summary.
 pub(crate) struct Observation {
     pub(crate) history: HistoryRow,
     pub(crate) blocks: Vec<BlockRow>,
 }
 
 impl Observation {
-    /// The state now. Ends the average of the contact forces: for the start and
-    /// the end of a run only.
+    /// Observes the current state. Restarts the mean of the contact forces, so it is only for the
+    /// start and the end of a run.
     pub(crate) fn of(simulation: &mut Simulation) -> Self {
         Self {
             history: simulation.history(),
@@ -31,34 +31,34 @@ impl Observation {
     }
 }
 
-/// Where the wall-clock time of this process went.
+/// Wall-clock times of this process.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Times {
     /// Reading, checking, building.
     pub(crate) setup: Duration,
-    /// The step loop with its output.
+    /// The step loop, including its output.
     pub(crate) wall: Duration,
-    /// Output within the step loop.
+    /// Output in the step loop.
     pub(crate) output: Duration,
 }
 
-/// A run that has its folder.
+/// A run with its results folder.
 pub(crate) struct Run {
     pub(crate) simulation: Simulation,
     pub(crate) recording: Recording,
     pub(crate) interrupt: Interrupt,
-    /// At t = 0.
+    /// State at t = 0.
     pub(crate) start: Observation,
     pub(crate) times: Times,
-    /// Whether to say at the end where the time went.
+    /// True if the time of each stage is to be reported at the end.
     pub(crate) profile: bool,
 }
 
-/// How a run has ended, and what to tell of it.
+/// End of a run, and its error, if any.
 struct Ended {
     end: End,
     failure: Option<Failure>,
-    /// Whether its state is to be kept.
+    /// True if the state is to be written to a checkpoint.
     is_kept: bool,
 }
 
@@ -104,7 +104,7 @@ impl Ended {
 }
 
 impl Run {
-    /// Steps, records, and tells how it went.
+    /// Makes all steps, writes the results, and prints the closing summary.
     pub(crate) fn finish(mut self) -> Outcome {
         memory::while_stepping();
         if self.profile {
@@ -152,7 +152,7 @@ impl Run {
         }
     }
 
-    /// Steps and records until the run is done, stops itself, or is stopped.
+    /// Steps and records until the run is done, stops itself, or is interrupted.
     fn drive(&mut self) -> Ended {
         let began = Instant::now();
         let mut progress = Progress::start(self.position());
@@ -181,7 +181,7 @@ impl Run {
         ended
     }
 
-    /// Writes a checkpoint at the end of this process, unless none are wanted.
+    /// Writes a checkpoint at the end of this process, unless the scene disables checkpoints.
     fn keep_last(&mut self, end: &End) -> Result<(), ResultsError> {
         if self.simulation.scene().output.checkpoint == 0.0 {
             return Ok(());
@@ -203,7 +203,7 @@ impl Run {
     }
 }
 
-/// Mass of all blocks that may move, kg.
+/// Returns the mass of all blocks that can move, kg.
 fn moving_mass(simulation: &Simulation) -> f64 {
     let blocks = simulation.overview().blocks.into_iter();
     blocks
@@ -212,11 +212,11 @@ fn moving_mass(simulation: &Simulation) -> f64 {
         .sum()
 }
 
-/// Starts the threads that step, this one among them: else each piece of work that is
-/// shared out would first have to be handed over to another thread, and back.
+/// Starts the threads for the steps, with the current thread as one of them. Otherwise each
+/// parallel task would first be handed over to another thread, and its result back.
 pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
     let named = || std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok();
-    // 0: one for each processor.
+    // 0 means one for each processor.
     let count = threads.map(usize::from).or_else(named).unwrap_or(0);
     let processors = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
     if count > processors {
@@ -236,12 +236,12 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
     })
 }
 
-/// A folder that cannot be used; nothing has been written.
+/// Returns the failure of a folder that cannot be used; nothing has been written.
 pub(crate) fn wrong_folder(error: ResultsError) -> Failure {
     Failure::wrong(Message::new(&error, error.help(&COMMAND)))
 }
 
-/// A disk that refuses in the middle of a run.
+/// Returns the failure of a write in the middle of a run.
 pub(crate) fn full_disk(error: &ResultsError) -> Failure {
     Failure::stopped(Message::new(error, error.help(&COMMAND)))
 }

@@ -1,4 +1,4 @@
-//! Errors on their way to the terminal, and the exit status.
+//! Failures of the command, and its exit status.
 
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use cdem_io::results::Front;
 use cdem_io::scene::SceneError;
 
-/// How advice of the libraries is followed with the command.
+/// Words of the command line for advice of the libraries.
 pub(crate) const COMMAND: Front = Front {
     naming: " with -o DIR",
     force: "--force",
@@ -14,10 +14,10 @@ pub(crate) const COMMAND: Front = Front {
     resume: "`cdem resume`",
 };
 
-/// How the command ends, as the exit status says it.
+/// Outcome of the command, reported as its exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// All is done.
+    /// Everything is done.
     Done,
     /// The call or the scene is wrong; nothing was written.
     Wrong,
@@ -38,26 +38,26 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// Exit status of an interrupted run: 128 + SIGINT, as shells have it.
+/// Exit status of an interrupted run: 128 + SIGINT, as in shells.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// Why a command did not do what it was asked.
+/// Failure of a command.
 #[derive(Debug)]
 pub(crate) struct Failure {
     pub(crate) outcome: Outcome,
     pub(crate) cause: Cause,
 }
 
-/// What is shown.
+/// Cause of a failure, for display.
 #[derive(Debug)]
 pub(crate) enum Cause {
-    /// Something in a scene, shown in its text.
+    /// An error in a scene, shown in its text.
     Scene(SceneError),
-    /// Anything else.
+    /// Any other error.
     Message(Message),
 }
 
-/// What is wrong, and what to try; the help may be empty.
+/// Problem and advice; the help may be empty.
 #[derive(Debug)]
 pub(crate) struct Message {
     pub(crate) problem: String,
@@ -65,7 +65,7 @@ pub(crate) struct Message {
 }
 
 impl Failure {
-    /// The call or the scene is wrong.
+    /// Creates the failure of a wrong call or scene.
     pub(crate) fn wrong(cause: impl Into<Cause>) -> Self {
         Self {
             outcome: Outcome::Wrong,
@@ -73,7 +73,7 @@ impl Failure {
         }
     }
 
-    /// The run stopped itself.
+    /// Creates the failure of a run that stopped itself.
     pub(crate) fn stopped(cause: impl Into<Cause>) -> Self {
         Self {
             outcome: Outcome::Stopped,

@@ -5,19 +5,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::{Failure, INTERRUPTED, Message};
 
-/// Whether the user has asked the run to stop.
+/// True once the user has asked the run to stop.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// From here on, the first Ctrl-C (or SIGTERM, SIGHUP) asks the run to stop
-    /// after its step; the second ends the program on the spot.
+    /// Installs the handler: the first Ctrl-C (or SIGTERM, SIGHUP) asks the run to stop after its
+    /// step; the second ends the program at once.
     pub(crate) fn listen() -> Result<Self, Failure> {
         let interrupt = Self::default();
         let asked = interrupt.clone();
         ctrlc::set_handler(move || {
             if asked.0.swap(true, Ordering::Relaxed) {
-                // Rows and frames are whole at any instant: no destructor is missed.
+                // Rows and frames are complete at any instant, so no destructor is needed.
                 #[allow(clippy::disallowed_methods)]
                 std::process::exit(INTERRUPTED.into());
             }

@@ -45,7 +45,7 @@ fn main() -> ExitCode {
         .into()
 }
 
-/// What is asked for is not done where it could not be printed.
+/// Turns a done command into a failure if its output could not be printed.
 fn printed(outcome: Outcome) -> Result<Outcome, Failure> {
     match terminal::lost() {
         Some(reason) if outcome == Outcome::Done => Err(Failure::stopped(Message::new(

@@ -1,23 +1,23 @@
-//! How the C library's allocator treats large arrays.
+//! Settings of the C library's allocator for large arrays.
 //!
-//! Left alone, glibc raises its bound of what is large to the largest array freed so far, and
-//! keeps what lies between smaller ones: a third of the memory of a run of a million elements.
+//! By default glibc raises its threshold for large arrays to the largest array freed so far, and
+//! keeps the memory between smaller ones: a third of the memory of a run with a million elements.
 
-/// Arrays of so many bytes go back to the system while a model is built, where each is taken
-/// once.
+/// Size from which arrays go back to the system while a model is built, bytes. There each array is
+/// allocated once.
 const BUILDING: i32 = 128 << 10;
 
-/// Arrays of so many bytes go back while a model steps, where smaller ones, as a frame's
-/// compressor's and the velocities of blocks that touch, are taken again and again: the system
-/// would clear each anew.
+/// Size from which arrays go back to the system while a model steps, bytes. Smaller ones, such as
+/// those of a frame's compressor and the velocities of blocks in contact, are allocated again and
+/// again; the system would clear each one anew.
 const STEPPING: i32 = 2 << 20;
 
-/// For all that is done before the first step.
+/// Sets the threshold for everything before the first step.
 pub(crate) fn before_steps() {
     give_back_from(BUILDING);
 }
 
-/// From the first step on.
+/// Sets the threshold for the steps.
 pub(crate) fn while_stepping() {
     give_back_from(STEPPING);
 }
@@ -25,7 +25,7 @@ pub(crate) fn while_stepping() {
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[allow(unsafe_code, reason = "sets a number of the C library's allocator")]
 fn give_back_from(bytes: i32) {
-    // SAFETY: mallopt takes the allocator's lock, and any number for this parameter.
+    // SAFETY: mallopt takes the allocator's lock, and accepts any number for this parameter.
     unsafe {
         libc::mallopt(libc::M_MMAP_THRESHOLD, bytes);
     }

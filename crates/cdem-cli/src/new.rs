@@ -15,7 +15,7 @@ struct Template {
     files: &'static [(&'static str, &'static [u8])],
 }
 
-/// Files of a folder of examples.
+/// Includes the files of an example's folder.
 macro_rules! files {
     ($folder:literal: $($file:literal),+) => {
         &[$((
@@ -102,8 +102,7 @@ fn list() {
     }
 }
 
-/// Writes the files of a template; a folder that has anything in it is left as
-/// it is.
+/// Writes the files of a template; a folder that is not empty is left unchanged.
 fn write(template: &Template, folder: &Path) -> Result<(), Failure> {
     let refused = |problem: String, help: &str| Err(Failure::wrong(Message::new(problem, help)));
     let is_free = match fs::read_dir(folder) {

@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, a plain line now and then elsewhere.
+//! Progress on stderr: a bar on a terminal, otherwise a plain line at intervals.
 
 use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};
@@ -13,13 +13,13 @@ use crate::terminal::say;
 /// Time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
 
-/// Time between two looks at the bar.
+/// Time between two updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 
-/// How far a run is.
+/// Current position of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Position {
-    /// Coarse steps made, of how many.
+    /// Number of coarse steps made, and of all.
     pub(crate) step: u64,
     pub(crate) step_count: u64,
     /// Simulated time and its end, s.
@@ -28,10 +28,10 @@ pub(crate) struct Position {
     pub(crate) element_updates: u64,
 }
 
-/// Shows how a run goes on.
+/// Display of the progress of a run.
 pub(crate) struct Progress {
     started: Instant,
-    /// Where the run was then.
+    /// Position at that time.
     start: Position,
     shown: Instant,
     bar: Option<ProgressBar>,
@@ -55,7 +55,7 @@ impl Progress {
         }
     }
 
-    /// To be called after each step; shows something when it is time to.
+    /// Updates the display if it is due; to be called after each step.
     pub(crate) fn update(&mut self, position: impl FnOnce() -> Position) {
         let interval = match self.bar {
             Some(_) => BAR_INTERVAL,

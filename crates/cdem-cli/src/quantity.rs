@@ -1,8 +1,8 @@
-//! Numbers for people: thousands, columns.
+//! Formats numbers for people: thousands, columns.
 
 pub(crate) use cdem::quantity;
 
-/// A count with thin groups of thousands: "1 234 567".
+/// Formats a count with a space between groups of thousands: "1 234 567".
 pub(crate) fn count(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::new();
@@ -15,13 +15,13 @@ pub(crate) fn count(value: u64) -> String {
     text
 }
 
-/// A count of things: "1 step", "2 000 steps".
+/// Formats a count of things: "1 step", "2 000 steps".
 pub(crate) fn counted(value: u64, thing: &str) -> String {
     let plural = if value == 1 { "" } else { "s" };
     format!("{} {thing}{plural}", count(value))
 }
 
-/// Rows of text in columns: the first aligned left, the others right.
+/// Aligns rows of text in columns: the first left, the others right.
 pub(crate) fn columns(rows: &[Vec<String>]) -> Vec<String> {
     let width = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column));

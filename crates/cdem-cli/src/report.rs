@@ -1,4 +1,4 @@
-//! `cdem report`: one page on a run.
+//! `cdem report`: writes the page on a run.
 
 use std::path::Path;
 

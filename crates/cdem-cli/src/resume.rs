@@ -1,4 +1,4 @@
-//! `cdem resume`: a run goes on from its last checkpoint.
+//! `cdem resume`: continues a run from its last checkpoint.
 
 use std::time::Instant;
 
@@ -24,7 +24,7 @@ pub(crate) fn resume(args: &ResumeArgs) -> Result<Outcome, Failure> {
     }
 }
 
-/// The run as it was; only then its results are touched.
+/// Restores the run; its results are changed only after that.
 fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Run, Failure> {
     if let Some(reason) = unfinished.so_far.stopped {
         return Err(full_disk(&ResultsError::Stopped { reason }));

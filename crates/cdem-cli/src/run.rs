@@ -1,4 +1,4 @@
-//! `cdem run`: a scene from its file to its results.
+//! `cdem run`: runs a scene from its file to its results.
 
 use std::time::Instant;
 
@@ -15,14 +15,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     start(args).map(Run::finish)
 }
 
-/// Reads, checks and builds; only then the folder is touched.
+/// Reads, checks and builds; the folder is changed only after that.
 fn start(args: &RunArgs) -> Result<Run, Failure> {
     let began = Instant::now();
     let folder = args
         .output
         .clone()
         .unwrap_or_else(|| Folder::beside(&args.scene));
-    // The scene first: a wrong path to it would be reported as no folder.
+    // The scene comes first: a wrong path to it would be reported as a fault of the folder.
     let file = setup::read(&args.scene)?;
     let folder = Folder::claim(&folder, &args.scene, args.force).map_err(wrong_folder)?;
     use_threads(args.threads)?;

@@ -1,4 +1,4 @@
-//! From the file of a scene to a run at its start.
+//! Sets up a run from a scene file.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The two streams, and whether they may have colours.
+//! Output to stdout and stderr, with or without colours.
 
 use std::fmt::{Arguments, Display};
 use std::io::{ErrorKind, IsTerminal as _, Write as _};
@@ -9,17 +9,17 @@ use console::Style;
 
 use crate::failure::{Cause, Failure};
 
-/// Decides on colours once: where there is a terminal and NO_COLOR is unset.
+/// Decides on colours once: on if there is a terminal and NO_COLOR is unset.
 pub(crate) fn prepare() {
     let wanted = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     console::set_colors_enabled(wanted && std::io::stdout().is_terminal());
     console::set_colors_enabled_stderr(wanted && std::io::stderr().is_terminal());
 }
 
-/// Why something asked for could not be printed.
+/// Reason for which output could not be printed.
 static LOST: OnceLock<String> = OnceLock::new();
 
-/// A line on stdout: what was asked for. A reader that has gone is no error.
+/// Prints a line of the requested output on stdout. A closed reader is not an error.
 pub(crate) fn print(line: impl Display) {
     let mut out = std::io::stdout();
     if let Err(error) = writeln!(out, "{line}").and_then(|()| out.flush())
@@ -29,17 +29,17 @@ pub(crate) fn print(line: impl Display) {
     }
 }
 
-/// Why not all that was asked for could be printed, if so.
+/// Returns the reason if some of the output could not be printed.
 pub(crate) fn lost() -> Option<&'static str> {
     LOST.get().map(String::as_str)
 }
 
-/// A line on stderr: what goes on.
+/// Prints a line on stderr, for progress and messages.
 pub(crate) fn say(line: Arguments<'_>) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// An error on stderr.
+/// Prints an error on stderr.
 pub(crate) fn complain(failure: &Failure) {
     match &failure.cause {
         Cause::Scene(error @ SceneError::Unreadable { .. }) => {
@@ -58,7 +58,7 @@ pub(crate) fn complain(failure: &Failure) {
     }
 }
 
-/// A warning on stderr.
+/// Prints a warning on stderr.
 pub(crate) fn warn(warning: &str) {
     labelled("warning:", Style::new().yellow(), warning);
 }
@@ -68,7 +68,7 @@ fn labelled(label: &str, style: Style, text: &str) {
     say(format_args!("{label} {text}"));
 }
 
-/// Text that stands out on stdout.
+/// Makes text bold on stdout.
 pub(crate) fn strong(text: &str) -> impl Display {
     Style::new().bold().apply_to(text.to_owned())
 }

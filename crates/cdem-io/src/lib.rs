@@ -1,4 +1,4 @@
-//! Files of `cdem`: scenes, Gmsh meshes, result folders.
+//! Files of `cdem`: scenes, Gmsh meshes, results folders.
 
 pub mod gmsh;
 pub mod report;

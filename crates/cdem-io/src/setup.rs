@@ -1,4 +1,4 @@
-//! From a scene to a run at its start; what does not fit is shown at its key of the scene.
+//! Sets up a run from a scene; errors are shown at their key of the scene.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,19 +11,19 @@ use thiserror::Error;
 use crate::gmsh;
 use crate::scene::{SceneError, SceneFile};
 
-/// A run at its start, and what the user should know.
+/// A simulation at its start, with warnings.
 pub struct Built {
-    /// The run.
+    /// The simulation.
     pub simulation: Simulation,
-    /// What is not wrong, but should be looked at, a line for each.
+    /// Warnings, one line each.
     pub warnings: Vec<String>,
 }
 
-/// Why a scene that is right in itself cannot be run.
+/// Error in the setup of a valid scene.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SetupError {
-    /// A mesh is wrong.
+    /// A mesh has an error.
     #[error("{0}")]
     Mesh(Blame),
     /// Scene and meshes do not fit together.
@@ -31,19 +31,19 @@ pub enum SetupError {
     Model(Blame),
 }
 
-/// What is wrong, where it belongs.
+/// An error with its place.
 #[derive(Debug, Error)]
 pub enum Blame {
     /// At a key of the scene.
     #[error("{0}")]
     Scene(SceneError),
-    /// At none.
+    /// Without a key.
     #[error("{0}")]
     None(String),
 }
 
 impl SetupError {
-    /// Where it belongs.
+    /// Returns the error with its place.
     #[must_use]
     pub fn into_blame(self) -> Blame {
         match self {
@@ -52,11 +52,11 @@ impl SetupError {
     }
 }
 
-/// Reads the meshes of a scene and builds its model. Meshes at hand are not read: they stand
-/// here under the path that the scene names.
+/// Reads the meshes of a scene and builds its model. Meshes in `at_hand`, keyed by their path in
+/// the scene, are not read from files.
 ///
 /// # Errors
-/// The first mesh that is wrong, or what of it does not fit the scene.
+/// The first mesh with an error, or the first mismatch of mesh and scene.
 pub fn build(
     file: &SceneFile,
     at_hand: &mut BTreeMap<PathBuf, RawMesh>,
@@ -95,8 +95,7 @@ fn read_meshes<const D: usize>(
     Ok((mesh, notes))
 }
 
-/// The error at the block of the scene that it belongs to; of a file, the first
-/// that is made from it.
+/// Returns the error at its block of the scene; for a file, at the first block made from it.
 fn blame_for_mesh(file: &SceneFile, error: &MeshError) -> Blame {
     let blocks = || file.scene.block.iter().enumerate();
     let made_from = |mesh: &Path| {
@@ -122,7 +121,7 @@ fn blame_for_mesh(file: &SceneFile, error: &MeshError) -> Blame {
     };
     let (key, message) = match error {
         MeshError::Block { fault, .. } => match &**fault {
-            // The path says which key.
+            // The path already names the key.
             BlockFault::Shape { key, problem } => (*key, problem.clone()),
             fault => (fault.key().unwrap_or(whole), error.to_string()),
         },
@@ -132,7 +131,7 @@ fn blame_for_mesh(file: &SceneFile, error: &MeshError) -> Blame {
     Blame::Scene(file.error(vec![Problem::new(path, message)]))
 }
 
-/// The error at the key of the scene that it blames.
+/// Returns the error at its key of the scene.
 fn blame_for_model(file: &SceneFile, error: &ModelError) -> Blame {
     match (error, error.key()) {
         (ModelError::UnknownBlocks(problems), _) => Blame::Scene(file.error(problems.clone())),
@@ -144,7 +143,7 @@ fn blame_for_model(file: &SceneFile, error: &ModelError) -> Blame {
     }
 }
 
-/// The path that is written as `boundary[0].group`.
+/// Parses a path such as `boundary[0].group`.
 fn key_path(text: &str) -> KeyPath {
     text.split(['.', '['])
         .fold(KeyPath::root(), |path, step| match step.strip_suffix(']') {

@@ -1,13 +1,13 @@
-//! Gmsh's numbers for element types.
+//! Gmsh's numbers of element types.
 
 use cdem::mesh::{CellKind, ElementKind, MeshError};
 
 use super::scan::Scanner;
 
-/// The kind of cell with Gmsh's type number; `whose` names the element.
+/// Returns the kind of cell with Gmsh's type number; `whose` names the element in messages.
 ///
 /// # Errors
-/// Types that are no element here, with the way to avoid them.
+/// If the type is not supported; the message tells how to avoid it.
 pub(super) fn cell_kind(
     number: i32,
     scanner: &Scanner,
@@ -30,7 +30,7 @@ pub(super) fn cell_kind(
     Ok(kind)
 }
 
-/// Name of a type that is not supported, and what to do.
+/// Returns the name of an unsupported type, and advice.
 fn unsupported(number: i32) -> (String, &'static str) {
     let first_order = "mesh to first order: Mesh.ElementOrder = 1, or SetOrder 1";
     let name = match number {

@@ -1,4 +1,4 @@
-//! Nodes, cells and groups as they come, put together to a raw mesh.
+//! Collects nodes, cells and groups into a raw mesh.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,15 +6,15 @@ use cdem::mesh::{CellKind, MeshError, RawGroup, RawMesh};
 
 use super::scan::{DAMAGED, Scanner};
 
-/// A raw mesh in the making.
+/// A raw mesh under construction.
 pub(super) struct Collector {
     mesh: RawMesh,
     nodes: NodeNumbers,
     groups: BTreeMap<(usize, i32), u32>,
-    /// Groups that have been named.
+    /// Groups that have a name.
     named: BTreeSet<usize>,
     sets: BTreeMap<Vec<u32>, u32>,
-    /// Sets of one group, for files that give each element one.
+    /// Sets of one group, for files that give each element one group.
     single: BTreeMap<(usize, i32), u32>,
 }
 
@@ -30,12 +30,12 @@ impl Collector {
         }
     }
 
-    /// Whether nodes have been read.
+    /// True if nodes have been read.
     pub(super) fn has_nodes(&self) -> bool {
         !matches!(self.nodes, NodeNumbers::Unknown)
     }
 
-    /// Takes the nodes: numbers and coordinates, equally many.
+    /// Sets the nodes: numbers and coordinates, equally many.
     pub(super) fn set_nodes(
         &mut self,
         scanner: &Scanner,
@@ -60,10 +60,10 @@ impl Collector {
         Ok(())
     }
 
-    /// Names a physical group; no name leaves it its number.
+    /// Names a physical group; with an empty name the group keeps its number as name.
     ///
     /// # Errors
-    /// If it has another name already.
+    /// If it already has another name.
     pub(super) fn name_group(
         &mut self,
         scanner: &Scanner,
@@ -97,15 +97,15 @@ impl Collector {
         })
     }
 
-    /// The set of the physical groups with these numbers; a negative number
-    /// (its cells count as turned round) is the same group.
+    /// Returns the set of the physical groups with these numbers. A negative number means the same
+    /// group with reversed cells.
     pub(super) fn group_set(&mut self, dimension: usize, tags: &[i32]) -> u32 {
         let tags = tags.iter().filter_map(|tag| tag.checked_abs());
         let groups = tags.map(|tag| self.group(dimension, tag)).collect();
         self.set_of(groups)
     }
 
-    /// The set of one physical group alone; 0 stands for no group.
+    /// Returns the set of one physical group; 0 means no group.
     pub(super) fn single_set(&mut self, dimension: usize, tag: i32) -> u32 {
         if tag == 0 {
             return 0;
@@ -128,7 +128,7 @@ impl Collector {
         })
     }
 
-    /// Makes room for cells; their number has been found affordable.
+    /// Reserves memory for cells; the caller has checked their number.
     pub(super) fn reserve(&mut self, kind: CellKind, count: usize) {
         let cells = self.mesh.cells_mut(kind);
         cells.nodes.reserve(count * kind.node_count());
@@ -136,7 +136,7 @@ impl Collector {
         cells.sets.reserve(count);
     }
 
-    /// Reads the nodes of one cell with `next`, and adds it.
+    /// Reads the nodes of one cell with `next`, and adds the cell.
     pub(super) fn read_cell<'a>(
         &mut self,
         kind: CellKind,
@@ -163,7 +163,7 @@ impl Collector {
         Ok(())
     }
 
-    /// Makes one cell of those that a file lists once for each of their groups.
+    /// Merges cells that a file lists once for each of their groups.
     pub(super) fn merge_repeated_cells(&mut self) {
         for kind in 0..self.mesh.cells.len() {
             let cells = &self.mesh.cells[kind];
@@ -197,9 +197,8 @@ impl Collector {
         }
     }
 
-    /// Gives the first of some cells on the same nodes the groups of the
-    /// others. One that brings no new group is a true double and stays, to be
-    /// refused where it is used.
+    /// Gives the first of some cells on the same nodes the groups of the others. A cell that adds
+    /// no new group is a true duplicate; it stays, and is refused where the mesh is used.
     fn merge(&mut self, kind: usize, indices: &[usize], gone: &mut [bool]) {
         let set = |mesh: &RawMesh, index: usize| {
             mesh.group_sets[mesh.cells[kind].sets[index] as usize].clone()
@@ -227,8 +226,8 @@ impl Collector {
         cells.nodes.retain(|_| per_node.next().unwrap_or(true));
     }
 
-    /// Refuses a number that two elements of one dimension have; those that a
-    /// file lists once for each group have been made one.
+    /// Refuses a number that two elements of one dimension share. Elements listed once for each
+    /// group have been merged before.
     pub(super) fn check_numbers(&self, scanner: &Scanner) -> Result<(), MeshError> {
         for dimension in 0..=3 {
             let alike = self.mesh.cells.iter();
@@ -250,16 +249,18 @@ impl Collector {
     }
 }
 
-/// From the file's node numbers to indices.
+/// Map from the file's node numbers to indices.
 enum NodeNumbers {
     Unknown,
-    /// Index by number; `u32::MAX` where there is no such node.
+    /// Index by number; `u32::MAX` if there is no such node.
     Dense(Vec<u32>),
-    /// Sorted numbers with their indices, where numbers are far apart.
+    /// Sorted numbers with their indices, for numbers that are far apart.
     Sparse(Vec<(u64, u32)>),
 }
 
 impl NodeNumbers {
+    /// Builds the map.
+    ///
     /// # Errors
     /// The first number that occurs twice.
     fn new(tags: &[u64]) -> Result<Self, u64> {

@@ -1,8 +1,8 @@
-//! What a file is that is no Gmsh mesh.
+//! Recognises files that are not Gmsh meshes.
 
 use super::scan::{BYTE_ORDER_MARK, DAMAGED, excerpt};
 
-/// How files begin that are given for meshes, in small letters; what they are, and what to do.
+/// First bytes, in lower case, of other files that users try as meshes; description and advice.
 const KNOWN: [(&[u8], &str, &str); 24] = [
     (b"solid", "a surface in STL format", FILL),
     (b"ply\n", "a surface in PLY format", FILL),
@@ -50,12 +50,12 @@ const GEOMETRY: &str = "this is no Gmsh mesh; of a geometry, make one with gmsh 
 const EMPTY: &str = "the file is empty: write it again with Gmsh";
 const FIRST: &str = "nothing may stand before $MeshFormat: remove it";
 
-/// What a file is that does not begin as a mesh should, and what to do.
+/// Returns a description of a file that does not begin as a mesh should, and advice.
 pub(super) fn recognise(file: &[u8]) -> (String, &'static str) {
     let file = file.strip_prefix(BYTE_ORDER_MARK).unwrap_or(file);
     let content = file.trim_ascii_start();
     let mut small = content[..content.len().min(32)].to_ascii_lowercase();
-    // Carriage returns count only where they end lines alone.
+    // Carriage returns count only if they end lines without line feeds.
     if small.contains(&b'\n') {
         small.retain(|&byte| byte != b'\r');
     }
@@ -82,7 +82,7 @@ pub(super) fn recognise(file: &[u8]) -> (String, &'static str) {
     (found, help)
 }
 
-/// Whether a file is as long as its number of triangles asks for.
+/// True if the file has the length that its number of triangles requires.
 fn is_binary_stl(file: &[u8]) -> bool {
     let count = file.get(80..).and_then(|rest| rest.first_chunk());
     count.is_some_and(|&count| {

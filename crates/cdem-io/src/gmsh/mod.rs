@@ -15,14 +15,13 @@ use scan::{COUNTS, DAMAGED, Encoding, Scanner};
 
 /// Reads a mesh file.
 ///
-/// Coordinates stay in the file's units. Cells keep all physical groups they
-/// lie in; a group without a name is called by its number. Sections that
-/// describe no mesh (node data, periodicity, …) are skipped.
+/// Coordinates stay in the file's units. Cells keep all their physical groups; a group without a
+/// name is called by its number. Sections that do not describe the mesh (node data, periodicity, …)
+/// are skipped.
 ///
 /// # Errors
-/// [`MeshError::Unreadable`] if the system cannot read it,
-/// [`MeshError::Format`] with section and line or byte if it is not such a
-/// mesh or has cells of higher order.
+/// [`MeshError::Unreadable`] if the system cannot read it, [`MeshError::Format`] with section and
+/// line or byte if it is not such a mesh or has cells of higher order.
 pub fn read(path: &Path) -> Result<RawMesh, MeshError> {
     let bytes = std::fs::read(path).map_err(|error| MeshError::Unreadable {
         path: path.to_owned(),
@@ -38,10 +37,10 @@ pub fn read(path: &Path) -> Result<RawMesh, MeshError> {
     parse(&path.display().to_string(), &bytes)
 }
 
-/// Names of meshes that a message can show.
+/// Largest number of mesh names in a message.
 const SHOWN: usize = 5;
 
-/// What meshes there are in a folder.
+/// Returns a text that lists the meshes in a folder.
 fn meshes_in(folder: &Path) -> String {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -68,7 +67,7 @@ fn meshes_in(folder: &Path) -> String {
     }
 }
 
-/// Reads a mesh from the content of a file that messages call `origin`.
+/// Reads a mesh from the content of a file; messages call it `origin`.
 ///
 /// # Errors
 /// As [`read`].
@@ -149,7 +148,7 @@ enum Version {
 const KIND_LINE: &str = "the line holds the version, 0 for text or 1 for binary, and 8, the bytes \
      of a number, as in 4.1 0 8";
 
-/// `$MeshFormat`: version, text or binary, byte order.
+/// Reads `$MeshFormat`: version, text or binary, byte order.
 fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
     match scanner.open() {
         Ok(Some("MeshFormat")) => {}
@@ -180,7 +179,7 @@ fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
     Ok(version)
 }
 
-/// The line of `$MeshFormat`: version, and whether it is a binary file.
+/// Reads the line of `$MeshFormat`: version, and true for a binary file.
 fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
     let rewrite = "write version 4.1: gmsh old.msh -save -format msh41 -o new.msh";
     let version = match scanner.word("the version of the format")?.as_str() {
@@ -207,13 +206,13 @@ fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
     Ok((version, binary))
 }
 
-/// Most that a message shows of a line, in letters.
+/// Largest number of characters of a line in a message.
 const LONGEST: usize = 60;
 
 const NAME_LINE: &str = "as in 2 1 \"stone\": dimensions are 0 to 3, numbers below 2^31, and a \
      name stands between quotes in one line";
 
-/// `$PhysicalNames`, text in binary files, too.
+/// Reads `$PhysicalNames`, which is text in binary files, too.
 fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
     let count = scanner.text_size("the number of names")?;
     scanner.end_line();
@@ -239,7 +238,7 @@ fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<()
     Ok(())
 }
 
-/// Dimension, number and name of a physical group.
+/// Parses dimension, number and name of a physical group.
 fn physical_name(line: &str) -> Option<(usize, i32, &str)> {
     let (dimension, rest) = line.split_once(char::is_whitespace)?;
     let (tag, quoted) = rest.trim_start().split_once(char::is_whitespace)?;

@@ -12,7 +12,7 @@ const NODE_LINE: &str = "a line holds the number of a node and its three coordin
 const ELEMENT_LINE: &str = "a line holds the number of an element, its type, the number of its \
      tags, these, and as many nodes as the type has";
 
-/// `$Nodes`.
+/// Reads `$Nodes`.
 pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
     let announced = count(scanner, "the number of nodes")?;
     let count = scanner.afford(announced, 4, 28, "nodes")?;
@@ -29,7 +29,7 @@ pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<
     collector.set_nodes(scanner, numbers, points)
 }
 
-/// `$Elements`. An element in several physical groups is listed once for each.
+/// Reads `$Elements`. An element in several physical groups is listed once for each.
 pub(super) fn elements(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
     let announced = count(scanner, "the number of elements")?;
     let total = scanner.afford(announced, 4, 8, "elements")?;
@@ -48,14 +48,14 @@ pub(super) fn elements(scanner: &mut Scanner, collector: &mut Collector) -> Resu
     Ok(())
 }
 
-/// The count that a section begins with, text in binary files, too.
+/// Reads the count at the start of a section, which is text in binary files, too.
 fn count(scanner: &mut Scanner, what: &str) -> Result<u64, MeshError> {
     let count = scanner.line(COUNTS_LINE, |scanner| scanner.text_size(what))?;
     scanner.end_line();
     Ok(count)
 }
 
-/// One line: number, type, tags, nodes.
+/// Reads one line: number, type, tags, nodes.
 fn text_element(scanner: &mut Scanner, collector: &mut Collector) -> Result<usize, MeshError> {
     let tag = positive(scanner, "an element number")?;
     let number = scanner.int("an element type")?;
@@ -64,7 +64,7 @@ fn text_element(scanner: &mut Scanner, collector: &mut Collector) -> Result<usiz
     Ok(1)
 }
 
-/// A head with type, count and number of tags, then as many elements.
+/// Reads a header with type, count and number of tags, then that many elements.
 fn binary_elements(
     scanner: &mut Scanner,
     collector: &mut Collector,
@@ -90,7 +90,7 @@ fn binary_elements(
     Ok(count)
 }
 
-/// Tags and nodes of an element; the first tag is its physical group.
+/// Reads tags and nodes of an element; the first tag is its physical group.
 fn element(
     scanner: &mut Scanner,
     collector: &mut Collector,
@@ -114,7 +114,7 @@ fn node_number(scanner: &mut Scanner) -> Result<u64, MeshError> {
     positive(scanner, "a node number")
 }
 
-/// A 32-bit integer that must not be negative.
+/// Reads a 32-bit integer that must not be negative.
 fn positive(scanner: &mut Scanner, what: &str) -> Result<u64, MeshError> {
     let value = scanner.int(what)?;
     let refuse = |_| scanner.fault(format!("expected {what}, found {value}"), DAMAGED);

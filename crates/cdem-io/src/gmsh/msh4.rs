@@ -18,7 +18,7 @@ const ELEMENT_LINE: &str =
 const UNKNOWN_ENTITY: &str = "entities tell which physical groups elements lie in: list this one \
      in $Entities, or write the file again with Gmsh";
 
-/// `$Entities`: which entities lie in which physical groups.
+/// Reads `$Entities`: the physical groups of each entity.
 pub(super) fn entities(
     scanner: &mut Scanner,
     collector: &mut Collector,
@@ -41,7 +41,7 @@ pub(super) fn entities(
     Ok(())
 }
 
-/// `$PartitionedEntities`: the same for the pieces of a partitioned mesh.
+/// Reads `$PartitionedEntities`: the physical groups of the pieces of a partitioned mesh.
 pub(super) fn partitioned_entities(
     scanner: &mut Scanner,
     collector: &mut Collector,
@@ -73,13 +73,13 @@ fn entity_counts(scanner: &mut Scanner) -> Result<[usize; 4], MeshError> {
         .zip(["points", "curves", "surfaces", "volumes"])
     {
         let announced = scanner.size("a number of entities")?;
-        // At least a number, a place and no group.
+        // The smallest entity: a number, coordinates and no group.
         *count = scanner.afford(announced, 5, 36, things)?;
     }
     Ok(counts)
 }
 
-/// Place, physical groups and boundary of an entity.
+/// Reads coordinates, physical groups and boundary of an entity.
 fn rest_of_entity(
     scanner: &mut Scanner,
     collector: &mut Collector,
@@ -105,7 +105,7 @@ fn tags(scanner: &mut Scanner, things: &str) -> Result<Vec<i32>, MeshError> {
     (0..count).map(|_| scanner.int(things)).collect()
 }
 
-/// `$Nodes`.
+/// Reads `$Nodes`.
 pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
     let (blocks, total) = scanner.line(COUNTS_LINE, |scanner| {
         let blocks = scanner.size("the number of blocks of nodes")?;
@@ -145,7 +145,7 @@ pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<
     collector.set_nodes(scanner, numbers, points)
 }
 
-/// `$Elements`.
+/// Reads `$Elements`.
 pub(super) fn elements(
     scanner: &mut Scanner,
     collector: &mut Collector,
@@ -208,7 +208,7 @@ fn entity_dimension(scanner: &mut Scanner) -> Result<i32, MeshError> {
     Err(scanner.fault(problem, DAMAGED))
 }
 
-/// Refuses a block that holds more than is left of the section's sum.
+/// Refuses a block with more items than the section's total leaves.
 fn refuse_more(
     scanner: &Scanner,
     count: usize,

@@ -1,25 +1,25 @@
-//! Numbers and section marks of a mesh file, and where they stand.
+//! Scanner for numbers and section marks of a mesh file, with their positions.
 
 use cdem::mesh::MeshError;
 
-/// What editors put before text that is UTF-8.
+/// Byte order mark that editors write before UTF-8 text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// Help for files whose content does not fit its own counts.
+/// Help for files whose content does not fit their own counts.
 pub(super) const DAMAGED: &str = "the file is cut off or damaged: write it again with Gmsh";
 
-/// Help for numbers that only make sense with their bytes turned round.
+/// Help for numbers that make sense only with their bytes in reverse order.
 pub(super) const SWAPPED: &str = "in the other byte order it would fit: the mark of the byte order \
      in $MeshFormat is wrong; write the file again with Gmsh";
 
-/// Help for counts that do not fit each other, or what they count.
+/// Help for counts that contradict each other or the content.
 pub(super) const COUNTS: &str = "mend the counts of the section, or write the file again with Gmsh";
 
-/// Help for counts that do not stand as the version asks for.
+/// Help for counts that are not laid out as the version requires.
 pub(super) const COUNTS_LINE: &str = "in version 2.2 one count stands here, in 4.1 four numbers: \
      is the version in $MeshFormat right?";
 
-/// How the numbers of a file are written.
+/// Encoding of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Text,
@@ -27,19 +27,19 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// A mesh file and the place that has been read up to.
+/// A mesh file and the current position in it.
 pub(super) struct Scanner<'a> {
-    /// What messages call the file.
+    /// Name of the file in messages.
     origin: &'a str,
     bytes: &'a [u8],
     at: usize,
-    /// Where what was read last begins: messages are about that.
+    /// Start of the last item read, to which messages refer.
     last: usize,
     /// Name of the section being read, without `$`.
     section: &'a str,
-    /// Where the section that was opened last begins.
+    /// Start of the section opened last.
     head: Option<usize>,
-    /// Help for the line that must hold all that is read now, if one must.
+    /// Help for the line on which everything read now must be; `None` if there is no such line.
     line: Option<&'static str>,
     pub(super) encoding: Encoding,
 }
@@ -63,17 +63,17 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// The whole file.
+    /// Returns the whole file.
     pub(super) fn file(&self) -> &'a [u8] {
         self.bytes
     }
 
-    /// An error at what was read last.
+    /// Creates an error at the last item read.
     pub(super) fn fault(&self, problem: impl Into<String>, help: impl Into<String>) -> MeshError {
         self.fault_at(self.last, problem.into(), help.into())
     }
 
-    /// An error of the whole section, at its beginning.
+    /// Creates an error of the whole section, at its start.
     pub(super) fn section_fault(&self, problem: String, help: &str) -> MeshError {
         self.fault_at(self.head.unwrap_or(self.last), problem, help.to_owned())
     }
@@ -119,7 +119,7 @@ impl<'a> Scanner<'a> {
         Ok(Some(name))
     }
 
-    /// Closes the section that is open.
+    /// Closes the open section.
     pub(super) fn close(&mut self) -> Result<(), MeshError> {
         self.skip_blanks();
         self.last = self.at;
@@ -139,7 +139,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Skips the section that is open.
+    /// Skips the open section.
     pub(super) fn skip(&mut self) -> Result<(), MeshError> {
         let end = format!("$End{}", self.section);
         match memchr::memmem::find(&self.bytes[self.at..], end.as_bytes()) {
@@ -149,16 +149,15 @@ impl<'a> Scanner<'a> {
         self.close()
     }
 
-    /// Whether the bytes of the number one come next, as in the head of binary files.
+    /// True if the bytes of the number one come next, as in the header of binary files.
     pub(super) fn has_mark_of_byte_order(&self) -> bool {
         let rest = &self.bytes[self.at..];
         let rest = rest.trim_ascii_start();
         rest.starts_with(&[1, 0, 0, 0]) || rest.starts_with(&[0, 0, 0, 1])
     }
 
-    /// Refuses a count of things that cannot fit into the rest of the file,
-    /// before memory is asked for. Each takes `numbers` numbers and, in binary
-    /// files, `bytes` bytes.
+    /// Refuses a count of items that cannot fit into the rest of the file, before memory is
+    /// reserved. Each item takes `numbers` numbers and, in binary files, `bytes` bytes.
     pub(super) fn afford(
         &self,
         count: u64,
@@ -191,7 +190,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A 32-bit integer; `what` says what it stands for.
+    /// Reads a 32-bit integer; `what` is its name in messages.
     pub(super) fn int(&mut self, what: &str) -> Result<i32, MeshError> {
         match self.encoding {
             Encoding::Text => self.text(what, parse_integer),
@@ -200,7 +199,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// An unsigned 64-bit integer.
+    /// Reads an unsigned 64-bit integer.
     pub(super) fn size(&mut self, what: &str) -> Result<u64, MeshError> {
         match self.encoding {
             Encoding::Text => self.text(what, parse_integer),
@@ -209,7 +208,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A real number, which may be infinite or none.
+    /// Reads a real number, which may be infinite or NaN.
     pub(super) fn real(&mut self, what: &str) -> Result<f64, MeshError> {
         match self.encoding {
             Encoding::Text => {
@@ -220,7 +219,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Three finite coordinates of a node.
+    /// Reads three finite coordinates of a node.
     pub(super) fn place(&mut self, node: u64) -> Result<[f64; 3], MeshError> {
         let place = [
             self.real("x of a node")?,
@@ -234,12 +233,12 @@ impl<'a> Scanner<'a> {
         Err(self.fault(problem, "check the geometry and mesh it again"))
     }
 
-    /// An unsigned integer that is text even in binary files.
+    /// Reads an unsigned integer that is text even in binary files.
     pub(super) fn text_size(&mut self, what: &str) -> Result<u64, MeshError> {
         self.text(what, parse_integer)
     }
 
-    /// A word of text, as the format's version.
+    /// Reads a word of text, such as the format's version.
     pub(super) fn word(&mut self, what: &str) -> Result<String, MeshError> {
         self.text(what, |token| {
             let word = std::str::from_utf8(token).ok()?;
@@ -247,7 +246,7 @@ impl<'a> Scanner<'a> {
         })
     }
 
-    /// The next line that is not empty, without blanks around it.
+    /// Returns the next line that is not empty, without blanks around it.
     pub(super) fn next_line(&mut self) -> String {
         self.skip_blanks();
         self.last = self.at;
@@ -256,7 +255,7 @@ impl<'a> Scanner<'a> {
         line
     }
 
-    /// Goes to the next line.
+    /// Moves to the next line.
     pub(super) fn end_line(&mut self) {
         self.at = (self.at + self.peek_line().len() + 1).min(self.bytes.len());
     }
@@ -274,8 +273,8 @@ impl<'a> Scanner<'a> {
             .count();
     }
 
-    /// Reads what stands in one line of a text file, and nothing else with it; `help` is for
-    /// lines that are too short or too long. A binary file has no lines.
+    /// Reads exactly one line of a text file; `help` is for lines that are too short or too long. A
+    /// binary file has no lines, so this only reads.
     pub(super) fn line<T>(
         &mut self,
         help: &'static str,
@@ -343,13 +342,13 @@ impl<'a> Scanner<'a> {
     }
 }
 
-/// A decimal integer that fits into `T`.
+/// Parses a decimal integer that fits into `T`.
 fn parse_integer<T: TryFrom<i128>>(token: &[u8]) -> Option<T> {
     let (negative, digits) = match token.split_first()? {
         (b'-', digits) => (true, digits),
         _ => (false, token),
     };
-    // Twenty digits hold every 64-bit number and overflow no i128.
+    // Twenty digits hold every 64-bit number and do not overflow an i128.
     if digits.is_empty() || digits.len() > 20 || !digits.iter().all(u8::is_ascii_digit) {
         return None;
     }
@@ -359,7 +358,7 @@ fn parse_integer<T: TryFrom<i128>>(token: &[u8]) -> Option<T> {
     T::try_from(if negative { -value } else { value }).ok()
 }
 
-/// What to try where a number was expected and `token` was found.
+/// Returns advice for a `token` found in place of a number.
 fn advice(token: &[u8]) -> &'static str {
     let word = String::from_utf8_lossy(token).to_lowercase();
     let is_number_with = |mark: char, instead: &str| {
@@ -378,7 +377,7 @@ fn advice(token: &[u8]) -> &'static str {
     }
 }
 
-/// The beginning of what was found, for messages.
+/// Returns the beginning of the bytes found, for messages.
 pub(super) fn excerpt(found: &[u8]) -> String {
     const SHOWN: usize = 24;
     let found = found.trim_ascii();

@@ -1,7 +1,7 @@
-//! One page on a run, complete in itself: what was run, how it went, pictures, motion.
+//! Report of a run, one self-contained page: scene, summary, frames, charts.
 //!
-//! Numbers are read from the results, put into the page as JSON, and drawn by its scripts; the
-//! page needs nothing else, from nowhere.
+//! Numbers are read from the results, put into the page as JSON, and drawn by the page's scripts.
+//! The page loads nothing else.
 
 mod motion;
 mod pack;
@@ -30,13 +30,13 @@ const SCRIPT: &str = concat!(
     include_str!("page.js"),
 );
 
-/// What the page is told.
+/// Data of the page.
 #[derive(Serialize)]
 struct Report {
     title: String,
     version: &'static str,
     dimension: usize,
-    /// As in `summary.json`; of a run that was killed, nothing.
+    /// Contents of `summary.json`; `None` if the run was killed.
     summary: Option<Value>,
     /// The text of the scene.
     scene: String,
@@ -55,10 +55,10 @@ struct Block {
     mass: f64,
 }
 
-/// Writes `report.html` to a folder of results; returns its path.
+/// Writes `report.html` to a results folder; returns its path.
 ///
 /// # Errors
-/// If the folder holds no run, if something in it cannot be read, or if the disk refuses.
+/// If the folder has no run, if a file in it cannot be read, or if the page cannot be written.
 pub fn write(folder: &Path) -> Result<PathBuf, ResultsError> {
     let report = Report::read(folder)?;
     let path = folder.join(REPORT);
@@ -99,7 +99,7 @@ impl Report {
 
     fn page(&self) -> String {
         let data = serde_json::to_string(self).expect("memory takes all that has a form");
-        // Nothing in it may end the element that it is in.
+        // The data must not close the element that contains it.
         let data = data.replace('<', "\\u003c");
         let title = if self.title.is_empty() {
             "A run of cdem"
@@ -125,10 +125,10 @@ impl Report {
     }
 }
 
-/// Blocks as the results list them, with what the scene says of each.
+/// Returns the blocks in the order of the results, with their data from the scene.
 fn listed(scene: &Scene, rows: &Blocks) -> Vec<Block> {
     let block = |(name, mass): &(String, f64)| {
-        // Parts of a block that is split are called i.1, i.2, …
+        // Parts of a split block are called i.1, i.2, …
         let is_of = |whole: &str| {
             let part = name.strip_prefix(whole);
             part.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))

@@ -1,4 +1,4 @@
-//! The frames of a run, small enough to go into a page.
+//! The frames of a run, small enough for a page.
 
 use std::path::{Path, PathBuf};
 
@@ -8,10 +8,10 @@ use super::pack::pack;
 use super::surface::Surface;
 use crate::results::{ResultsError, SavedFrame, read_frame};
 
-/// Bytes of all frames together, before they are compressed, from which on some are left out.
+/// Largest size of all frames together before compression, bytes; beyond it, frames are left out.
 const ROOM: usize = 64 << 20;
 
-/// All frames, as the page draws them.
+/// The frames that the page draws.
 #[derive(Serialize)]
 pub(super) struct Motion {
     /// Box around all points, m.
@@ -19,15 +19,15 @@ pub(super) struct Motion {
     high: [f64; 3],
     topologies: Vec<Topology>,
     frames: Vec<PackedFrame>,
-    /// What the largest value of a byte stands for, m/s and Pa.
+    /// Values that the largest byte stands for, m/s and Pa.
     speed_scale: Option<f64>,
     stress_scale: Option<f64>,
-    /// The frame of the first impact.
+    /// Number of the frame of the first impact.
     pub(super) impact: Option<usize>,
     left_out: usize,
 }
 
-/// Triangles and edges that several frames have.
+/// Triangles and edges, shared by several frames.
 #[derive(Serialize)]
 struct Topology {
     triangles: String,
@@ -45,18 +45,19 @@ struct PackedFrame {
     stress: Option<String>,
 }
 
-/// What is to be seen of one frame.
+/// The visible part of one frame.
 struct Seen {
     time: f64,
     topology: usize,
     points: Vec<[f32; 3]>,
-    /// Of each point, m/s, and each triangle, Pa.
+    /// Values of the points, m/s, and of the triangles, Pa.
     speed: Option<Vec<f32>>,
     stress: Option<Vec<f32>>,
 }
 
 impl Motion {
-    /// Of frames at times, s, in files; the first impact is at a time, if there is one.
+    /// Reads the frames in files, each with its time, s; `impact` is the time of the first impact,
+    /// if there is one.
     ///
     /// # Errors
     /// If a frame cannot be read.
@@ -87,14 +88,14 @@ fn read(path: &Path) -> Result<SavedFrame, ResultsError> {
     })
 }
 
-/// Bytes that a frame takes, about.
+/// Returns the approximate size of a frame, bytes.
 fn size(frame: &SavedFrame) -> usize {
     let surface = Surface::of(frame);
     7 * surface.points.len() + surface.triangles.len()
 }
 
-/// Which of `count` frames there is room for: evenly spaced, the first, the last and that of
-/// the impact among them.
+/// Returns the numbers of the frames for which there is room: evenly spaced, with the first, the
+/// last and that of the impact.
 fn choose(count: usize, size: usize, impact: Option<usize>) -> Vec<usize> {
     let apart = (count * size).div_ceil(ROOM).max(1);
     let mut chosen: Vec<usize> = (0..count).step_by(apart).collect();
@@ -105,12 +106,12 @@ fn choose(count: usize, size: usize, impact: Option<usize>) -> Vec<usize> {
     chosen
 }
 
-/// Frames as they are read.
+/// Frames read so far.
 #[derive(Default)]
 struct Seeing {
     topologies: Vec<Topology>,
     frames: Vec<Seen>,
-    /// Cells and their blocks in the last frame, and its surface.
+    /// Cells and blocks of the last frame, and its surface.
     cells: SavedFrame,
     surface: Surface,
 }
@@ -184,7 +185,7 @@ impl Seeing {
     }
 
     fn packed(self, impact: Option<usize>, left_out: usize) -> Motion {
-        // The last frame of a run that has come apart may hold what is no number.
+        // The last frame of an unstable run may have values that are not finite.
         let all = self.frames.iter().flat_map(|frame| &frame.points);
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
         for point in all {
@@ -221,7 +222,7 @@ impl Seeing {
     }
 }
 
-/// Points as shares of a box.
+/// Returns points as fractions of a box.
 fn quantised(points: &[[f32; 3]], low: [f32; 3], high: [f32; 3]) -> Vec<[u16; 3]> {
     let share = |point: &[f32; 3]| {
         std::array::from_fn(|c| {
@@ -237,7 +238,7 @@ fn quantised(points: &[[f32; 3]], low: [f32; 3], high: [f32; 3]) -> Vec<[u16; 3]
     points.iter().map(share).collect()
 }
 
-/// Values as shares of the largest.
+/// Returns values as fractions of the largest, packed.
 fn shares((values, most): (&Vec<f32>, f32)) -> String {
     let share = |&value: &f32| {
         let share = if most > 0.0 { value / most } else { 0.0 };

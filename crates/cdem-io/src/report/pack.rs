@@ -1,4 +1,4 @@
-//! Arrays as text: their bytes, lowest first, compressed, in base64.
+//! Arrays as text: little-endian bytes, compressed, in base64.
 
 use std::io::Write as _;
 
@@ -8,7 +8,7 @@ use bytemuck::NoUninit;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
-/// Numbers for the page to decode.
+/// Packs numbers for the page to decode.
 pub(super) fn pack<T: NoUninit>(numbers: &[T]) -> String {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
     let packed = encoder

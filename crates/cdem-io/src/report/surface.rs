@@ -1,4 +1,4 @@
-//! What is to be seen of a frame: faces in the plane, outer faces in space.
+//! Visible surface of a frame: all cells in 2-D, outer faces in 3-D.
 
 use std::collections::HashMap;
 
@@ -6,19 +6,19 @@ use cdem::mesh::ElementKind;
 
 use crate::results::SavedFrame;
 
-/// Triangles and edges of what is to be seen, over points numbered anew.
+/// Triangles and edges of the visible surface, with their own numbers of points.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Surface {
-    /// Points of the frame that it has.
+    /// Points of the frame that the surface uses.
     pub(super) points: Vec<u32>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) edges: Vec<[u32; 2]>,
-    /// The cell that each triangle is of.
+    /// Cell of each triangle.
     pub(super) cells: Vec<u32>,
 }
 
 impl Surface {
-    /// Of a frame. In space each triangle is counter-clockwise seen from outside.
+    /// Returns the surface of a frame. In 3-D each triangle is counter-clockwise seen from outside.
     pub(super) fn of(frame: &SavedFrame) -> Self {
         let mut making = Making {
             surface: Self::default(),
@@ -42,10 +42,10 @@ impl Surface {
     }
 }
 
-/// A surface in the making.
+/// A surface under construction.
 struct Making {
     surface: Surface,
-    /// Number of each point of the frame in it.
+    /// Number of each point of the frame in the surface.
     known: Vec<u32>,
 }
 
@@ -60,8 +60,8 @@ impl Making {
     }
 }
 
-/// The polygons that are to be seen, with their cells: the cells themselves in the plane, faces
-/// of one cell alone in space.
+/// Returns the visible polygons with their cells: in 2-D the cells themselves, in 3-D the faces
+/// that belong to one cell only.
 fn visible(frame: &SavedFrame) -> Vec<(u32, Vec<u32>)> {
     let mut faces = Vec::new();
     let mut of_face: HashMap<Vec<u32>, u32> = HashMap::new();
@@ -121,7 +121,7 @@ mod tests {
         let surface = Surface::of(&frame(&[ElementKind::Hex8; 2], &nodes, 13));
         assert_eq!(surface.triangles.len(), 2 * 10);
         assert_eq!(surface.points.len(), 12, "the last point is of no cell");
-        // Euler: the faces are quadrilaterals, each of two triangles.
+        // Euler's formula; each face is a quadrilateral of two triangles.
         let faces = surface.triangles.len() / 2;
         assert_eq!(surface.points.len() + faces, surface.edges.len() + 2);
     }

@@ -1,4 +1,4 @@
-//! The tables of a run, small enough to go into a page.
+//! The tables of a run, small enough for a page.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,16 +7,16 @@ use serde::Serialize;
 
 use crate::results::ResultsError;
 
-/// Rows of a chart, at most: about one a pixel.
+/// Largest number of rows in a chart: about one per pixel.
 const ROWS: usize = 2000;
 
-/// Blocks whose motion is shown, at most: those of the most kinetic energy.
+/// Largest number of blocks whose motion is shown: those with the most kinetic energy.
 const BLOCKS: usize = 8;
 
-/// Contacts that are listed, at most: those of the largest forces.
+/// Largest number of contacts in the list: those with the largest forces.
 const CONTACTS: usize = 50;
 
-/// Spans of time in which contacts that begin are counted.
+/// Number of time intervals in which new contacts are counted.
 const BINS: usize = 100;
 
 /// A table, column by column.
@@ -27,12 +27,12 @@ pub(super) type Columns = BTreeMap<String, Vec<f32>>;
 pub(super) struct Blocks {
     time: Vec<f32>,
     blocks: Vec<Motion>,
-    /// Names and masses, kg, of all that have rows, in their order.
+    /// Names and masses, kg, of all blocks with rows, in their order.
     #[serde(skip)]
     pub(super) all: Vec<(String, f64)>,
 }
 
-/// How one block moves, m/s, and is pushed, N.
+/// Speed, m/s, and force, N, of one block.
 #[derive(Serialize)]
 struct Motion {
     name: String,
@@ -46,12 +46,12 @@ pub(super) struct Contacts {
     count: usize,
     begun: Begun,
     largest: Vec<Contact>,
-    /// When the first began after t = 0, s.
+    /// Time of the first contact after t = 0, s.
     #[serde(skip)]
     pub(super) first: Option<f64>,
 }
 
-/// How many contacts began about some times, s.
+/// Numbers of contacts that began around given times, s.
 #[derive(Default, Serialize)]
 struct Begun {
     time: Vec<f32>,
@@ -74,7 +74,7 @@ struct Contact {
 /// Reads a table of numbers.
 ///
 /// # Errors
-/// If there is none, or it is none.
+/// If the file is missing or is not a table.
 pub(super) fn history(path: &Path) -> Result<Columns, ResultsError> {
     let mut columns = Columns::new();
     let (head, rows) = records(path)?;
@@ -91,10 +91,10 @@ pub(super) fn history(path: &Path) -> Result<Columns, ResultsError> {
     Ok(columns)
 }
 
-/// Reads how blocks move.
+/// Reads the motion of the blocks.
 ///
 /// # Errors
-/// If there is no such table, or it is none.
+/// If the file is missing or is not a table.
 pub(super) fn blocks(path: &Path) -> Result<Blocks, ResultsError> {
     let mut found = Blocks::default();
     let mut energy: BTreeMap<String, f64> = BTreeMap::new();
@@ -135,7 +135,7 @@ pub(super) fn blocks(path: &Path) -> Result<Blocks, ResultsError> {
     Ok(found)
 }
 
-/// What matters of a row of `blocks.csv`.
+/// The columns of `blocks.csv` that are used.
 struct BlockRow<'a> {
     time: f64,
     name: &'a str,
@@ -161,10 +161,10 @@ fn each_block(path: &Path, mut look: impl FnMut(BlockRow)) -> Result<(), Results
     Ok(())
 }
 
-/// Reads the contacts of a run that ended at a time, s.
+/// Reads the contacts of a run that ended at `end`, s.
 ///
 /// # Errors
-/// If there is no such table, or it is none.
+/// If the file is missing or is not a table.
 pub(super) fn contacts(path: &Path, end: f64) -> Result<Contacts, ResultsError> {
     let mut found = Contacts::default();
     let width = if end > 0.0 { end / BINS as f64 } else { 1.0 };
@@ -213,7 +213,7 @@ fn keep_largest(contacts: &mut Vec<Contact>) {
 
 type Rows = csv::StringRecordsIntoIter<std::fs::File>;
 
-/// Names of columns, and rows.
+/// Returns the names of the columns, and the rows.
 fn records(path: &Path) -> Result<(csv::StringRecord, Rows), ResultsError> {
     let read = |error: csv::Error| ResultsError::read(path, error.into());
     let mut reader = csv::Reader::from_path(path).map_err(read)?;
@@ -221,7 +221,7 @@ fn records(path: &Path) -> Result<(csv::StringRecord, Rows), ResultsError> {
     Ok((head, reader.into_records()))
 }
 
-/// Leaves so many rows, evenly spaced, the last one among them.
+/// Keeps about [`ROWS`] rows, evenly spaced, and the last one.
 fn thin(column: &mut Vec<f32>) {
     let apart = column.len().div_ceil(ROWS).max(1);
     let last = column.len().saturating_sub(1);

@@ -1,4 +1,4 @@
-//! What is written beside the steps: one piece after the other, in the order in which they come.
+//! Writes in the background while the run steps: one job after the other, in order.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -6,28 +6,29 @@ use std::thread::{Builder, JoinHandle};
 
 use super::error::ResultsError;
 
-/// Pieces that may wait while another is written: each holds a frame, or a checkpoint.
+/// Number of jobs that may wait while another is written; each one holds a frame or a checkpoint in
+/// memory.
 const WAITING: usize = 1;
 
 type Piece = Box<dyn FnOnce() -> Result<(), ResultsError> + Send>;
 
-/// A thread that writes, and what has stopped it.
+/// A thread that writes, and the error that stopped it.
 #[derive(Default)]
 pub(super) struct Background {
     worker: Option<(SyncSender<Piece>, JoinHandle<()>)>,
     failure: Failure,
 }
 
-/// What has gone wrong, and has not been told yet.
+/// An error that has not been reported yet.
 #[derive(Clone, Default)]
 struct Failure(Arc<Mutex<Option<ResultsError>>>);
 
 impl Background {
-    /// Has a piece written; waits where too many are waiting. After one that could not be,
-    /// none is until [`Self::wait`]: lists name only what is there.
+    /// Queues a job; waits if the queue is full. After a failed job none is written until
+    /// [`Self::wait`], so lists name only files that exist.
     ///
     /// # Errors
-    /// If an earlier one could not be written.
+    /// If an earlier job failed.
     pub(super) fn begin(
         &mut self,
         piece: impl FnOnce() -> Result<(), ResultsError> + Send + 'static,
@@ -37,26 +38,26 @@ impl Background {
             self.worker = start(self.failure.clone());
         }
         let Some((pieces, _)) = &self.worker else {
-            // There are no more threads to be had.
+            // No thread could be started.
             return piece();
         };
-        // A worker that has ended has panicked, which is told by whoever waits for it.
+        // If the worker has panicked, `wait` reports it.
         let _ = pieces.send(Box::new(piece));
         Ok(())
     }
 
-    /// Tells what has gone wrong since it was last asked.
+    /// Reports an error that occurred since the last report.
     ///
     /// # Errors
-    /// If a piece could not be written.
+    /// If a job failed.
     pub(super) fn look(&self) -> Result<(), ResultsError> {
         self.failure.tell()
     }
 
-    /// Waits until all is written.
+    /// Waits until all jobs are written.
     ///
     /// # Errors
-    /// If some of it could not be.
+    /// If a job failed.
     pub(super) fn wait(&mut self) -> Result<(), ResultsError> {
         if let Some((pieces, worker)) = self.worker.take() {
             drop(pieces);
@@ -67,8 +68,8 @@ impl Background {
     }
 }
 
-/// A thread that writes, if there is one to be had. It compresses on threads of its own, half as
-/// many as the steps have: those may all wait for it.
+/// Starts a writing thread, if possible. It compresses on its own threads, half as many as the
+/// steps have, because the threads of the steps may all wait for it.
 fn start(failure: Failure) -> Option<(SyncSender<Piece>, JoinHandle<()>)> {
     let threads = rayon::current_num_threads().div_ceil(2);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -79,12 +80,12 @@ fn start(failure: Failure) -> Option<(SyncSender<Piece>, JoinHandle<()>)> {
     Some((pieces, worker))
 }
 
-/// Writes pieces as they come; none after one that could not be.
+/// Writes jobs as they come; none after a failed one.
 fn write(pieces: &Receiver<Piece>, failure: &Failure) {
     let failed = pieces.iter().find_map(|piece| piece().err());
     if let Some(error) = failed {
         failure.keep(error);
-        // Those that count on it are not to be written: a checkpoint on its frames.
+        // Later jobs depend on the failed one, as a checkpoint on its frames, so they are dropped.
         pieces.iter().for_each(drop);
     }
 }

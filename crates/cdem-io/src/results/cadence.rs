@@ -1,26 +1,26 @@
-//! When rows and frames are due.
+//! Clock of rows and frames.
 
 use cdem::scene::Cadence;
 use serde::{Deserialize, Serialize};
 
-/// Tells at which steps an output is due: the first one at or after each
-/// nominal time, which are the multiples of an interval.
+/// Decides at which steps an output is due: the first one at or after each nominal time. Nominal
+/// times are the multiples of an interval.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Clock {
     /// Time between two nominal times, s; `None`: never due.
     interval: Option<f64>,
-    /// Number of the last nominal time that has passed.
+    /// Number of the last nominal time reached.
     passed: Option<f64>,
     /// Time of the last output, s.
     written: Option<f64>,
 }
 
-/// Share of an interval by which a step may miss a nominal time and still
-/// count as at it: more than the round-off of 1e6 intervals, less than a step.
+/// Fraction of an interval by which a step may miss a nominal time and still count as at it: more
+/// than the round-off of 1e6 intervals, less than a step.
 const ROUND_OFF: f64 = 1e-9;
 
 impl Clock {
-    /// A clock for a run that ends at `end`, s. `Count(0)` is never due.
+    /// Creates the clock of a run that ends at `end`, s. `Count(0)` is never due.
     pub(super) fn new(cadence: Cadence, end: f64) -> Self {
         let interval = match cadence {
             Cadence::Count(0) => None,
@@ -34,7 +34,7 @@ impl Clock {
         }
     }
 
-    /// Whether an output is due at the step that ends at `time`; asked once a step.
+    /// True if an output is due at the step that ends at `time`; to be called once a step.
     pub(super) fn due(&mut self, time: f64) -> bool {
         let number = self.next(time);
         if number.is_some() {
@@ -44,12 +44,12 @@ impl Clock {
         number.is_some()
     }
 
-    /// Whether an output would be due.
+    /// True if an output would be due; changes nothing.
     pub(super) fn is_due(&self, time: f64) -> bool {
         self.next(time).is_some()
     }
 
-    /// Number of the nominal time that a step to `time` is the first to reach.
+    /// Returns the number of the nominal time that a step to `time` is the first to reach.
     fn next(&self, time: f64) -> Option<f64> {
         let number = (time / self.interval? + ROUND_OFF).floor();
         self.passed
@@ -57,7 +57,7 @@ impl Clock {
             .then_some(number)
     }
 
-    /// Whether the run that ends at `time` still needs its last output.
+    /// True if the run that ends at `time` still needs its last output.
     pub(super) fn due_at_end(&mut self, time: f64) -> bool {
         self.interval.is_some() && self.written.replace(time) != Some(time)
     }

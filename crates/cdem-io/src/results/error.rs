@@ -1,4 +1,4 @@
-//! What can go wrong with a results folder.
+//! Errors of a results folder.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,25 +6,25 @@ use std::path::{Path, PathBuf};
 use cdem::ResumeError;
 use thiserror::Error;
 
-/// A results folder that cannot be used, or a disk that refuses.
+/// A results folder that cannot be used, or a failed read or write.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ResultsError {
-    /// The path exists and is no folder.
+    /// The path exists and is not a folder.
     #[error("the results folder {} is a file", path.display())]
     NotFolder {
         /// The path asked for.
         path: PathBuf,
     },
-    /// The folder holds an earlier run.
+    /// The folder has an earlier run.
     #[error("the results folder {} holds an earlier run", path.display())]
     EarlierRun {
         /// The folder asked for.
         path: PathBuf,
-        /// Whether it has checkpoints: the run was interrupted, or has stopped itself.
+        /// True if it has checkpoints: the run was interrupted, or has stopped itself.
         has_checkpoints: bool,
     },
-    /// The folder holds something that no run wrote.
+    /// The folder has an entry that no run wrote.
     #[error("the results folder {} is not empty: {} is not of a run", path.display(), entry.display())]
     Foreign {
         /// The folder asked for.
@@ -32,45 +32,45 @@ pub enum ResultsError {
         /// The first such entry by name, relative to the folder.
         entry: PathBuf,
     },
-    /// The scene to run lies in the folder that a run would replace.
+    /// The scene to run is in the folder that the run would replace.
     #[error("the results folder {} holds the scene itself", path.display())]
     HoldsScene {
         /// The folder asked for.
         path: PathBuf,
     },
-    /// A run is writing to the folder now.
+    /// Another run is writing to the folder now.
     #[error("another run is writing to the results folder {}", path.display())]
     Busy {
         /// The folder asked for.
         path: PathBuf,
     },
-    /// The folder holds no run to go on with.
+    /// The folder has no run.
     #[error("{} is not a folder of results", path.display())]
     NoRun {
         /// The folder asked for.
         path: PathBuf,
     },
-    /// Its run has left no checkpoint.
+    /// The run has no checkpoint.
     #[error("the run in {} has no checkpoint to go on from", path.display())]
     NoCheckpoint {
         /// The folder asked for.
         path: PathBuf,
     },
-    /// No checkpoint can be used.
+    /// No checkpoint is usable.
     #[error("the checkpoint {} {why}", path.display())]
     Checkpoint {
         /// Its file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// The run had stopped itself at its last checkpoint.
     #[error("the run stopped itself, and cannot go on: {reason}")]
     Stopped {
-        /// Why it had.
+        /// Reason for which it stopped.
         reason: String,
     },
-    /// The state in the last checkpoint does not fit the scene or the program.
+    /// The state of the last checkpoint does not fit the scene or the program.
     #[error("the last checkpoint cannot be used: {0}")]
     Unusable(#[from] ResumeError),
     /// A frame could not be read.
@@ -78,16 +78,16 @@ pub enum ResultsError {
     Frame {
         /// Its file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// The scene of the results could not be read.
     #[error("{why}")]
     Scene {
-        /// What is wrong with it, shown in its text.
+        /// The error, shown in the text of the scene.
         why: String,
     },
-    /// The folder is gone.
+    /// The folder no longer exists.
     #[error("the results folder {} is no longer there", path.display())]
     Gone {
         /// The folder.
@@ -98,7 +98,7 @@ pub enum ResultsError {
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         source: io::Error,
     },
     /// A file or folder could not be written.
@@ -106,30 +106,30 @@ pub enum ResultsError {
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         source: io::Error,
     },
 }
 
-/// How a user follows advice, in the words of the front end that gives it.
+/// Words of a front end for its means, used in advice to the user.
 #[derive(Clone, Copy, Debug)]
 pub struct Front {
-    /// How to name another folder, after these words, if that needs to be said.
+    /// Means to name another folder, appended to that advice; may be empty.
     pub naming: &'static str,
-    /// What has an earlier run replaced.
+    /// Means to replace an earlier run.
     pub force: &'static str,
-    /// What writes the results of a run.
+    /// Means to run a scene.
     pub run: &'static str,
-    /// What goes on from a checkpoint.
+    /// Means to continue from a checkpoint.
     pub resume: &'static str,
 }
 
-/// Why a folder could not be set up for a run.
+/// Error in the setup of a results folder.
 #[derive(Debug)]
 pub struct Unprepared {
-    /// What went wrong.
+    /// The error.
     pub error: ResultsError,
-    /// Whether anything had been written or removed before.
+    /// True if something had been written or removed before.
     pub touched: bool,
 }
 
@@ -144,7 +144,7 @@ impl ResultsError {
         Self::Write { path, source }
     }
 
-    /// What to try, by the means of a front end.
+    /// Returns advice in the words of a front end.
     #[must_use]
     pub fn help(&self, front: &Front) -> String {
         let Front {

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Writes files completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::ResultsError;
 
-/// Ending of files that are being written.
+/// Ending of unfinished files.
 pub(super) const UNFINISHED: &str = "unfinished";
 
-/// Writes `path` under another name first and renames it when complete.
+/// Writes a file under another name and renames it to `path` when complete.
 pub(super) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -31,21 +31,21 @@ fn replace(
         fs::rename(&unfinished, path)
     };
     attempt().map_err(|error| {
-        // The half-written file is of no use; that it may stay is no second error.
+        // The unfinished file is useless; if it cannot be removed, that is not a second error.
         let _ = fs::remove_file(&unfinished);
         ResultsError::write(path, error)
     })
 }
 
-/// The same, and has the disk keep it: what is there after a loss of power is the old file
-/// or the new one.
+/// Does as [`write_whole`] and syncs to disk. After a loss of power there is the old file or the
+/// new one.
 pub(super) fn write_lasting(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), ResultsError> {
     replace(path, write, |file| file.sync_all())?;
     let folder = path.parent().unwrap_or(Path::new("."));
-    // Folders are files only on some systems.
+    // Only some systems can open folders as files.
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
     Ok(())
 }

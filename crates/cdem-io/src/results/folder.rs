@@ -1,4 +1,4 @@
-//! Which folder a run may write to.
+//! Checks that a run may write to a folder.
 
 use std::fs;
 use std::io::Read as _;
@@ -9,7 +9,7 @@ use super::error::ResultsError;
 use super::file::UNFINISHED;
 use super::table::is_free;
 
-/// Names of files that are there once.
+/// Names of single files.
 pub(crate) const SCENE: &str = "scene.toml";
 pub(crate) const HISTORY: &str = "history.csv";
 pub(crate) const BLOCKS: &str = "blocks.csv";
@@ -18,7 +18,7 @@ pub(crate) const CONTACTS: &str = "contacts.csv";
 pub(crate) const SUMMARY: &str = "summary.json";
 pub(crate) const REPORT: &str = "report.html";
 
-/// Files of a run.
+/// All single files of a run.
 const FILES: [&str; 9] = [
     SUMMARY,
     REPORT,
@@ -31,21 +31,21 @@ const FILES: [&str; 9] = [
     MARK,
 ];
 
-/// Folders of numbered files, and the ending of these.
+/// Folders of numbered files, and the ending of these files.
 const SERIES: [(&str, &str); 3] = [
     ("frames", "vtu"),
     ("contacts", "vtp"),
     (checkpoint::FOLDER, checkpoint::ENDING),
 ];
 
-/// The file that marks a folder as a run's: written first and removed last, so
-/// that a folder half written or half removed is still recognised …
+/// File that marks the folder of a run. It is written first and removed last, so that a folder half
+/// written or half removed is still recognised …
 const MARK: &str = HISTORY;
 
-/// … by how it begins, whatever columns a later version adds.
+/// … by its first bytes, whatever columns a later version adds.
 const MARK_START: &[u8] = b"step,time,kinetic_energy,";
 
-/// A folder that is free for a run: absent, empty, or an earlier run to replace.
+/// A folder that is free for a run: absent, empty, or with an earlier run to replace.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -53,8 +53,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Where the results of a scene go by default: its path without ending,
-    /// with `-results`.
+    /// Returns the default results folder of a scene: its path without ending, with `-results`.
     #[must_use]
     pub fn beside(scene: &Path) -> PathBuf {
         let mut name = scene.file_stem().unwrap_or_default().to_owned();
@@ -62,11 +61,11 @@ impl Folder {
         scene.with_file_name(name)
     }
 
-    /// Checks that the run of `scene` may write to `path`; touches nothing.
+    /// Checks that the run of `scene` may write to `path`; changes nothing.
     ///
     /// # Errors
-    /// If `path` is a file, holds anything but an earlier run, holds the scene,
-    /// or holds an earlier run and `force` is false.
+    /// If `path` is a file, has anything but an earlier run, has the scene, or has an earlier run
+    /// and `force` is false.
     pub fn claim(path: &Path, scene: &Path, force: bool) -> Result<Self, ResultsError> {
         let owned = || path.to_owned();
         let mut earlier = Vec::new();
@@ -99,14 +98,14 @@ impl Folder {
         })
     }
 
-    /// The path.
+    /// Returns the path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Removes the earlier run and makes the folder; says in `touched` when
-    /// there is something that it has changed.
+    /// Removes the earlier run and creates the folder. Sets `touched` as soon as anything has
+    /// changed.
     pub(super) fn prepare(&self, touched: &mut bool) -> Result<(), ResultsError> {
         for entry in &self.earlier {
             let entry = self.path.join(entry);
@@ -125,7 +124,7 @@ impl Folder {
     }
 }
 
-/// The entries of an earlier run in the order in which to remove them.
+/// Returns the entries of an earlier run in the order of their removal.
 fn entries_of_run(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     let mut entries = Vec::new();
     let foreign = |entry: PathBuf| {
@@ -162,7 +161,7 @@ fn entries_of_run(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     Ok(entries)
 }
 
-/// Names in a folder, sorted, and what they are (links are not followed).
+/// Returns the names in a folder, sorted, with their types (links are not followed).
 fn list(folder: &Path) -> Result<Vec<(String, fs::FileType)>, ResultsError> {
     let read = || {
         fs::read_dir(folder)?
@@ -191,7 +190,7 @@ fn is_numbered(name: &str, ending: &str) -> bool {
         .is_some_and(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Whether a folder is a run's.
+/// True if the folder is that of a run.
 pub(super) fn has_mark(folder: &Path) -> bool {
     let mut start = [0; MARK_START.len()];
     fs::File::open(folder.join(MARK))

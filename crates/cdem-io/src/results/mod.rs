@@ -1,7 +1,7 @@
-//! Results folders: who may write where, and the files of a run.
+//! Results folders: permission to write, and the files of a run.
 //!
-//! A [`Folder`] is claimed before a run, which touches nothing; a [`Recorder`]
-//! makes it when the scene is known to be good and fills it step by step.
+//! A [`Folder`] is claimed before a run, which changes nothing. A [`Recorder`] creates it once the
+//! scene is known to be valid, and fills it step by step.
 
 mod background;
 mod cadence;
@@ -30,10 +30,10 @@ pub use unfinished::{Found, LeftOff, Unfinished};
 pub use vtk::write_frame;
 pub(crate) use vtk::{SavedFrame, read_frame};
 
-/// Times, s, and files of the frames of a run in a folder of results.
+/// Returns times, s, and files of the frames in a results folder.
 ///
 /// # Errors
-/// If it is none, or its list of frames cannot be read.
+/// If it is not a results folder, or its list of frames cannot be read.
 pub(crate) fn frame_files(folder: &Path) -> Result<Vec<(f64, PathBuf)>, ResultsError> {
     if !folder::has_mark(folder) {
         return Err(ResultsError::NoRun {
@@ -43,10 +43,10 @@ pub(crate) fn frame_files(folder: &Path) -> Result<Vec<(f64, PathBuf)>, ResultsE
     vtk::listed(&folder.join("frames.pvd"))
 }
 
-/// Writes a page of text, whole or not at all.
+/// Writes a page of text, completely or not at all.
 ///
 /// # Errors
-/// If the disk refuses.
+/// If it cannot be written.
 pub(crate) fn write_page(path: &Path, page: &str) -> Result<(), ResultsError> {
     file::write_whole(path, |out| out.write_all(page.as_bytes()))
 }

@@ -1,4 +1,4 @@
-//! Writes the results of a run while it goes on.
+//! Writes the results of a run while it steps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,25 +19,26 @@ use super::table::{Row, Table};
 use super::unfinished::LeftOff;
 use super::vtk::{Series, write_contact_frame, write_frame};
 
-/// What a recorder asks of a run; all of one instant.
+/// Data that a recorder reads from a run, all of one instant.
 ///
-/// Methods that take `&mut self` may start a new average or drain a list.
+/// Methods that take `&mut self` may start a new average or empty a list.
 pub trait Observed {
-    /// Simulated time, s.
+    /// Returns the simulated time, s.
     fn time(&self) -> f64;
-    /// The row of `history.csv`.
+    /// Returns the row of `history.csv`.
     fn history(&mut self) -> HistoryRow;
-    /// The rows of `blocks.csv` for the blocks asked for, forces averaged since the last call.
+    /// Returns the rows of `blocks.csv` for the selected blocks, with forces averaged since the
+    /// last call.
     fn block_rows(&mut self) -> Vec<BlockRow>;
-    /// The rows of `probes.csv`.
+    /// Returns the rows of `probes.csv`.
     fn probe_rows(&mut self) -> Vec<ProbeRow>;
-    /// The whole model: its time, s, and what makes a frame of it beside the steps.
+    /// Returns the time, s, and a function that makes the frame on another thread.
     fn frame(&mut self) -> (f64, impl FnOnce() -> Frame + Send + 'static);
-    /// The live contact points.
+    /// Returns the current contact points.
     fn contact_frame(&self) -> ContactFrame;
-    /// Contacts that ended since the last call.
+    /// Returns the contacts that ended since the last call.
     fn ended_contacts(&mut self) -> Vec<ContactRow>;
-    /// Contacts that last.
+    /// Returns the contacts that are still closed.
     fn live_contacts(&self) -> Vec<ContactRow>;
 }
 
@@ -78,15 +79,15 @@ impl Observed for Simulation {
 
 /// The writer of a results folder.
 ///
-/// Rows and frames come from the first coarse step at or after their nominal
-/// time, the start and the end included; observing never changes the run. A
-/// killed run leaves whole rows and whole frames.
+/// Rows and frames are written at the first coarse step at or after their nominal time, start and
+/// end included. Observing never changes the run. A killed run leaves complete rows and complete
+/// frames.
 pub struct Recorder {
     folder: PathBuf,
     checkpoints: Checkpoints,
     /// Writes frames and checkpoints.
     background: Background,
-    /// Frames that the last checkpoint counts on.
+    /// Number of frames that the last checkpoint refers to.
     frames_kept: usize,
     history: Output<Table>,
     blocks: Output<Table>,
@@ -95,19 +96,19 @@ pub struct Recorder {
     frames: Output<[Series; 2]>,
 }
 
-/// Something that is written now and then.
+/// An output with its clock.
 struct Output<T> {
     clock: Clock,
     to: T,
 }
 
 impl Recorder {
-    /// Makes the folder, removing the earlier run in it, with all files of
-    /// a run that has not begun. Meshes of the scene are relative to
-    /// `scene_folder`; in the `scene.toml` written they are relative to it.
+    /// Creates the folder, after removal of an earlier run in it, with all files of a run that has
+    /// not begun. Mesh paths of the scene are relative to `scene_folder`; in the `scene.toml`
+    /// written they are relative to the results folder.
     ///
     /// # Errors
-    /// If the disk refuses: before anything is changed, or half-way.
+    /// If writing fails, before anything is changed or later.
     pub fn create(folder: &Folder, scene: &Scene, scene_folder: &Path) -> Result<Self, Unprepared> {
         let mut touched = false;
         Self::begin(folder, scene, scene_folder, &mut touched)
@@ -124,7 +125,7 @@ impl Recorder {
         let path = folder.path();
         let table = |name: &str, header: &str| Table::create(&path.join(name), header);
         let clock = |cadence| Clock::new(cadence, scene.time.end);
-        // The history is first: it marks the folder as a run's.
+        // The history comes first: it marks the folder as that of a run.
         let history = table(HISTORY, rows::HISTORY)?;
         *touched = true;
         history.lock();
@@ -155,11 +156,11 @@ impl Recorder {
         })
     }
 
-    /// Goes on with the results of an unfinished run, from where its checkpoint was: what was
-    /// written after that is dropped, and comes anew.
+    /// Continues the results of an unfinished run from its checkpoint. Results written after the
+    /// checkpoint are dropped and written again.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If writing fails.
     pub fn reopen(left_off: LeftOff) -> Result<Self, ResultsError> {
         let (path, state) = (left_off.folder, left_off.position);
         let log = path.join(checkpoint::FOLDER).join(checkpoint::LOG);
@@ -199,11 +200,10 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Takes note that the loads of the scene are others now: in `scene.toml`, and with the
-    /// next checkpoint.
+    /// Records changed loads of the scene: in `scene.toml`, and with the next checkpoint.
     ///
     /// # Errors
-    /// If the disk refuses, or `scene.toml` is not as it was written.
+    /// If writing fails, or if `scene.toml` has been changed and cannot be read.
     pub fn change_loads(&mut self, scene: &Scene) -> Result<(), ResultsError> {
         self.checkpoints.drop_start();
         let path = self.folder.join(SCENE);
@@ -218,23 +218,22 @@ impl Recorder {
         write_whole(&path, |out| out.write_all(text.as_bytes()))
     }
 
-    /// Whether there is a checkpoint to go on from.
+    /// True if there is a checkpoint to continue from.
     #[must_use]
     pub fn has_checkpoint(&self) -> bool {
         self.checkpoints.has_state()
     }
 
-    /// Whether the last checkpoint has been written, so that the next would not wait.
+    /// True if the last checkpoint has been written, so that the next one would not wait.
     #[must_use]
     pub fn may_keep(&self) -> bool {
         self.checkpoints.is_ready()
     }
 
-    /// Has a checkpoint written beside the steps that follow; to be called after
-    /// [`Self::observe`].
+    /// Queues a checkpoint, written while the run steps; to be called after [`Self::observe`].
     ///
     /// # Errors
-    /// If the last one could not be written.
+    /// If an earlier frame or checkpoint could not be written.
     pub fn keep(&mut self, simulation: &Simulation, so_far: SoFar) -> Result<(), ResultsError> {
         let start = self.checkpoints.wants_start().then(|| Start {
             scene: simulation.scene().clone(),
@@ -280,22 +279,22 @@ impl Recorder {
         self.explained(begun)
     }
 
-    /// Waits until all frames and checkpoints so far have been written.
+    /// Waits until all queued frames and checkpoints are written.
     ///
     /// # Errors
-    /// If one could not be.
+    /// If one could not be written.
     pub fn wait(&mut self) -> Result<(), ResultsError> {
         let written = self.background.wait();
         self.explained(written)
     }
 
-    /// The folder.
+    /// Returns the path of the results folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Whether anything is due at `time`.
+    /// True if anything is due at `time`.
     #[must_use]
     pub fn is_due(&self, time: f64) -> bool {
         self.history.clock.is_due(time)
@@ -303,11 +302,11 @@ impl Recorder {
             || self.frames.clock.is_due(time)
     }
 
-    /// Writes what is due, frames beside the steps that follow; to be called at the start and
-    /// after each coarse step.
+    /// Writes what is due, frames while the run steps on; to be called at the start and after each
+    /// coarse step.
     ///
     /// # Errors
-    /// If the disk refuses, or has refused an earlier frame.
+    /// If writing fails, or if writing an earlier frame has failed.
     pub fn observe(&mut self, run: &mut impl Observed) -> Result<(), ResultsError> {
         let written = self.background.look().and_then(|()| self.write_due(run));
         self.explained(written)
@@ -323,14 +322,13 @@ impl Recorder {
         self.write(run, due)
     }
 
-    /// Writes what is still missing at the end: last rows and frames, contacts
-    /// that last, `contacts.csv` in order of time, `summary.json`. A run that
-    /// has ended in no numbers keeps the last rows that hold numbers; its last
-    /// frame shows where it has none.
+    /// Writes the rest at the end: last rows and frames, contacts that are still closed,
+    /// `contacts.csv` in order of time, `summary.json`. If the last state is not finite, the tables
+    /// keep their last finite rows; the last frame shows where values are not finite.
     ///
     /// # Errors
-    /// If the disk refuses; tables and frames before that are whole, and a summary tells of
-    /// a run that was stopped.
+    /// If writing fails. Tables and frames before that are complete, and the summary reports a run
+    /// that was stopped.
     pub fn finish(
         mut self,
         run: &mut impl Observed,
@@ -365,7 +363,8 @@ impl Recorder {
         Ok(())
     }
 
-    /// The folder is where it was: files in one that is not would be made anew, or grow unseen.
+    /// Checks that the folder still exists. In a removed folder files would be created anew, or
+    /// grow unseen.
     fn require_folder(&self) -> Result<(), ResultsError> {
         match self.history.to.path().is_file() {
             true => Ok(()),
@@ -375,7 +374,7 @@ impl Recorder {
         }
     }
 
-    /// Where the folder is gone that is the reason, whichever file was first to miss it.
+    /// Returns the missing folder as the reason if it is gone, whichever file failed first.
     fn explained(&self, written: Result<(), ResultsError>) -> Result<(), ResultsError> {
         written.or_else(|error| self.require_folder().and(Err(error)))
     }
@@ -416,8 +415,8 @@ impl Recorder {
     }
 }
 
-/// The scene with the paths of its meshes relative to another folder, so that
-/// what is written there can be run again.
+/// Returns the scene with mesh paths relative to another folder, so that a scene written there can
+/// be run again.
 fn moved(scene: &Scene, from: &Path, to: &Path) -> Scene {
     let mut scene = scene.clone();
     for block in &mut scene.block {

@@ -1,4 +1,4 @@
-//! A run and the results of it, step by step: what every driver of a run does.
+//! Results of a run, step by step; shared by all drivers of a run.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -13,27 +13,27 @@ use super::summary::{Ending, Status, Summary};
 
 /// The results of a run in progress, and its checkpoints.
 ///
-/// Wall-clock times that its methods ask for are those of the step loops of this process, up to
+/// The wall-clock times that its methods take are those of the step loops of this process, up to
 /// now.
 pub struct Recording {
     recorder: Recorder,
-    /// Before the step loops of this process.
+    /// Data from before the step loops of this process.
     so_far: SoFar,
-    /// When the last checkpoint was written.
+    /// Time of the last checkpoint.
     kept: Instant,
 }
 
-/// How a run ends in this process.
+/// End of a run in this process.
 #[derive(Clone, Debug)]
 pub struct End {
-    /// How.
+    /// Status.
     pub status: Status,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
 impl End {
-    /// The run has come to its end.
+    /// Returns the end of a run that is done.
     #[must_use]
     pub fn done(simulation: &Simulation) -> Self {
         let reason = match &simulation.scene().time.stop_when {
@@ -49,7 +49,7 @@ impl End {
         }
     }
 
-    /// The user stops it where it is.
+    /// Returns the end of a run that the user interrupts now.
     #[must_use]
     pub fn interrupted(simulation: &Simulation) -> Self {
         Self {
@@ -58,7 +58,7 @@ impl End {
         }
     }
 
-    /// It stops itself.
+    /// Returns the end of a run that stops itself.
     #[must_use]
     pub fn stopped(reason: String) -> Self {
         Self {
@@ -69,8 +69,8 @@ impl End {
 }
 
 impl Recording {
-    /// What `recorder` writes, `so_far` being known of the run, the setup of this process
-    /// included.
+    /// Starts the recording with `recorder`. `so_far` is the earlier data of the run, including the
+    /// setup of this process.
     #[must_use]
     pub fn new(recorder: Recorder, so_far: SoFar) -> Self {
         Self {
@@ -80,23 +80,23 @@ impl Recording {
         }
     }
 
-    /// The folder of the results.
+    /// Returns the path of the results folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         self.recorder.folder()
     }
 
-    /// Whether there is a checkpoint to go on from.
+    /// True if there is a checkpoint to continue from.
     #[must_use]
     pub fn has_checkpoint(&self) -> bool {
         self.recorder.has_checkpoint()
     }
 
-    /// Writes what is due, and a checkpoint where the last is old enough; to be called at the
+    /// Writes what is due, and a checkpoint if the last one is old enough; to be called at the
     /// start and after each step.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If writing fails.
     pub fn observe(
         &mut self,
         simulation: &mut Simulation,
@@ -113,11 +113,10 @@ impl Recording {
         Ok(())
     }
 
-    /// One coarse step, with a look at the elements where something is to be
-    /// written of them.
+    /// Makes one coarse step, with a check of the elements if something is due for output.
     ///
     /// # Errors
-    /// When the run has become unphysical.
+    /// If the run has become unphysical.
     pub fn step(&self, simulation: &mut Simulation) -> Result<(), StepError> {
         simulation.step()?;
         if self.recorder.is_due(simulation.time()) {
@@ -126,11 +125,11 @@ impl Recording {
         Ok(())
     }
 
-    /// Writes a checkpoint now; to be called after [`Self::observe`]. `stopped` says why the
-    /// run has stopped itself, if it has.
+    /// Writes a checkpoint now; to be called after [`Self::observe`]. `stopped` is the reason if
+    /// the run has stopped itself.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If writing fails.
     pub fn keep(
         &mut self,
         simulation: &Simulation,
@@ -145,16 +144,15 @@ impl Recording {
         self.recorder.wait()
     }
 
-    /// Takes note that the loads of the scene are others from now on: see
-    /// [`Recorder::change_loads`].
+    /// Records changed loads of the scene: see [`Recorder::change_loads`].
     ///
     /// # Errors
-    /// As there.
+    /// As [`Recorder::change_loads`].
     pub fn change_loads(&mut self, scene: &Scene) -> Result<(), ResultsError> {
         self.recorder.change_loads(scene)
     }
 
-    /// The summary of a run that ends here.
+    /// Returns the summary of a run that ends here.
     pub fn summary(&self, simulation: &mut Simulation, wall: Duration, end: &End) -> Summary {
         let ending = Ending {
             status: end.status,
@@ -165,10 +163,10 @@ impl Recording {
         Summary::new(simulation, ending)
     }
 
-    /// Writes what is still missing, the summary too: see [`Recorder::finish`].
+    /// Writes the rest of the results and the summary: see [`Recorder::finish`].
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If writing fails.
     pub fn finish(
         self,
         simulation: &mut Simulation,
@@ -177,7 +175,7 @@ impl Recording {
         self.recorder.finish(simulation, summary)
     }
 
-    /// What is known of the run up to now.
+    /// Returns the driver's data of the run up to now.
     fn so_far(&self, wall: Duration) -> SoFar {
         SoFar {
             wall_seconds: self.so_far.wall_seconds + wall.as_secs_f64(),

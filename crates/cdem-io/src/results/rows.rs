@@ -18,7 +18,7 @@ pub(super) const BLOCKS: &str = "time,block,mass,x,y,z,vx,vy,vz,wx,wy,wz,fx,fy,f
 pub(super) const CONTACTS: &str = "main,target,type,time_on,time_off,x,y,z,\
     peak_normal_force,normal_impulse,shear_impulse,slip,level";
 
-/// Place of `time_on` among the columns of contacts.
+/// Index of `time_on` among the columns of contacts.
 pub(super) const CONTACTS_TIME_ON: usize = 3;
 
 pub(super) const PROBES: &str = "time,probe,x,y,z,ux,uy,uz,vx,vy,vz";

@@ -1,4 +1,4 @@
-//! `summary.json`: how a run went.
+//! `summary.json`: the outcome of a run.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::checkpoint::SoFar;
 use super::error::ResultsError;
 use super::file::write_whole;
 
-/// How a run ended.
+/// Status at the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
@@ -22,60 +22,60 @@ pub enum Status {
     Interrupted,
 }
 
-/// The contents of `summary.json`, the only file that holds timings.
+/// Content of `summary.json`, the only file with timings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// How the run ended.
+    /// Status at the end.
     pub status: Status,
-    /// Why, for the person who reads it.
+    /// Reason, for the user.
     pub reason: String,
     /// Version of the program.
     pub version: String,
-    /// Coarse steps taken.
+    /// Number of coarse steps made.
     pub steps: u64,
     /// Simulated time, s.
     pub time: f64,
     /// The coarse step, s.
     pub step: f64,
-    /// Elements per level of time at the end, the coarsest first.
+    /// Number of elements of each time level at the end, coarsest first.
     pub levels: Vec<u64>,
     /// Wall-clock time of the step loop, s.
     pub wall_seconds: f64,
     /// Wall-clock time before the step loop, s.
     pub setup_seconds: f64,
-    /// Element updates.
+    /// Number of element updates.
     pub element_updates: u64,
     /// Element updates per second of the step loop.
     pub updates_per_second: f64,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
-    /// Contact points that began.
+    /// Number of contact points that began.
     pub contacts_begun: u64,
-    /// Largest penetration seen, m.
+    /// Largest penetration, m.
     pub max_penetration: f64,
-    /// Residual of the energy ledger at the end, J.
+    /// Energy residual at the end, J.
     pub energy_residual: f64,
-    /// What the user should know of this run.
+    /// Warnings of this run.
     pub warnings: Vec<String>,
-    /// Most memory the process held, bytes; null where the system does not say.
+    /// Peak memory of the process, bytes; null if the system does not tell.
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// What only the driver of a run knows of its end.
+/// Data of the end of a run that only its driver has.
 #[derive(Clone, Debug)]
 pub struct Ending {
-    /// How it ended.
+    /// Status.
     pub status: Status,
-    /// Why.
+    /// Reason.
     pub reason: String,
-    /// What it knew before, all processes together.
+    /// Its earlier data, over all processes.
     pub so_far: SoFar,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
 }
 
 impl Summary {
-    /// The summary of a run that has ended.
+    /// Creates the summary of a run that has ended.
     #[must_use]
     pub fn new(run: &mut Simulation, ending: Ending) -> Self {
         let overview = run.overview();
@@ -117,8 +117,8 @@ impl Summary {
     }
 }
 
-/// The most memory this process has held, bytes, where the system tells
-/// (Linux: the high-water mark of `/proc/self/status`).
+/// Returns the peak memory of this process, bytes, if the system tells (Linux: the high-water mark
+/// of `/proc/self/status`).
 fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status

@@ -1,4 +1,4 @@
-//! CSV files that grow by whole rows.
+//! CSV files that grow by complete rows.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
@@ -23,7 +23,7 @@ impl Row {
         self.text(&number.to_string())
     }
 
-    /// A number with 17 significant digits: the same bits when read back.
+    /// Adds a number with 17 significant digits, which reads back with the same bits.
     pub(super) fn real(self, number: f64) -> Self {
         self.text(&format!("{number:.16e}"))
     }
@@ -33,8 +33,8 @@ impl Row {
     }
 }
 
-/// A CSV file. Each batch of rows goes to the system in one write as soon as
-/// it is complete, so a killed run leaves whole rows.
+/// A CSV file. Each batch of rows goes to the system in one write as soon as it is complete, so a
+/// killed run leaves complete rows.
 #[derive(Debug)]
 pub(super) struct Table {
     path: PathBuf,
@@ -42,17 +42,17 @@ pub(super) struct Table {
     extent: Extent,
 }
 
-/// How far a file goes, and what it holds up to there.
+/// Length of a file and checksum of its content.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Extent {
-    /// Bytes.
+    /// Length, bytes.
     length: u64,
-    /// Their CRC-32.
+    /// CRC-32 of these bytes.
     sum: u32,
 }
 
 impl Extent {
-    /// With these bytes behind.
+    /// Returns the extent with these bytes appended.
     fn with(self, bytes: &[u8]) -> Self {
         let mut sum = crc32fast::Hasher::new_with_initial_len(self.sum, self.length);
         sum.update(bytes);
@@ -62,7 +62,8 @@ impl Extent {
         }
     }
 
-    /// Whether a file of a folder goes that far and is as it was, or what is wrong.
+    /// Checks that a file in a folder has at least this length and the same content, or returns the
+    /// fault.
     pub(super) fn fits(self, folder: &Path, name: &Path) -> Result<(), String> {
         let path = &folder.join(name);
         let is = fs::metadata(path).map_or(0, |file| file.len());
@@ -96,7 +97,7 @@ impl Extent {
     }
 }
 
-/// Bytes that are read in one go.
+/// Number of bytes that are read at once.
 const READ_AT_ONCE: usize = 1 << 16;
 
 impl Table {
@@ -113,7 +114,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Opens a file that goes on after some extent; what follows is dropped.
+    /// Opens a file to continue it after some extent; the rest is dropped.
     pub(super) fn reopen(path: &Path, extent: Extent) -> Result<Self, ResultsError> {
         let open = || {
             let file = OpenOptions::new().append(true).open(path)?;
@@ -127,17 +128,17 @@ impl Table {
         })
     }
 
-    /// The file.
+    /// Returns the path of the file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// How far it goes.
+    /// Returns the extent of the file.
     pub(super) fn extent(&self) -> Extent {
         self.extent
     }
 
-    /// Keeps other processes from it until it is closed, where the system can.
+    /// Locks the file against other processes until it is closed, if the system can.
     pub(super) fn lock(&self) {
         is_free(&self.file);
     }
@@ -157,9 +158,9 @@ impl Table {
         self.write(&bytes)
     }
 
-    /// Puts the rows in ascending order of a numeric column; equal ones stay in
-    /// the order in which they were written. Holds the whole table in memory. The table as it
-    /// was goes to the path of a `log`, if one is asked for.
+    /// Sorts the rows by a numeric column, in ascending order; equal ones stay in the order in
+    /// which they were written. Holds the whole table in memory. The unsorted table is moved to the
+    /// path of a `log`, if one is given.
     pub(super) fn sort_by_number(
         &self,
         column: usize,
@@ -193,7 +194,7 @@ impl Table {
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), ResultsError> {
         if let Err(error) = self.file.write_all(bytes) {
-            // A row that is there in part is of no use; that it may stay is no second error.
+            // A partial row is useless; if it cannot be removed, that is not a second error.
             let _ = self.file.set_len(self.extent.length);
             return Err(ResultsError::write(&self.path, error));
         }
@@ -202,7 +203,7 @@ impl Table {
     }
 }
 
-/// Whether no other process has locked a file; it is locked then, where the system can.
+/// True if no other process has locked the file; this locks it, if the system can.
 pub(super) fn is_free(file: &File) -> bool {
     !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
 }

@@ -1,4 +1,4 @@
-//! Results of a run that has not come to its end.
+//! Results of a run that is not done.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -13,40 +13,40 @@ use super::folder::{BLOCKS, CONTACTS, HISTORY, PROBES, SUMMARY, has_mark};
 use super::summary::Status;
 use super::table::is_free;
 
-/// What a folder of results holds.
+/// The run in a results folder.
 pub enum Found {
     /// A run that is done.
     Done {
-        /// How it came to its end.
+        /// Reason of its end.
         reason: String,
     },
-    /// One that can go on.
+    /// A run that can continue.
     Unfinished(Box<Unfinished>),
 }
 
-/// A run that can go on, as it was at its last checkpoint.
+/// A run that can continue, in the state of its last checkpoint.
 pub struct Unfinished {
-    /// Its scene, every default filled in.
+    /// Its scene, with every default filled in.
     pub scene: Scene,
     /// Its mesh at rest, before refinement.
     pub mesh: AnyMesh,
-    /// For [`cdem::Simulation::resumed`].
+    /// The state, for [`cdem::Simulation::resumed`].
     pub run: Vec<u8>,
-    /// What its driver knew of it.
+    /// Data of its driver.
     pub so_far: SoFar,
-    /// Later checkpoints that cannot be used, and why.
+    /// Later checkpoints that cannot be used, with the reasons.
     pub passed_over: Vec<String>,
-    /// For [`Recorder::reopen`](super::Recorder::reopen).
+    /// Extent of the results, for [`Recorder::reopen`](super::Recorder::reopen).
     pub left_off: LeftOff,
 }
 
-/// Where the results of a run have been left off.
+/// Folder and extent of the results at the last checkpoint.
 pub struct LeftOff {
     pub(super) folder: PathBuf,
     pub(super) position: Position,
 }
 
-/// What matters here of `summary.json`.
+/// The keys of `summary.json` that are used.
 #[derive(Deserialize)]
 struct Ended {
     status: Status,
@@ -54,12 +54,12 @@ struct Ended {
 }
 
 impl Unfinished {
-    /// Finds what there is in a folder; changes nothing but to remove what a run that is done
-    /// needs no more.
+    /// Finds the run in a folder. Changes nothing, except that it removes the checkpoints of a run
+    /// that is done.
     ///
     /// # Errors
-    /// If it is no folder of results, if a run is writing to it, or if there is no checkpoint
-    /// that can be used.
+    /// If it is not a results folder, if a run is writing to it, or if there is no usable
+    /// checkpoint.
     pub fn find(folder: &Path) -> Result<Found, ResultsError> {
         let path = || folder.to_owned();
         if !has_mark(folder) {
@@ -92,7 +92,7 @@ impl Unfinished {
 }
 
 impl Position {
-    /// Whether the results in a folder go that far, or why not.
+    /// Checks that the results in a folder match, or returns the fault.
     fn fits(&self, folder: &Path) -> Result<(), String> {
         let log = Path::new(checkpoint::FOLDER).join(checkpoint::LOG);
         let contacts = if folder.join(&log).exists() {

@@ -1,4 +1,4 @@
-//! What is wrong with a scene file, shown where it stands.
+//! Errors of a scene file, shown at their place in the text.
 
 use std::fmt::{self, Write};
 use std::io;
@@ -12,27 +12,27 @@ use thiserror::Error;
 
 use super::source;
 
-/// Why a scene file cannot be used.
+/// Error of a scene file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// The file cannot be read at all.
+    /// The file cannot be read.
     #[error("cannot read the scene {}: {reason}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Message of the system.
         reason: io::Error,
     },
-    /// What it says is wrong, here and perhaps in more places.
+    /// The file has errors.
     #[error("{}", list(.0))]
     Invalid(Vec<SceneProblem>),
-    /// What a program's scene says is wrong; there is no text to show it in.
+    /// The scene of a program has errors; there is no text to show them in.
     #[error("{}", .0.iter().map(line).collect::<Vec<_>>().join("\n"))]
     Unwritten(Vec<Problem>),
 }
 
-/// One thing that is wrong with a scene, and where it stands in the text.
+/// An error in a scene, with its place in the text.
 #[derive(Clone, Debug, Error, Diagnostic)]
 #[error("{problem}")]
 pub struct SceneProblem {
@@ -50,7 +50,7 @@ pub struct SceneProblem {
     help: Option<String>,
 }
 
-/// The text of a scene and the name it goes by in messages.
+/// The text of a scene and its name in messages.
 #[derive(Clone, Debug)]
 pub(super) struct Source(Arc<NamedSource<String>>);
 
@@ -63,7 +63,7 @@ impl Source {
         self.0.inner()
     }
 
-    /// Problems with their places, in the order of the text.
+    /// Creates the error with all problems and their places, in the order of the text.
     pub(super) fn invalid(&self, problems: Vec<Problem>) -> SceneError {
         let located = problems.into_iter().map(|problem| self.located(problem));
         let mut located: Vec<_> = located.collect();
@@ -71,7 +71,7 @@ impl Source {
         SceneError::Invalid(located)
     }
 
-    /// A problem in a line of its own, with its place.
+    /// Returns one line for a problem, with its place.
     pub(super) fn line(&self, problem: &Problem) -> String {
         list(&[self.located(problem.clone())])
     }
@@ -81,7 +81,7 @@ impl Source {
         self.at(problem, span)
     }
 
-    /// A problem at known bytes.
+    /// Returns a problem at known bytes.
     pub(super) fn at(&self, problem: Problem, span: Range<usize>) -> SceneProblem {
         let (line, column) = source::line_and_column(self.text(), span.start);
         SceneProblem {
@@ -96,21 +96,21 @@ impl Source {
 }
 
 impl SceneProblem {
-    /// Name of the scene file.
+    /// Returns the name of the scene file.
     #[must_use]
     pub fn file(&self) -> &str {
         self.text.name()
     }
 }
 
-/// A line for a problem without a file: its key, what is wrong, what to try.
+/// Returns a line for a problem without a file: key, problem, advice.
 pub(super) fn line(problem: &Problem) -> String {
     let help = problem.help.as_ref();
     let help = help.map(|help| format!(" ({})", help.in_program));
     format!("{problem}{}", help.unwrap_or_default())
 }
 
-/// A line for each problem: file, line, column, what is wrong, what to try.
+/// Returns a line for each problem: file, line, column, problem, advice.
 fn list(problems: &[SceneProblem]) -> String {
     let lines = problems.iter().map(|found| {
         let help = found.help.as_ref().map(|help| format!(" ({help})"));
@@ -124,8 +124,8 @@ fn list(problems: &[SceneProblem]) -> String {
 }
 
 impl SceneError {
-    /// The error for a person at a terminal: each problem with its line of the
-    /// scene and what to try. Without `colours`, plain ASCII.
+    /// Returns the error for a terminal: each problem with its line of the scene and advice.
+    /// Without `colours`, plain ASCII.
     #[must_use]
     pub fn render(&self, colours: bool) -> String {
         let Self::Invalid(problems) = self else {
@@ -142,7 +142,7 @@ impl SceneError {
             if i > 0 {
                 text.push('\n');
             }
-            // Writing into a string fails only where a span is out of its text.
+            // Writing into a string fails only if a span is outside its text.
             if handler.render_report(&mut text, problem).is_err() {
                 let _: fmt::Result = writeln!(text, "{}", list(std::slice::from_ref(problem)));
             }

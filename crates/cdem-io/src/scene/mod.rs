@@ -11,22 +11,22 @@ use cdem::scene::{Problem, Scene, as_input, from_value};
 pub use error::{SceneError, SceneProblem};
 use error::{Source, line};
 
-/// A scene with the text it comes from, so that what shows up later (a group
-/// that is not in the mesh) can still be shown in the file.
+/// A scene with its text, so that later errors (a group that is missing in the mesh) can be shown
+/// in the file.
 #[derive(Clone, Debug)]
 pub struct SceneFile {
-    /// What the file says, checked, with defaults.
+    /// The checked scene, with defaults.
     pub scene: Scene,
     path: PathBuf,
-    /// `None` of a scene that a program has made.
+    /// `None` for a scene made by a program.
     source: Option<Source>,
 }
 
 /// Reads and checks the scene file at `path`.
 ///
 /// # Errors
-/// [`SceneError::Unreadable`] where there is no such file or it is not text;
-/// [`SceneError::Invalid`] for what is wrong in it.
+/// [`SceneError::Unreadable`] if there is no such file or it is not text; [`SceneError::Invalid`]
+/// if the scene has errors.
 pub fn read(path: &Path) -> Result<SceneFile, SceneError> {
     let text = std::fs::read_to_string(path).map_err(|reason| {
         let inside = path.join("scene.toml");
@@ -44,8 +44,8 @@ pub fn read(path: &Path) -> Result<SceneFile, SceneError> {
     parse(&text, path)
 }
 
-/// Reads and checks the text of a scene that is, or could be, at `path`:
-/// messages name it, and meshes are looked for beside it.
+/// Reads and checks the text of a scene that is, or could be, at `path`: messages name this file,
+/// and mesh paths are relative to its folder.
 ///
 /// # Errors
 /// [`SceneError::Invalid`].
@@ -66,8 +66,8 @@ pub fn parse(text: &str, path: &Path) -> Result<SceneFile, SceneError> {
     })
 }
 
-/// Checks the scene of a program: the keys of a scene file, as its dictionaries hold them.
-/// Meshes are looked for in `directory`.
+/// Checks the scene of a program, a dictionary with the keys of a scene file. Mesh paths are
+/// relative to `directory`.
 ///
 /// # Errors
 /// [`SceneError::Unwritten`].
@@ -79,8 +79,8 @@ pub fn check(value: serde_json::Value, directory: &Path) -> Result<SceneFile, Sc
     })
 }
 
-/// The scene as TOML, every default filled in. Reading it gives the same scene,
-/// bit for bit.
+/// Returns the scene as TOML, with every default filled in. Reading it gives the same scene, bit
+/// for bit.
 ///
 /// # Panics
 /// Never: keys are words, values are numbers, texts and arrays of them.
@@ -90,20 +90,19 @@ pub fn write(scene: &Scene) -> String {
 }
 
 impl SceneFile {
-    /// The scene file; of a program's scene, where it could be.
+    /// Returns the path of the scene file; for a program's scene, a path where it could be.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The folder that meshes are relative to.
+    /// Returns the folder to which mesh paths are relative.
     #[must_use]
     pub fn directory(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
-    /// A line for something that is noticed and not wrong: file, line, column (where there
-    /// is a file), what it is, what to try.
+    /// Returns a line for a warning: file, line, column (if there is a file), problem, advice.
     #[must_use]
     pub fn warning(&self, noticed: &Problem) -> String {
         match &self.source {
@@ -112,7 +111,7 @@ impl SceneFile {
         }
     }
 
-    /// The error that shows these problems in this file.
+    /// Returns the error that shows these problems in this file.
     #[must_use]
     pub fn error(&self, problems: Vec<Problem>) -> SceneError {
         match &self.source {

@@ -1,4 +1,4 @@
-//! The text of a scene: its values, and where they stand.
+//! The text of a scene: its values and their places.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use cdem::scene::{KeyPath, Place, Problem, Step};
 use serde_json::{Map, Number, Value};
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// What a TOML text says, and what cannot be said in a scene.
+/// The values of a TOML text, and problems with values that a scene cannot have.
 pub(super) struct Tree {
     pub(super) value: Value,
     pub(super) problems: Vec<Problem>,
@@ -15,7 +15,7 @@ pub(super) struct Tree {
 /// Reads a TOML text as a tree of values.
 ///
 /// # Errors
-/// The first thing that is not TOML, with its bytes in the text.
+/// The first syntax error, with its bytes in the text.
 pub(super) fn read(text: &str) -> Result<Tree, (Problem, Range<usize>)> {
     let document = DeTable::parse(text).map_err(|error| {
         let span = error.span().unwrap_or(text.len()..text.len());
@@ -35,7 +35,7 @@ pub(super) fn read(text: &str) -> Result<Tree, (Problem, Range<usize>)> {
     Ok(Tree { value, problems })
 }
 
-/// What to try where a key or table stands twice, after the text `before` it.
+/// Returns advice on a key or table that occurs twice, for the text `before` it.
 fn duplicate_help(before: &str) -> &'static str {
     if before.trim_end().ends_with("[[") {
         "it is a single table above: give all of them double brackets"
@@ -46,7 +46,7 @@ fn duplicate_help(before: &str) -> &'static str {
     }
 }
 
-/// What to try at frequent slips.
+/// Returns advice on frequent mistakes.
 fn syntax_help(text: &str, span: &Range<usize>) -> Option<&'static str> {
     let (before, after) = (&text[..span.start], &text[span.start..]);
     let line_ends = after
@@ -104,8 +104,8 @@ fn integer(digits: &DeInteger<'_>) -> Option<Value> {
     Some(Value::Number(value.into()))
 }
 
-/// The bytes of a key or a value; of the innermost table around it, where it is
-/// missing. Ends with its first line.
+/// Returns the bytes of a key or a value; if it is missing, those of the innermost table around it.
+/// The range ends with its first line.
 pub(super) fn locate(text: &str, path: &KeyPath, place: Place) -> Range<usize> {
     let Ok(document) = DeTable::parse(text) else {
         return 0..0;
@@ -115,7 +115,7 @@ pub(super) fn locate(text: &str, path: &KeyPath, place: Place) -> Range<usize> {
     span.start..span.start + first_line
 }
 
-/// The span of what `steps` lead to from `table`; `None` for the table itself.
+/// Returns the span of the item at the path `steps` from `table`; `None` for the table itself.
 fn find(table: &DeTable<'_>, steps: &[Step], place: Place) -> Option<Range<usize>> {
     let (Step::Key(wanted), rest) = steps.split_first()? else {
         return None;
@@ -138,7 +138,7 @@ fn within(value: &DeValue<'_>, steps: &[Step], place: Place) -> Option<Range<usi
     }
 }
 
-/// Line and column of a byte, from 1, in characters.
+/// Returns line and column of a byte, from 1, in characters.
 pub(super) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
     let before = &text[..byte];
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);

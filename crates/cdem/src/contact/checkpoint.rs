@@ -1,4 +1,4 @@
-//! Contacts in a checkpoint.
+//! Contact in a checkpoint.
 
 use std::borrow::Cow;
 
@@ -12,8 +12,8 @@ use crate::contact::island::Island;
 use crate::contact::surface::Pair;
 use crate::math::restore::{ResumeError, require};
 
-/// What contact keeps from step to step: the fields of [`Contacts`]. Surfaces, laws and
-/// overlaps at t = 0 are made anew.
+/// State of contact between steps: fields of [`Contacts`]. Surfaces, laws and initial overlaps
+/// are built anew.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedContacts<'a, const D: usize> {
     search: Cow<'a, CandidateSearch<D>>,
@@ -28,7 +28,7 @@ pub(crate) struct SavedContacts<'a, const D: usize> {
 }
 
 impl<const D: usize> Contacts<D> {
-    /// What a checkpoint holds of it.
+    /// Returns the state for a checkpoint.
     pub(crate) fn saved(&self) -> SavedContacts<'_, D> {
         SavedContacts {
             search: Cow::Borrowed(&self.search),
@@ -43,10 +43,10 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Goes on with what was saved, having the surface that there was then.
+    /// Restores a saved state. The surface must be that of the time of saving.
     ///
     /// # Errors
-    /// When that is not of these blocks.
+    /// If the saved state belongs to other blocks.
     pub(crate) fn restore(&mut self, saved: SavedContacts<D>) -> Result<(), ResumeError> {
         let nodes = self.model_data.block_of.len();
         self.check(&saved)?;
@@ -74,7 +74,7 @@ impl<const D: usize> Contacts<D> {
         Ok(())
     }
 
-    /// Whether all that is saved is of these nodes, features and blocks.
+    /// Checks that the saved state fits these nodes, features and blocks.
     fn check(&self, saved: &SavedContacts<D>) -> Result<(), ResumeError> {
         let (nodes, blocks) = (self.model_data.block_of.len(), self.fixed.len());
         let families = self.model_data.surface.families();

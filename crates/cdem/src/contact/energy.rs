@@ -1,4 +1,4 @@
-//! Energies of contact, and who receives impulses.
+//! Energies of contact, and receivers of impulses.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,14 +13,16 @@ pub(crate) struct ContactEnergies {
     pub(crate) friction_loss: f64,
     pub(crate) fracture_loss: f64,
     pub(crate) touch_count: u64,
-    /// Solves that ended with a residual above [`UNSOLVED`], and the worst.
+    /// The number of solves that ended with a residual above [`UNSOLVED`], and the largest
+    /// residual of all solves.
     pub(crate) unsolved_count: u64,
     pub(crate) residual: f64,
-    /// Steps of contacts that went farther in them than their target is across.
+    /// The number of times that a contact slid farther in a substep than the size of its
+    /// target.
     pub(crate) overtravel_count: u64,
     /// Deepest penetration at the start of a kick, m.
     pub(crate) penetration: f64,
-    /// At which velocity impulses work.
+    /// Velocity at which the work of impulses is taken.
     #[serde(skip)]
     pub(crate) at: WorkVelocity,
     /// Time that contact takes.
@@ -29,7 +31,7 @@ pub(crate) struct ContactEnergies {
 }
 
 impl ContactEnergies {
-    /// Where the energy goes that a slip takes: of a joint, into fracture.
+    /// Returns the loss that the energy of a slip belongs to: that of a joint is fracture.
     pub(super) fn slip_loss(&mut self, joint: bool) -> &mut f64 {
         if joint {
             &mut self.fracture_loss
@@ -38,8 +40,8 @@ impl ContactEnergies {
         }
     }
 
-    /// What to say of solves that have not got to their residual, and of contacts that
-    /// slid too fast.
+    /// Returns warnings on solves that missed their residual, and on contacts that slid too
+    /// fast.
     pub(crate) fn warnings(&self) -> impl Iterator<Item = String> {
         let unsolved = (self.unsolved_count > 0).then(|| {
             format!(
@@ -59,7 +61,7 @@ impl ContactEnergies {
         unsolved.into_iter().chain(hurried)
     }
 
-    /// Empty ones of the same kind, for another thread.
+    /// Returns an empty account of the same kind, for another thread.
     pub(super) fn empty_copy(&self) -> Self {
         Self {
             at: self.at,
@@ -68,7 +70,7 @@ impl ContactEnergies {
         }
     }
 
-    /// Adds others, that have been kept since the last lap on any number of threads.
+    /// Adds accounts that were kept since the last lap, on any number of threads.
     pub(super) fn add<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
         for other in others.clone() {
             self.impact_loss += other.impact_loss;
@@ -83,7 +85,7 @@ impl ContactEnergies {
         self.watch.lap_as(others.map(|other| &other.watch));
     }
 
-    /// Counts the time of work for a solve.
+    /// Measures the time of work for a solve.
     pub(super) fn time_solution<T>(&mut self, work: impl FnOnce() -> T) -> T {
         self.watch.lap(Stage::Geometry);
         let done = work();
@@ -91,16 +93,17 @@ impl ContactEnergies {
         done
     }
 
-    /// Counts a solve, and its time; it returns its residual.
+    /// Counts a solve, its time and the residual that it returns.
     pub(super) fn count_solve(&mut self, solve: impl FnOnce() -> f64) {
         let residual = self.time_solution(solve);
         self.unsolved_count += u64::from(residual > UNSOLVED);
         self.residual = self.residual.max(residual);
     }
 
-    /// Books what impulses take whose points had the relative velocity `old` and
-    /// have `new`, m/s. Those of closed points take nothing along the normal;
-    /// points that an impact elsewhere has parted in a drift meet anew.
+    /// Books the work of an impulse at a contact whose relative velocity changed from `old` to
+    /// `new`, m/s. The work along the normal is an impact loss. It vanishes for a contact that
+    /// stays closed; one that an impact elsewhere in a drift has opened closes again. The work
+    /// of shear is an impact loss if `impact`, otherwise a friction loss.
     pub(super) fn book_work<const D: usize>(
         &mut self,
         impulse: &[f64; D],
@@ -123,12 +126,12 @@ impl ContactEnergies {
     }
 }
 
-/// Receives each impulse on a node, N·s.
+/// Receiver of each impulse on a node, N·s.
 pub(crate) type ImpulseReceiver<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
 
-/// Who receives the impulses of a drift.
+/// Receivers of the impulses of a drift.
 pub(crate) struct ImpulseReceivers<'a, const D: usize> {
     pub(crate) of_contacts: ImpulseReceiver<'a, D>,
-    /// Those of elements on nodes that are held.
+    /// Receives the impulses of elements on nodes with prescribed components.
     pub(crate) on_held: ImpulseReceiver<'a, D>,
 }

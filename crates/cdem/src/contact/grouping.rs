@@ -1,5 +1,5 @@
-//! Pairs that are or may come in contact, put into islands; and the nodes that
-//! count as one in the levels because of them.
+//! Construction of islands from candidate and closed pairs, and of the sets of nodes that must
+//! share a time level because of them.
 
 use rayon::prelude::*;
 
@@ -14,9 +14,9 @@ use crate::model::inverse_mass::InverseMass;
 use crate::model::time_levels::DisjointSets;
 
 impl<const D: usize> Contacts<D> {
-    /// Puts pairs that are or may come in contact into islands, if they or the
-    /// levels have changed. `beside` visits the nodes that share an element
-    /// and their level with a node.
+    /// Builds the islands of candidate and closed pairs, if these or the time levels have
+    /// changed. `beside` visits the nodes that share an element and their time level with a
+    /// node.
     pub(crate) fn group(&mut self, inertia: &InverseMass<D>, beside: NeighbourNodes) {
         if !self.grouped {
             let contact = self.take_live();
@@ -25,8 +25,9 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Takes the pairs found near at the start of a coarse step. Islands stay that have all of
-    /// them, and of those that have left for no more than [`JOIN_STEPS`] steps.
+    /// Takes the candidate pairs at the start of a coarse step. Keeps the islands if they
+    /// contain all of these pairs; islands may contain pairs that are no longer candidates, for
+    /// at most [`JOIN_STEPS`] steps.
     pub(crate) fn regroup(&mut self, number: u64) {
         std::mem::swap(&mut self.candidates, &mut self.lists.near);
         let before = std::mem::take(&mut self.lists.near);
@@ -51,7 +52,7 @@ impl<const D: usize> Contacts<D> {
         self.grouped = self.grouped && !is_late && self.islands.iter().enumerate().all(has_its_own);
     }
 
-    /// The island that has all nodes of a pair which may move.
+    /// Returns the island that contains all movable nodes of a pair.
     fn island_of_pair(&self, pair: Pair) -> Option<usize> {
         let island = |node: u32| {
             let node = node as usize;
@@ -62,8 +63,8 @@ impl<const D: usize> Contacts<D> {
         islands.all(|island| island == Some(first)).then_some(first)
     }
 
-    /// The pairs near that an island has, its number, and how far apart they were, m; `islands`
-    /// is where to list those of all pairs.
+    /// Returns each candidate pair that is in an island, with the index of the island and the
+    /// distance of its features at the last test, m. `islands` is memory for a list.
     fn near_in_islands<'a>(
         &'a self,
         islands: &'a mut Vec<Option<usize>>,
@@ -79,7 +80,8 @@ impl<const D: usize> Contacts<D> {
         near.filter_map(|((&pair, island), apart)| island.map(|island| (pair, island, apart)))
     }
 
-    /// Gives islands the pairs near; what is known of those they had stays.
+    /// Updates the candidate pairs of the islands, and keeps the separation bounds of those
+    /// they had.
     fn update_near(&mut self) {
         let mut islands = std::mem::take(&mut self.islands);
         islands
@@ -106,7 +108,7 @@ impl<const D: usize> Contacts<D> {
         contact
     }
 
-    /// Brings the joins up to date; whether any has come or gone.
+    /// Updates the joined pairs. Returns true if any was added or removed.
     pub(crate) fn join(&mut self, number: u64) -> bool {
         self.list_near_or_closed();
         let listed = std::mem::take(&mut self.lists.near_or_closed);
@@ -134,7 +136,7 @@ impl<const D: usize> Contacts<D> {
         changed
     }
 
-    /// Lists all pairs that are near or closed, sorted.
+    /// Lists all candidate and closed pairs, sorted.
     fn list_near_or_closed(&mut self) {
         let mut closed = std::mem::take(&mut self.lists.closed_beyond);
         let pairs = self.contact_points().map(|contact| contact.pair);
@@ -155,7 +157,7 @@ impl<const D: usize> Contacts<D> {
         self.lists.closed_beyond = closed;
     }
 
-    /// Nodes that count as one in the levels.
+    /// Joins the nodes that must share a time level.
     pub(crate) fn joined_nodes(&self, joined: &mut DisjointSets) {
         for &(pair, _) in &self.joins {
             let first = self.model_data.surface.main_nodes(pair.main)[0];
@@ -172,14 +174,15 @@ impl<const D: usize> Contacts<D> {
             .copied()
     }
 
-    /// Nodes of a pair that may move.
+    /// Returns the nodes of a pair that can move.
     fn moving_nodes(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
         let moves = |node: &u32| !self.fixed[self.model_data.block_of[*node as usize] as usize];
         self.nodes_of(pair).filter(moves)
     }
 
-    /// Pairs whose nodes a mass matrix couples, or an element: what touches in
-    /// the middle of a drift acts on the elements around it.
+    /// Builds the islands: sets of pairs whose nodes are coupled by a mass matrix or an
+    /// element. Elements count because a touch in the middle of a drift acts on the elements
+    /// around it.
     fn build_islands(
         &mut self,
         contact: Vec<ContactPoint<D>>,
@@ -191,11 +194,12 @@ impl<const D: usize> Contacts<D> {
         }
         let nodes = self.take_nodes(&contact, inertia);
         let sets = self.coupled_sets(&nodes, &contact, inertia, beside);
-        // What is known of the contacts of an island, and its storage, often serve its successor.
+        // An island often inherits the solver and memory of the one before with the same first
+        // node.
         let before = std::mem::take(&mut self.islands).into_iter();
         let before = before.filter_map(|island| Some((*island.nodes.first()?, island)));
         let mut before = before.peekable();
-        // A set's smallest node comes first, and makes its island.
+        // The smallest node of a set comes first, and creates its island.
         let mut islands: Vec<Island<D>> = Vec::new();
         let mut island_of: Vec<u32> = Vec::with_capacity(nodes.len());
         for (place, &node) in (0..).zip(&nodes) {
@@ -225,7 +229,7 @@ impl<const D: usize> Contacts<D> {
         self.give_near();
     }
 
-    /// Gives new islands the pairs near.
+    /// Gives the candidate pairs to new islands.
     pub(crate) fn give_near(&mut self) {
         let mut islands = std::mem::take(&mut self.islands);
         let terms = &self.model_data;
@@ -242,8 +246,8 @@ impl<const D: usize> Contacts<D> {
         (self.islands, self.lists.islands) = (islands, list);
     }
 
-    /// Nodes that move with the pairs near and closed, sorted; notes where each
-    /// is among them.
+    /// Returns the nodes that move with candidate and closed pairs, sorted. Records the index
+    /// of each.
     fn take_nodes(&mut self, contact: &[ContactPoint<D>], inertia: &InverseMass<D>) -> Vec<u32> {
         let mut taken = std::mem::take(&mut self.in_island);
         let mut nodes: Vec<u32> = Vec::new();
@@ -265,7 +269,7 @@ impl<const D: usize> Contacts<D> {
         nodes
     }
 
-    /// Sets of `nodes` that move each other, by their places.
+    /// Returns the sets of coupled nodes among `nodes`, by index.
     fn coupled_sets(
         &self,
         nodes: &[u32],

@@ -1,27 +1,27 @@
-//! Coupling of contact to the blocks behind the surfaces.
+//! Coupling of contact to the elements behind the surfaces.
 
 use crate::contact::energy::ImpulseReceiver;
 use crate::contact::rollback::Rollback;
 use crate::model::kinematics::NodalMotion;
 
-/// A touch in the middle of a drift, as the bodies see it.
+/// Change of velocities by a touch in the middle of a drift.
 pub(crate) struct VelocityJump<'a, const D: usize> {
     /// Nodes of the island, sorted, and their velocities before the touch, m/s.
     pub(crate) nodes: &'a [u32],
     pub(crate) before: &'a [[f64; D]],
-    /// Whether a node moves with an island, this or another.
+    /// For each node: true if it moves with any island.
     pub(crate) taken: &'a [bool],
-    /// What is left of the drift, s.
+    /// Rest of the drift, s.
     pub(crate) remaining: f64,
 }
 
-/// What lies behind the surfaces.
+/// Response of the bodies behind the surfaces to an impact in the middle of a drift.
 pub(crate) trait BodyCoupling<const D: usize>: Sync {
-    /// What is known of a touch while it is in hand; its storage is kept for the next.
+    /// Data of a touch while it is solved. Kept to reuse their memory.
     type Touch: Default;
 
-    /// A touch has changed the velocities of an island: takes it in hand. Nodes beyond the
-    /// island that it may move are on the trail then.
+    /// Prepares the response to a touch that has changed the velocities of an island. Adds
+    /// nodes outside the island that the touch may move to the rollback log.
     fn begin_impact(
         &self,
         motion: &mut NodalMotion<D>,
@@ -30,16 +30,17 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
         touch: &mut Self::Touch,
     );
 
-    /// Impulses of elements that go with it, N·s, on nodes of the island and others.
+    /// Returns the impulses of elements that act at the touch, N·s, on nodes of the island and
+    /// others.
     fn impulses(touch: &Self::Touch) -> &[(u32, [f64; D])];
 
-    /// The same touch with these impulses. Returns the factor on them that
-    /// balances the energy.
+    /// Returns the factor on the impulses that balances the energy, at the velocities with the
+    /// impulses applied.
     fn balance(&self, touch: &Self::Touch, motion: &NodalMotion<D>) -> f64;
 
-    /// The same touch so many seconds before the end of the drift, with these impulses so many
-    /// times; tells the impulses on nodes that are held. Returns how much less it has taken
-    /// than the impulses of the contacts have, J.
+    /// Finishes a touch, given the time left in the drift, s, and the factor on the impulses.
+    /// Passes on the impulses on nodes with prescribed components. Returns the energy that the
+    /// bodies recover from the work of the contacts, J.
     fn finish_impact(
         &self,
         touch: &Self::Touch,
@@ -49,11 +50,11 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
     ) -> f64;
 }
 
-/// Visits the nodes that share an element and their level with a node.
+/// Visits the nodes that share an element and their time level with a node.
 pub(crate) type NeighbourNodes<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
 
-/// Drift of a node that is due, s.
+/// Returns the drift of a node that is due, s.
 pub(crate) type DriftDurations<'a> = &'a dyn Fn(u32) -> Option<f64>;
 
-/// Kick interval and drift of a node that is due, s.
+/// Returns the kick interval and the drift of a node that is due, s.
 pub(crate) type KickTiming<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);

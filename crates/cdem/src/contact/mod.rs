@@ -1,5 +1,5 @@
-//! Contact between blocks (design, sections 4 and 5): search, islands, and the
-//! models `unified-node` and `penalty`.
+//! Contact between blocks (design, sections 4 and 5): detection, islands, and the models
+//! `unified-node` and `penalty`.
 
 pub(crate) mod ccd;
 pub(crate) mod checkpoint;
@@ -44,65 +44,65 @@ use crate::scene::{ContactModel, Scene};
 pub(crate) struct Contacts<const D: usize> {
     model_data: ContactModelData<D>,
     model: ContactModel,
-    /// Blocks that never move.
+    /// True for each block that never moves.
     fixed: Vec<bool>,
     search: CandidateSearch<D>,
-    /// Whether nodes have moved farther in any step than its search had reached
-    /// since last asked.
+    /// True if nodes have moved farther in a coarse step than their motion bound, in any step
+    /// since the flag was last taken.
     search_overrun: bool,
-    /// Pairs that may touch in this coarse step, sorted.
+    /// Candidate pairs of this coarse step, sorted.
     candidates: Vec<Pair>,
-    /// Distance of open pairs up to which none is left out in a drift, m: the
-    /// tolerance, unless a test wants all of them looked at.
+    /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
+    /// contact tolerance, or more where a test wants all pairs examined.
     within: f64,
-    /// Pairs whose nodes share a level, with the step that last needed it.
+    /// Pairs whose nodes share a time level, with the last coarse step that needed it.
     joins: Vec<(Pair, u64)>,
     lists: StepLists,
     islands: Vec<Island<D>>,
-    /// Whether all pairs near and joined are in islands; and the step in which one has
-    /// first left since these were made.
+    /// True if all candidate and joined pairs are in islands; and the first coarse step since
+    /// the islands were made in which a candidate pair dropped out.
     grouped: bool,
     left: Option<u64>,
-    /// Whether a node moves with an island, and with which.
+    /// For each node: true if it moves with an island, and the index of that island.
     in_island: Vec<bool>,
     island_of: Vec<u32>,
-    /// Where a node that does is among those that do.
+    /// Index of each island node in the sorted list of all island nodes.
     predicted_impact: Vec<u32>,
     ended: Vec<ContactHistory>,
-    /// How many of these ended before this coarse step.
+    /// The number of entries of `ended` from before this coarse step.
     ended_before: usize,
     energies: ContactEnergies,
-    /// Velocities for threads to work with in a kick, for their storage.
+    /// Copies of the velocities, one for each thread in a kick. Kept to reuse their memory.
     velocity_copies: VelocityCopies<D>,
-    /// What is known of the surface in a kick, for its storage.
+    /// Geometry cache of the surface in a kick. Kept to reuse its memory.
     geometry_cache: Option<GeometryCache<D>>,
 }
 
-/// Lists of a step, for their storage.
+/// Lists of a coarse step. Kept to reuse their memory.
 #[derive(Default)]
 struct StepLists {
-    /// Pairs that the search has found, until they are [taken](Contacts::regroup).
+    /// Candidate pairs from the broad phase, until [`Contacts::regroup`] takes them.
     near: Vec<Pair>,
     near_or_closed: Vec<Pair>,
     closed_beyond: Vec<Pair>,
     joins: Vec<(Pair, u64)>,
-    /// Islands of the pairs near.
+    /// Index of the island of each candidate pair.
     islands: Vec<Option<usize>>,
 }
 
-/// What does not change but with the mesh, once contacts are closed for t = 0.
+/// Data that change only with the mesh, once contacts are closed at t = 0.
 struct ContactModelData<const D: usize> {
     surface: Box<dyn Surface<D>>,
     clusters: Clusters,
     laws: ContactLaws,
-    /// Block of each node, and how often the elements around it have been halved.
+    /// Index of the block of each node, and the number of halvings of the elements around it.
     block_of: Vec<u32>,
     halvings: Vec<u8>,
     /// Mass-proportional damping of each block, 1/s.
     damping: Vec<f64>,
     /// d_tol, m.
     tolerance: f64,
-    /// Of blocks at t = 0.
+    /// Overlaps of the blocks at t = 0.
     initial_overlaps: InitialOverlaps,
 }
 
@@ -117,7 +117,7 @@ impl<const D: usize> ContactModelData<D> {
         }
     }
 
-    /// Whether contact between two blocks is wanted.
+    /// Returns a test for two blocks: true if contact between them is enabled.
     fn may_touch<'a>(&'a self, fixed: &'a [bool]) -> impl Fn([u32; 2]) -> bool + 'a {
         move |[a, b]| {
             a != b && !(fixed[a as usize] && fixed[b as usize]) && self.laws.between(a, b).enabled
@@ -138,11 +138,11 @@ impl<const D: usize> ContactModelData<D> {
     }
 }
 
-/// Makes the surfaces of the blocks of a mesh of some thickness, m, for contact within a
+/// Makes the surfaces of the blocks of a mesh, from its thickness, m, and the contact
 /// tolerance, m.
 pub(crate) type MakeSurface<const D: usize> = fn(&Mesh<D>, f64, f64) -> Box<dyn Surface<D>>;
 
-/// Surfaces in 2-D: vertices against edges.
+/// Makes the surfaces in 2-D: vertices against edges.
 pub(crate) fn plane_surface(
     mesh: &Mesh<2>,
     thickness: f64,
@@ -151,7 +151,7 @@ pub(crate) fn plane_surface(
     Box::new(boundary_2d::Boundary2d::new(mesh, thickness))
 }
 
-/// Surfaces in 3-D: vertices against triangles, edges against edges.
+/// Makes the surfaces in 3-D: vertices against triangles, edges against edges.
 pub(crate) fn solid_surface(
     mesh: &Mesh<3>,
     _thickness: f64,
@@ -161,7 +161,8 @@ pub(crate) fn solid_surface(
 }
 
 impl<const D: usize> Contacts<D> {
-    /// Contact between the blocks of `mesh`, within `tolerance`, m.
+    /// Creates the contact between the blocks of `mesh`, with the contact tolerance
+    /// `tolerance`, m.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
@@ -213,8 +214,8 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Closes the pairs within the tolerance at t = 0: joints, with the gap
-    /// they have.
+    /// Closes the pairs within the contact tolerance at t = 0. Pairs with cohesion or tensile
+    /// strength become joints. Each keeps its gap.
     pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &InverseMass<D>) {
         let within = self.model_data.tolerance;
         let blocks = self.model_data.blocks(&self.fixed);
@@ -239,8 +240,8 @@ impl<const D: usize> Contacts<D> {
         self.islands = vec![island];
     }
 
-    /// Before a coarse step: finds the pairs that may come in contact. Returns
-    /// whether other nodes than before count as one in the levels.
+    /// Finds the candidate pairs of a coarse step, before it. Returns true if the set of nodes
+    /// that must share a time level has changed.
     pub(crate) fn find(
         &mut self,
         at: Configuration<D>,
@@ -259,17 +260,17 @@ impl<const D: usize> Contacts<D> {
         self.join(number)
     }
 
-    /// The levels of nodes have changed, and islands with them.
+    /// Marks the islands as out of date, because the time levels of nodes have changed.
     pub(crate) fn ungroup(&mut self) {
         self.grouped = false;
     }
 
-    /// Whether a node is moved by [`Self::drift`].
+    /// True if [`Self::drift`] moves this node.
     pub(crate) fn moves_node(&self, node: u32) -> bool {
         self.in_island[node as usize]
     }
 
-    /// The impacts of pairs that are closed at t = 0 and approach.
+    /// Solves the impacts of pairs that are closed at t = 0 and approach.
     pub(crate) fn collide_initial(
         &mut self,
         motion: &mut NodalMotion<D>,
@@ -288,8 +289,8 @@ impl<const D: usize> Contacts<D> {
         self.energies.watch.lap(Stage::Geometry);
     }
 
-    /// Contact forces of the islands that are due, after their kick.
-    /// `timing` gives kick interval and drift of a node that is due, s.
+    /// Applies the contact impulses of the islands that are due, after the kick by elements and
+    /// loads. `timing` returns the kick interval and the drift of a node that is due, s.
     pub(crate) fn kick(
         &mut self,
         motion: &mut NodalMotion<D>,
@@ -319,8 +320,8 @@ impl<const D: usize> Contacts<D> {
         self.energies.watch.lap(Stage::Geometry);
     }
 
-    /// The same without leaving a trace; returns what it would have cost, as
-    /// works done at the velocities before.
+    /// Computes a kick as [`Self::kick`] does, but on a copy of the islands. Returns the
+    /// energies of that kick, with the work taken at the velocities before it.
     pub(crate) fn preview_kick(
         &self,
         motion: &mut NodalMotion<D>,
@@ -352,8 +353,8 @@ impl<const D: usize> Contacts<D> {
         books
     }
 
-    /// Drifts the islands that are due, touch by touch, from a time on and for as long as is said
-    /// of their nodes.
+    /// Moves the islands that are due through their drift, from one first touch to the next.
+    /// `timing` gives the start, s, and the duration of the drift of each node, s.
     pub(crate) fn drift(
         &mut self,
         motion: &mut NodalMotion<D>,
@@ -370,7 +371,7 @@ impl<const D: usize> Contacts<D> {
         self.energies.watch.lap(Stage::Geometry);
     }
 
-    /// After a coarse step: forces of the step.
+    /// Ends a coarse step: updates the peak normal forces, which are means over the step.
     pub(crate) fn end_step(&mut self, step: f64) {
         for history in &mut self.ended[self.ended_before..] {
             if history.step_impulse != 0.0 {
@@ -387,9 +388,9 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Takes penetration out of the positions, velocities untouched: moves
-    /// by M⁻¹∇g so that closed pairs that overlap touch. Returns the nodal
-    /// moves, m.
+    /// Corrects positions, without a change of velocities: moves nodes by M⁻¹∇g so that the
+    /// overlap of closed pairs vanishes, in islands deeper than [`CORRECTED_PENETRATION`].
+    /// Returns the nodal moves, m.
     pub(crate) fn correct_positions(
         &mut self,
         at: Configuration<D>,
@@ -403,7 +404,7 @@ impl<const D: usize> Contacts<D> {
         if self.model == ContactModel::Penalty || !is_deep {
             return moves;
         }
-        // The next kick sees it no more.
+        // The next kick can no longer measure this penetration.
         self.energies.penetration = self.max_penetration(at);
         let setting = self.model_data.context(inertia);
         for island in &mut self.islands {
@@ -424,53 +425,53 @@ impl<const D: usize> Contacts<D> {
         moves
     }
 
-    /// All live contacts.
+    /// Returns all contact points.
     pub(crate) fn contact_points(&self) -> impl Iterator<Item = &ContactPoint<D>> {
         self.islands
             .iter()
             .flat_map(|island| &island.contact_points)
     }
 
-    /// Contacts that have ended since the last call.
+    /// Returns the contacts that have ended since the last call.
     pub(crate) fn take_ended(&mut self) -> Vec<ContactHistory> {
         self.ended_before = 0;
         std::mem::take(&mut self.ended)
     }
 
-    /// Whether nodes have moved farther in a step than its search had reached
+    /// True if nodes have moved farther in a coarse step than their motion bound, in any step
     /// since the last call.
     pub(crate) fn take_search_overrun(&mut self) -> bool {
         std::mem::take(&mut self.search_overrun)
     }
 
-    /// Whether two blocks may never lie in each other.
+    /// True if two blocks must never overlap.
     pub(crate) fn keeps_apart(&self, a: u32, b: u32) -> bool {
         self.model != ContactModel::Penalty
             && !(self.fixed[a as usize] && self.fixed[b as usize])
             && self.model_data.laws.between(a, b).enabled
     }
 
-    /// d_tol, m.
+    /// Returns d_tol, m.
     pub(crate) fn tolerance(&self) -> f64 {
         self.model_data.tolerance
     }
 
-    /// Energies so far, J.
+    /// Returns the energies so far, J.
     pub(crate) fn energies(&self) -> &ContactEnergies {
         &self.energies
     }
 
-    /// Counts the time that contact takes from now on.
+    /// Starts to measure the time that contact takes.
     pub(crate) fn time_stages(&mut self) {
         self.energies.watch.start();
     }
 
-    /// Contacts that have begun so far.
+    /// Returns the number of contacts that have begun so far.
     pub(crate) fn contacts_begun(&self) -> u64 {
         self.energies.touch_count
     }
 
-    /// Deepest penetration at the start of a kick so far, and now, m.
+    /// Returns the deepest penetration, m, over the starts of all kicks so far and over now.
     pub(crate) fn max_penetration(&self, now: Configuration<D>) -> f64 {
         let surface = &*self.model_data.surface;
         let depths = self
@@ -479,12 +480,12 @@ impl<const D: usize> Contacts<D> {
         depths.fold(self.energies.penetration, f64::max)
     }
 
-    /// The surfaces.
+    /// Returns the surfaces.
     pub(crate) fn surface(&self) -> &dyn Surface<D> {
         &*self.model_data.surface
     }
 
-    /// Energy of the penalty springs, J.
+    /// Returns the energy of the penalty springs, J.
     pub(crate) fn spring_energy(&self, at: Configuration<D>) -> f64 {
         match self.model {
             ContactModel::Penalty => self
@@ -496,8 +497,8 @@ impl<const D: usize> Contacts<D> {
     }
 }
 
-/// Contact forces of the islands that are due in a kick: velocities before it, its time, s, and
-/// timing. Returns the contacts that have ended.
+/// Applies the contact impulses of the islands that are due in a kick. Takes the velocities
+/// before the kick, m/s, its time, s, and its timing. Returns the contacts that have ended.
 fn kick_islands<const D: usize>(
     model: ContactModel,
     (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
@@ -519,7 +520,7 @@ fn kick_islands<const D: usize>(
     parallel::hold((islands, copies), setting, motion, kick, on_impulse, books)
 }
 
-/// Mass-proportional damping of a block of the scene, 1/s.
+/// Returns the mass-proportional damping of a block of the scene, 1/s.
 fn damping_of(scene: &Scene, block: usize) -> f64 {
     let name = &scene.block[block].material;
     let material = scene

@@ -1,5 +1,5 @@
-//! The conventional model, kept as a yardstick: normal and shear springs at
-//! points that overlap at the start of a step (the paper's section 2).
+//! Penalty model, the conventional one, for comparison: normal and shear springs at points that
+//! overlap at the start of a step (section 2 of the paper).
 
 use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::{
@@ -13,7 +13,7 @@ use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::model::inverse_mass::KickMobility;
 
 impl<const D: usize> ContactPoint<D> {
-    /// Energy of the normal and shear springs, J.
+    /// Returns the energy of the normal and shear springs, J.
     pub(crate) fn spring_energy(&self, surface: &dyn Surface<D>, at: Configuration<D>) -> f64 {
         let overlap = (self.offset[0] - surface.project(self.pair, at).gap).max(0.0);
         let shear = shear_norm(&self.shear_spring);
@@ -23,7 +23,8 @@ impl<const D: usize> ContactPoint<D> {
 }
 
 impl<const D: usize> Island<D> {
-    /// Spring forces over `interval` seconds on the pairs that overlap now.
+    /// Applies the spring forces over `interval` seconds of the pairs that overlap now. Returns
+    /// the contacts that have ended.
     pub(crate) fn kick_penalty(
         &mut self,
         context: &ContactContext<D>,
@@ -48,7 +49,7 @@ impl<const D: usize> Island<D> {
         }
         let mut ended = Vec::new();
         self.contact_points.retain_mut(|contact| {
-            contact.is_sticking = false; // the foot follows the point; springs remember
+            contact.is_sticking = false; // the foot follows the point; the springs do not
             let followed = contact.track_target(surface, motion.positions(), tolerance, |_| false);
             let closed = followed != TargetTracking::Beyond
                 && contact.spring(
@@ -70,7 +71,7 @@ impl<const D: usize> Island<D> {
 }
 
 impl<const D: usize> ContactPoint<D> {
-    /// Applies the springs of one contact; `false` where it has opened.
+    /// Applies the springs of one contact. Returns `false` if it has opened.
     #[allow(clippy::too_many_arguments)] // one call
     fn spring(
         &mut self,
@@ -93,7 +94,7 @@ impl<const D: usize> ContactPoint<D> {
         };
         let normal = self.law.normal_stiffness * overlap;
         if normal <= -self.law.tensile_strength * bond {
-            // What the springs hold goes with the contact.
+            // The energy left in the springs is lost with the contact.
             let left = self.spring_energy(surface, motion.positions());
             *energies.slip_loss(self.is_joint) += left;
             return false;
@@ -103,7 +104,7 @@ impl<const D: usize> ContactPoint<D> {
         let mut force = [0.0; D];
         force[0] = normal;
         for r in 1..D {
-            // The velocity before the kick is that of the drift just made.
+            // The velocity before the kick is that of the previous drift.
             self.shear_spring[r] += jacobian.relative_velocity(r, before) * interval;
             force[r] = -stiffness * self.shear_spring[r];
         }
@@ -121,8 +122,8 @@ impl<const D: usize> ContactPoint<D> {
         true
     }
 
-    /// Cuts the shear of `force` back to friction, and its springs with it;
-    /// `last` are their elongations before, m.
+    /// Reduces the shear of `force` to the friction limit, and the springs with it. `last` are
+    /// their elongations before, m.
     fn slip_springs(
         &mut self,
         force: &mut [f64; D],
@@ -137,7 +138,7 @@ impl<const D: usize> ContactPoint<D> {
         for r in 1..D {
             let [old, trial] = [last[r], self.shear_spring[r]];
             let new = kept * trial;
-            // Work of the mean force, less what the spring then holds more.
+            // Work of the mean force, less the increase of spring energy.
             let work = 0.5 * stiffness * (old + new) * (trial - old);
             let loss = work - 0.5 * stiffness * (new * new - old * old);
             *energies.slip_loss(was_joint) += loss;

@@ -1,4 +1,5 @@
-//! Contact goes on when the mesh of blocks changes.
+//! Prediction of impacts for adaptivity, and transfer of contacts to another mesh of the same
+//! blocks.
 
 use rayon::prelude::*;
 
@@ -17,41 +18,42 @@ use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
 
-/// Two blocks that are about to touch, or touch.
+/// A predicted impact, or a present contact, of two blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct PredictedImpact<const D: usize> {
     pub(crate) blocks: [u32; 2],
-    /// Where at rest, m, and a node of the feature there: of main and target.
+    /// Points at rest, m, and a node of the feature at each: main and target.
     pub(crate) rest: [[f64; D]; 2],
     pub(crate) nodes: [u32; 2],
-    /// Whether each feature is an edge in space.
+    /// For each feature: true if it is an edge in 3-D.
     pub(crate) are_edges: [bool; 2],
-    /// Where, and out of the target.
+    /// Present or predicted point, m, and normal out of the target.
     pub(crate) point: [f64; D],
     pub(crate) normal: [f64; D],
-    /// How fast the two come nearer, m/s.
+    /// Approach velocity, m/s.
     pub(crate) speed: f64,
-    /// Until they touch, s.
+    /// Time until the touch, s.
     pub(crate) wait: f64,
-    /// When the contact began, s; of one that is about to be, nothing.
+    /// Time at which the contact began, s; `None` for a predicted impact.
     pub(crate) since: Option<f64>,
-    /// How far it has slipped since, m; and does in a second now, m/s.
+    /// Slip since then, m; and its present rate, m/s.
     pub(crate) slip: f64,
     pub(crate) slip_rate: f64,
 }
 
-/// Where open pairs will touch, by their blocks: kept for its storage.
+/// Predicted impacts of open pairs, grouped by blocks. Kept to reuse their memory.
 #[derive(Debug, Default)]
 pub(crate) struct PredictedImpacts<const D: usize> {
     places: Vec<PredictedImpact<D>>,
-    /// When each pair near will touch, s from now; those that will; the closed pairs, sorted.
+    /// Time until each candidate pair touches, s; the pairs that will touch; the closed pairs,
+    /// sorted.
     waits: Vec<Option<f64>>,
     touching: Vec<(Pair, f64)>,
     closed: Vec<Pair>,
 }
 
 impl<const D: usize> PredictedImpacts<D> {
-    /// The places of any two blocks that will touch.
+    /// Returns the predicted impacts of each two blocks.
     pub(crate) fn by_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[PredictedImpact<D>])> {
         let same = |one: &PredictedImpact<D>, other: &PredictedImpact<D>| {
             ordered(one.blocks) == ordered(other.blocks)
@@ -62,7 +64,7 @@ impl<const D: usize> PredictedImpacts<D> {
 }
 
 impl<const D: usize> Contacts<D> {
-    /// Finds where open pairs will touch within `duration` seconds at constant velocities.
+    /// Predicts the impacts of open pairs within `duration` seconds at constant velocities.
     pub(crate) fn predict_impacts(
         &self,
         at: Configuration<D>,
@@ -111,7 +113,7 @@ impl<const D: usize> Contacts<D> {
         foreseen.places.sort_by_key(|place| ordered(place.blocks));
     }
 
-    /// Where closed pairs touch.
+    /// Returns the contacts of closed pairs.
     pub(crate) fn touching_pairs<'a>(
         &'a self,
         at: Configuration<'a, D>,
@@ -160,8 +162,8 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Nodes of features that would come into what is beside them by these `moves` of all
-    /// nodes, m, or leave what they touch.
+    /// For each node: true if these `moves` of all nodes, m, would make a feature of it
+    /// penetrate another block, or leave its closed contact.
     pub(crate) fn blocks_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
         let tolerance = self.model_data.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
@@ -201,7 +203,7 @@ impl<const D: usize> Contacts<D> {
             let after = projection.gap + change;
             let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
             let leaves = change > tolerance && closed.binary_search(&pair).is_ok();
-            // Edges that are parallel have no gap.
+            // Parallel edges have no gap.
             if enters || leaves || after.is_nan() {
                 for (nodes, way) in sides.iter().zip(of_sides) {
                     let nodes = nodes.iter();
@@ -212,8 +214,10 @@ impl<const D: usize> Contacts<D> {
         harmed
     }
 
-    /// The least move of a block besides these `moves` of all nodes, m, with which none of its
-    /// contacts overlaps more; `None` where there is none, or a longer one than the tolerance.
+    /// Returns a translation of a block, in addition to these `moves` of all nodes, m, after
+    /// which none of its contacts overlaps more than before. Removes the largest overlap, at
+    /// most [`LIFT_STEPS`] times. Returns `None` if the translation exceeds the contact
+    /// tolerance.
     pub(crate) fn lift(
         &self,
         block: u32,
@@ -244,13 +248,13 @@ impl<const D: usize> Contacts<D> {
                 return None;
             }
         }
-        // What is left is round-off, or the next look says that it is not.
+        // The rest is round-off, or the next check finds it.
         Some(shift)
     }
 
-    /// Goes on with the surface of another mesh of the same blocks, of which some have
-    /// `changed`: contacts go on where they are; those of points that there are no more
-    /// where their blocks touch nearest to these, as far as they do.
+    /// Transfers contacts to the surface of another mesh of the same blocks, some of them
+    /// `changed`. A contact stays at its material point. If that point no longer exists, the
+    /// contact continues as the nearest new contact of its blocks, or ends.
     pub(crate) fn remesh(
         &mut self,
         (old, new): (MeshConfiguration<D>, MeshConfiguration<D>),
@@ -285,7 +289,7 @@ impl<const D: usize> Contacts<D> {
                 Err(of) => lost.push(of),
             }
         }
-        // Of several that are one now, one that still holds by its strength goes on.
+        // Of several contacts that have become one, a joint is kept if there is one.
         kept.sort_by_key(|contact| (contact.pair, !contact.is_joint));
         kept.dedup_by(|next, first| {
             let same = next.pair == first.pair;
@@ -301,7 +305,7 @@ impl<const D: usize> Contacts<D> {
         self.begin_anew(lost, new.at, inertia, time);
     }
 
-    /// Takes the surface of another mesh of the same blocks; returns the old one.
+    /// Replaces the surface by that of another mesh of the same blocks. Returns the old one.
     pub(crate) fn exchange_surface(
         &mut self,
         mesh: &Mesh<D>,
@@ -326,8 +330,8 @@ impl<const D: usize> Contacts<D> {
         before
     }
 
-    /// Contacts of blocks that have `lost` some begin where these blocks touch, and are the
-    /// nearest of those from now on.
+    /// Begins contacts at the points where blocks with `lost` contacts touch. Each continues
+    /// the nearest lost contact.
     fn begin_anew(
         &mut self,
         mut lost: Vec<LostContact<D>>,
@@ -374,15 +378,15 @@ impl<const D: usize> Contacts<D> {
     }
 }
 
-/// A contact of a point that there is no more.
+/// A contact whose material point no longer exists.
 struct LostContact<const D: usize> {
     contact: ContactPoint<D>,
-    /// Where it was, m.
+    /// Position of its point, m.
     point: [f64; D],
 }
 
 impl<const D: usize> LostContact<D> {
-    /// The nearest to a contact of the same blocks at a point, m.
+    /// Returns the index of the contact of the same blocks that is nearest to a point, m.
     fn nearest(all: &[Self], contact: &ContactPoint<D>, point: [f64; D]) -> Option<usize> {
         let blocks = ordered(contact.history.blocks);
         let same = (0..all.len()).filter(|&i| ordered(all[i].contact.history.blocks) == blocks);
@@ -392,7 +396,7 @@ impl<const D: usize> LostContact<D> {
 }
 
 impl<const D: usize> ContactPoint<D> {
-    /// Is another from now on, at a point and in a direction of its own.
+    /// Continues the history of another contact, at its own point and in its own direction.
     fn follow_on(&mut self, other: &Self) {
         self.is_joint = other.is_joint;
         self.history = ContactHistory {
@@ -403,20 +407,20 @@ impl<const D: usize> ContactPoint<D> {
     }
 }
 
-/// Contacts from one surface to another.
+/// Transfer of contacts from one surface to another.
 struct ContactRemap<'a, const D: usize> {
     before: &'a dyn Surface<D>,
     after: &'a dyn Surface<D>,
     /// Before and after.
     sights: [MeshConfiguration<'a, D>; 2],
-    /// After.
+    /// The new mesh.
     mesh: &'a Mesh<D>,
-    /// Which blocks have another mesh.
+    /// For each block: true if its mesh has changed.
     changed: &'a [bool],
 }
 
 impl<const D: usize> ContactRemap<'_, D> {
-    /// A contact where it was, if its point is still there.
+    /// Returns the contact on the new surface, if its material point still exists there.
     fn carried(&self, mut contact: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
         let [old, new] = self.sights;
         let blocks = contact.history.blocks;
@@ -444,14 +448,14 @@ impl<const D: usize> ContactRemap<'_, D> {
     }
 }
 
-/// A mesh as it lies: now, and at rest.
+/// Configuration of a mesh: now, and at rest.
 #[derive(Clone, Copy)]
 pub(crate) struct MeshConfiguration<'a, const D: usize> {
     pub(crate) at: Configuration<'a, D>,
     pub(crate) rest: Configuration<'a, D>,
 }
 
-/// A vector in one frame in another, its first component as it is.
+/// Returns a vector of one frame in another frame. Keeps its first component.
 fn turned<const D: usize>(vector: &[f64; D], [old, new]: &[[[f64; D]; D]; 2]) -> [f64; D] {
     let mut whole = [0.0; D];
     for r in 1..D {

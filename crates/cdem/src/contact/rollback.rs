@@ -1,15 +1,16 @@
-//! What the drift of one island has changed: undone, for other islands to see its nodes as they
-//! were, and done again.
+//! Rollback log of an island's drift: the changes are undone, so that other islands see the
+//! nodes as they were, and are applied again later.
 
 use std::collections::BTreeSet;
 
 use crate::math::vector::{add_scaled, dot, sub};
 use crate::model::kinematics::{NodalMotion, NodeState};
 
-/// Nodes that an island moves, and how they were before and after.
+/// Nodes that an island moves, with their states before and after.
 #[derive(Debug)]
 pub(crate) struct Rollback<const D: usize> {
-    /// Those of the island, sorted, so many, then those beyond.
+    /// Nodes of the island, sorted, then others; the number of the former, and the set of the
+    /// latter.
     nodes: Vec<u32>,
     own: usize,
     beyond: BTreeSet<u32>,
@@ -18,7 +19,7 @@ pub(crate) struct Rollback<const D: usize> {
 }
 
 impl<const D: usize> Rollback<D> {
-    /// Of an island of these nodes.
+    /// Starts the log of an island with these nodes.
     pub(super) fn new(nodes: &[u32], motion: &NodalMotion<D>) -> Self {
         Self {
             nodes: nodes.to_vec(),
@@ -29,7 +30,7 @@ impl<const D: usize> Rollback<D> {
         }
     }
 
-    /// Goes on to nodes, of which those that are new have not been moved yet.
+    /// Adds nodes that are not in the log yet. These must not have moved.
     pub(crate) fn track(&mut self, nodes: &[u32], motion: &NodalMotion<D>) {
         for &node in nodes {
             let is_own = self.nodes[..self.own].binary_search(&node).is_ok();
@@ -40,7 +41,7 @@ impl<const D: usize> Rollback<D> {
         }
     }
 
-    /// Takes the nodes back to where they were.
+    /// Sets the nodes back to their states before.
     pub(super) fn undo(&mut self, motion: &mut NodalMotion<D>) {
         self.after.clear();
         let after = self.nodes.iter().map(|&node| motion.state(node));
@@ -50,9 +51,9 @@ impl<const D: usize> Rollback<D> {
         }
     }
 
-    /// Moves the nodes once more, those that another island has moved too by what they have
-    /// changed by. Returns the energy that both changes of velocity make together and neither
-    /// island knows of, J; `mass` is that of all nodes, kg.
+    /// Applies the changes again. Where another island has changed a node, adds the change to
+    /// its present state. Returns the energy of the product of both velocity changes, J, which
+    /// neither island has booked. `mass` is that of all nodes, kg.
     pub(super) fn redo(&self, motion: &mut NodalMotion<D>, mass: &[f64]) -> f64 {
         let mut energy = 0.0;
         let changes = self.before.iter().zip(&self.after);
@@ -70,8 +71,7 @@ impl<const D: usize> Rollback<D> {
     }
 }
 
-/// Has what was so before become what it was after; or changes it by as much, where something
-/// else has changed it.
+/// Sets a value to `after` if it is still `before`; otherwise adds the change.
 pub(super) fn change<const D: usize>(now: &mut [f64; D], [before, after]: [&[f64; D]; 2]) {
     if now == before {
         *now = *after;
@@ -84,14 +84,14 @@ pub(super) fn change<const D: usize>(now: &mut [f64; D], [before, after]: [&[f64
 mod tests {
     use super::*;
 
-    /// Node 2 lies beyond both islands, which know each other's nodes as they were: it goes where
-    /// both send it, whoever comes first, and the energy of all is what is told.
+    /// Node 2 is outside both islands, which both move it from its state before. It must get
+    /// both changes, in either order, and the returned energy must be that of all.
     #[test]
     fn islands_that_move_the_same_node_move_it_together() {
         let (rest, mass) = ([[0.0; 2]; 4], [1.0, 2.0, 3.0, 4.0]);
         let start = |k: u32| [0.125, 0.25, 0.5].map(|x| [x, x + f64::from(k)]);
         let states = || (0..4).map(start).collect::<Vec<_>>();
-        // Displacement stays, what round-off has kept from it and velocity change.
+        // The displacement stays; its compensation and the velocity change.
         let moved = |node: u32, times: f64| {
             let [displacement, carry, velocity] = start(node);
             let change = |vector: [f64; 2], by: f64| vector.map(|x| x + times * by);

@@ -1,407 +1,421 @@
 //! All numerical constants of contact.
 //!
-//! A constant over the tolerance, or relative, has no unit. Each says its meaning, its reason
-//! and its measurement.
+//! A docstring tells the meaning with its unit, then the reason for the value, then the measurement
+//! behind it. "Relative" values have no unit.
 
 // Surfaces.
 
-/// Cosine between what parts of one feature look to, at least.
+/// Least cosine between the outward directions of two parts of one feature, dimensionless. A
+/// smaller cosine means another feature at the same point, as the other lip of a crack.
 pub(crate) const LIKE_NORMALS: f64 = 0.5;
 
-/// Angle at rest, rad, up to which parts of one flat face or straight edge differ; and how
-/// far a mark on either lies beside it, over its size.
+/// Largest angle at rest between parts of one flat face or straight edge (rad); also the largest
+/// distance of a material point beside its feature, relative to the size of the feature.
 pub(crate) const SAME_FEATURE_ANGLE: f64 = 1e-6;
 
-/// Sine of the angle up to which two features count as flush and a vertex as
-/// lying inside a flat boundary.
+/// Sine of the largest angle at which two features count as flush, and at which a vertex counts as
+/// inside a flat boundary, dimensionless.
 ///
-/// A corner drawn a length s into its face, as for shrunken edges, stays in the plane
-/// of contact to within the tolerance d where the sine is d/s or less: this is
-/// s = 50 d, by default a 200th of the smallest edge. It must be above the angle that
-/// d hides over such an edge, 1e-4, and the rotations of small strain, 1e-2; and below
-/// turns that are meant, as of a circle of 300 edges. It names contacts and breaks ties
-/// among what touches within d anyway: half of it and twice as much give the same bounces
-/// of the six types, to all digits printed, and motion does not jump where a tilt
-/// passes it (`crates/cdem-verify/tests/solid/tilt.rs`).
+/// With shrunken edges, a corner moved a length s into its face stays in the plane of contact to
+/// within the tolerance d if the sine is d/s or less. Here s = 50 d, by default a 200th of the
+/// smallest edge. The value must be above the angle that d hides over such an edge, 1e-4, and above
+/// the rotations of small strain, 1e-2. It must be below intended turns, as of a circle of 300
+/// edges. It classifies contacts and breaks ties among features that touch within d anyway. Half
+/// and twice the value give the same bounces of the six types, to all digits printed. Motion does
+/// not jump where a tilt passes the value (`crates/cdem-verify/tests/solid/tilt.rs`).
 pub(crate) const FLUSH: f64 = 0.02;
 
-/// Relative round-off of a foot's parameters on its target.
+/// Round-off of the parameters of a foot point on its target, relative to the size of the target.
 pub(crate) const FOOT_ROUND_OFF: f64 = 1e-9;
 
-/// Most of what is [beyond a re-entrant edge](crate::contact::surface::beyond_reentrant), over the depth.
+/// Largest result of [`beyond_reentrant`](crate::contact::surface::beyond_reentrant), relative to
+/// the depth.
 pub(crate) const FARTHEST_BEYOND: f64 = 1.0 / FLUSH;
 
-/// Turn of the boundary at an edge, rad, from which on it is sharp whatever its
-/// size.
+/// Turn of the boundary at an edge from which the edge is sharp whatever its size (rad).
 pub(crate) const SHARP: f64 = 0.1;
 
-/// cos [`SHARP`].
+/// Cosine of [`SHARP`], dimensionless.
 pub(crate) const COSINE_OF_SHARP: f64 = 0.995_004_165_278_025_8;
 
-/// Sine of the turn, either way, up to which a glance at an edge may tell that it is flat, below
-/// that of [`SHARP`]; and what it allows of what an edge may stand out: the angle of this sine is
-/// larger by 1.4e-3 of it.
+/// Sine of the largest turn, either way, at which the test without a root may call an edge flat,
+/// dimensionless. It must be below the sine of [`SHARP`].
 pub(crate) const FLAT_EDGE: f64 = 0.09;
 
+/// Fraction of the allowed height of an edge that the test without a root uses, dimensionless. It
+/// must cover the difference of angle and sine: at [`FLAT_EDGE`] the angle is larger by 1.4e-3 of
+/// it.
 pub(crate) const FLAT_CAUTION: f64 = 0.99;
 
-/// Sine up to which the angle is its series to the third power, to round-off.
+/// Sine up to which its third-order series gives the angle to round-off, dimensionless.
 pub(crate) const ANGLE_SERIES: f64 = 1e-3;
 
-/// What a straight edge laid across a flat one may sink in, over the tolerance of
-/// contact.
+/// Largest depth to which a straight edge laid across a flat edge may sink in, relative to the
+/// contact tolerance.
 pub(crate) const SAGITTA: f64 = 0.25;
 
-/// Turn, rad, of an edge that is clearly re-entrant.
+/// Turn of a clearly re-entrant edge (rad).
 pub(crate) const REENTRANT: f64 = -0.1;
 
-/// Turn, rad, up to which the first order says enough with a tenth of a radian to spare.
+/// Largest turn for which the first order is accurate enough, with a tenth of a radian to spare
+/// (rad).
 pub(crate) const FIRST_ORDER_TURN: f64 = 0.5;
 
-/// Nodes of an edge or a triangle at most: those of a quadrilateral.
+/// Most nodes of an edge or a triangle (count): those of a quadrilateral.
 pub(crate) const MOST_NODES_OF_FEATURE: usize = 4;
 
 // Narrow phase.
 
-/// How far an end of the shorter of two edges may lie aside of the other, over the
-/// tolerance of contact, where they still count as parallel: they meet at their ends
-/// then, up to that much late.
+/// Largest distance of an end of the shorter of two edges beside the other at which the edges still
+/// count as parallel, relative to the contact tolerance. Such edges meet at their ends, late by
+/// this distance at most.
 pub(crate) const CLOSE_TO_PARALLEL: f64 = 0.1;
 
-/// Sine of the angle below which two edges count as parallel in any case: round-off of
-/// their feet and normal is ε over the sine.
+/// Sine of the angle below which two edges always count as parallel, dimensionless. The round-off
+/// of their feet and normal is ε over the sine.
 pub(crate) const PARALLEL_SINE: f64 = 1e-7;
 
-/// Turn of a vertex's edges against a triangle, rad, for ways of both blocks' nodes that
-/// add up to their size s. Ways w₁ and w₂ turn an edge by 2w₁/s and the triangle by
-/// 2w₂/s at first order; twice that holds however far they go.
+/// Turn of the edges of a vertex against a triangle (rad), if the travels of the nodes of both
+/// blocks add up to their size s. Travels w₁ and w₂ turn an edge by 2w₁/s and the triangle by 2w₂/s
+/// at first order. Twice the sum holds for any travel.
 pub(crate) const FACE_TURN_RATE: f64 = 4.0;
 
-/// The same of faces against the common normal of two edges, with s times the sine of
-/// the angle between these: 2w/s for a face, 2√2 w₁/s for one beside its own edge, and
-/// 2 (w₁ + w₂)/s for the normal.
+/// Turn of faces against the common normal of two edges (rad), if the travels of the nodes of both
+/// blocks add up to s times the sine of the angle between the edges. A face turns by 2w/s, a face
+/// beside its own edge by 2√2 w₁/s, and the normal by 2 (w₁ + w₂)/s.
 pub(crate) const EDGE_TURN_RATE: f64 = 8.0;
 
-/// The same of the normal against the sum of four normals of faces, which says on which
-/// side of an edge the other's block lies: 4 · 2 (w₁ + w₂)/s for the normal, and 4w/s for
-/// the two faces of either edge.
+/// Turn of the common normal against the sum of four face normals (rad), for the same travels. The
+/// sum tells on which side of an edge the block of the other edge lies. The turn of the normal
+/// counts 4 · 2 (w₁ + w₂)/s, that of the two faces of either edge 4w/s.
 pub(crate) const SIDE_TURN_RATE: f64 = 16.0;
 
-/// How much faster than the ways of both blocks together what a pair lacks may shrink:
-/// by 1 in front of faces, 1.1 and 1.75 between edges (`shell::nearness`), 1.3 where
-/// edges sharpen, all at first order. It ends before nodes have moved by a 16th of the
-/// smallest length that bears on it, within which the rest is far less.
+/// Rate at which the length in [`CullingResult::Lacks`](crate::contact::surface::CullingResult) may
+/// shrink, relative to the sum of the travels of both blocks. At first order the rate is 1 in front
+/// of faces, 1.1 and 1.75 between edges (`narrow_phase/culling.rs`), and 1.3 where edges sharpen.
+/// The length is used up before nodes have moved by a 16th of the smallest length involved; the
+/// higher orders are far smaller there.
 pub(crate) const CULLING_RATE: f64 = 4.0;
 
 // Continuous collision detection.
 
-/// Gap, over the tolerance, at which a pair that is about to touch, and no farther aside of
-/// its target than the tolerance, joins an event that comes before: a 1e-8th of the smallest boundary edge by default.
+/// Largest gap at which a pair about to touch joins an earlier event, relative to the contact
+/// tolerance: a 1e-8th of the smallest boundary edge by default. Its foot point must lie no farther
+/// outside the target than the tolerance.
 pub(crate) const EARLY: f64 = 1e-4;
 
-/// Overlap, over the tolerance, that is none: a 1e-6th of the smallest boundary edge
-/// by default. A pair too slow to come deeper in a drift waits for the next kick,
-/// which holds it: stones that settle would open and close one after the other, each
-/// touch an impact of the whole pile.
+/// Penetration that counts as none, relative to the contact tolerance: a 1e-6th of the smallest
+/// boundary edge by default. A pair too slow to sink in deeper in a drift waits for the next kick.
+/// Otherwise settling stones would open and close one after the other, and each touch would be an
+/// impact of the whole pile.
 pub(crate) const SHALLOW: f64 = 1e-2;
 
-/// First touches within one substep that are taken at their own instants. Where
-/// there are more, as when long faces meet at a small angle, those of the next
-/// 1/16 of the substep become one event: closed a little early, never late.
+/// Most first touches within one substep that keep their own instants (count). If there are more,
+/// as when long faces meet at a small angle, the touches of the next 1/16 of the substep become one
+/// event. They close a little early, never late.
 pub(crate) const EVENTS: usize = 16;
 
-/// Touches closer in time than this share of the substep are one event.
+/// Time between touches below which they are one event, relative to the rest of the drift.
 pub(crate) const SIMULTANEOUS: f64 = 1e-9;
 
-/// Edges that turn less in a drift than by the angle of this cosine do not become parallel
-/// in it; and how far their normal must point out of the target, to do so all the time.
+/// Least cosine of the turn of the common normal of two edges in a drift, dimensionless. Edges that
+/// turn less do not become parallel in the drift.
 pub(crate) const EDGE_STEADY: f64 = 0.5;
 
+/// Least component of the common normal of two edges along the outward direction of the target,
+/// dimensionless. With it, the normal points out of the target during the whole drift.
 pub(crate) const EDGE_OUTWARD: f64 = 0.1;
 
-/// Bisections that take an interval down to round-off.
+/// Most bisections of an interval (count): they reduce it to round-off.
 pub(crate) const BISECTIONS: u32 = 64;
 
-/// Instants, of those in which a pair falls behind its target's line or plane no deeper than
-/// it may, at which it is looked at: what comes in and is out again between two of them
-/// goes past a corner, or over a whole target in an eighth of that time.
+/// Instants at which a pair is tested while it is behind the line or plane of its target, no deeper
+/// than allowed (count). A point that enters and leaves between two of them goes past a corner, or
+/// crosses a whole target in an eighth of that time.
 pub(crate) const CCD_SAMPLES: u32 = 8;
 
-/// Round-off of the volume, over the bound of its terms. A term is a product of up to
-/// three differences, summed and multiplied by times: 16 roundings of half an ε at
-/// most. The terms' moduli add up to 1.2 of the bound (Hadamard's for permanents), so
-/// a third of this would do.
+/// Round-off of a signed volume, relative to the bound of its terms. A term is a product of up to
+/// three differences, summed and multiplied by times: 16 roundings of half an ε at most. The moduli
+/// of the terms add up to 1.2 of the bound (Hadamard's for permanents), so a third of this would
+/// do.
 pub(crate) const VOLUME_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 
-/// How far a pair that has touched may sink in a drift and rests, over the depth up to which
-/// it has not.
+/// Largest sink in a drift at which a pair that is already too deep still rests, relative to the
+/// depth allowed to other pairs.
 pub(crate) const RESTING_SINK: f64 = 1e-3;
 
-/// What a target keeps of the smaller of its sizes at both ends of a drift, at least: all
-/// but a share that its nodes move over its height.
+/// Least size of a target during a drift, relative to the smaller of its sizes at both ends. The
+/// target loses only the fraction of its size that its nodes move over its height.
 pub(crate) const LEAST_TARGET_SIZE: f64 = 0.5;
 
-/// Depth, over the tolerance, at which a pair that sinks in is closed in a kick: a 1e-11th
-/// of the smallest boundary edge by default. By as much points stay uneven that come to
-/// rest; what has been left to sink in farther closes no later than at [`SHALLOW`].
+/// Depth at which a sinking pair is closed in a kick, relative to the contact tolerance: a 1e-11th
+/// of the smallest boundary edge by default. Points that come to rest stay uneven by as much. A
+/// pair left to sink in farther closes at [`SHALLOW`] at the latest.
 pub(crate) const LEAST_DEPTH: f64 = 1e-7;
 
 // Detection.
 
-/// How far from a touch the main feature of a contact may be that says the same, over
-/// the tolerance: either's point lies aside of its feature, and both aside of the touch.
+/// Largest distance between a touch and the main feature of a closed contact point that may be the
+/// same contact, relative to the contact tolerance. The point of either may lie outside its
+/// feature, and both may lie beside the touch.
 pub(crate) const DUPLICATE_REACH: f64 = 4.0;
 
-/// Coarse steps for which nodes stay joined after their pair was last near: a
-/// change of levels costs energy, so they change seldom (design, section 3). And for
-/// which islands stay one that need not.
+/// Coarse steps for which nodes stay joined after their pair was last near (count), and for which
+/// islands stay joined without need. A change of time levels costs energy, so they change seldom
+/// (design, section 3).
 pub(crate) const JOIN_STEPS: u64 = 32;
 
-/// What blocks may have ahead more than when candidates were sorted out, over the largest of
-/// their shares then: some nine steps at the present speeds.
+/// Further travel of the blocks for which the list of active candidates serves, relative to the
+/// largest motion bound: some nine steps at the present speeds.
 pub(crate) const ACTIVE_STEPS: f64 = 4.0;
 
-/// For how much more than that they are sorted out: far above round-off.
+/// Travel for which active candidates are selected, relative to the travel for which the list
+/// serves. The excess is far above round-off.
 pub(crate) const ACTIVE_MARGIN: f64 = 1.25;
 
-/// Cells beyond which coordinates are not resolved: boxes smaller than a
-/// 2⁻⁴⁰th of the largest coordinate share the class of that size.
+/// Binary digits of coordinates that the grid resolves (count): boxes smaller than a 2⁻⁴⁰th of the
+/// largest coordinate share the size class of that size.
 pub(crate) const GRID_RESOLUTION: i32 = 40;
 
-/// The coarsest class, and less its number the finest: cells of 1e301 and
-/// 1e-301 m. Coordinates beyond are no model's.
+/// Exponent of the coarsest size class, and the finest is its negative (count): cells of 1e301 and
+/// 1e-301 m. No model has coordinates beyond.
 pub(crate) const COARSEST_CLASS: i32 = 1000;
 
-/// Features of a patch, at most: a hexahedron has 104, mains and targets.
+/// Most features of a cluster, mains and targets (count): a hexahedron has 104.
 pub(crate) const MOST_FEATURES_OF_CLUSTER: usize = 128;
 
-/// Speed to reckon with, over that which kicks have made. What is struck by
-/// something heavy flies off at up to twice its speed, and so does the far end of
-/// a rod that falls flat and hits something with its near end; kicks add to it.
+/// Speed assumed in the motion bounds, relative to the largest speed after the kick. A light body
+/// hit by a heavy one leaves at up to twice its speed. So does the far end of a rod that falls flat
+/// and hits something with its near end. Kicks add to it.
 pub(crate) const SPEED_GAIN: f64 = 2.25;
 
-/// Share of a block at rest, over the tolerance. Edges within flat faces may be sharp
-/// once nodes have moved by a few times this.
+/// Motion bound of a block at rest, relative to the contact tolerance. Edges within flat faces may
+/// become sharp once nodes have moved by a few times this.
 pub(crate) const LEAST_REACH: f64 = 0.02;
 
-/// Distance of features that the surface takes for near, over reach and tolerance,
-/// at most: √2 where both are spent along the target and along its normal.
+/// Largest distance of features at which the surface tests them, relative to motion bound plus
+/// tolerance: √2 if both are used along the target and along its normal.
 pub(crate) const DISTANCE_CHECKED: f64 = 1.5;
 
-/// The same with what round-off may add to distances and ways: a tenth of the
-/// tolerance, which is far above.
+/// [`DISTANCE_CHECKED`] with an allowance for round-off of distances and travels, relative to
+/// motion bound plus tolerance. The allowance is a tenth of the tolerance, which is far above it.
 pub(crate) const DISTANCE_KEPT: f64 = 1.6;
 
-/// What round-off may add to what pairs lack, over the tolerance; it is far below.
+/// Allowance for round-off of [`CullingResult::Lacks`](crate::contact::surface::CullingResult),
+/// relative to the contact tolerance. The round-off is far below.
 pub(crate) const CULLING_ROUND_OFF: f64 = 0.01;
 
-/// Ways of both blocks together for which a pair that was near counts as near: over the
-/// tolerance at least, and over its reach, some nine steps at the present speeds.
+/// Least travel of both blocks together for which a near pair stays near, relative to the contact
+/// tolerance.
 pub(crate) const NEAR_MARGIN: f64 = 0.25;
 
+/// Travel of both blocks together for which a near pair stays near, relative to their motion
+/// bounds: some nine steps at the present speeds.
 pub(crate) const NEAR_MARGIN_IN_MOTION: f64 = 4.0;
 
-/// Coarse steps at the present speeds for which a broad phase serves, about; and
-/// how far blocks may move at least until the next, over the tolerance: a 20th of
-/// the smallest boundary edge by default.
+/// Largest displacement of a block since the last broad phase plus its motion bound, relative to
+/// its motion bound.
 pub(crate) const BROAD_PHASE_STEPS: f64 = 11.0;
 
+/// Least value of that allowance for displacement and motion bound, relative to the contact
+/// tolerance: a 20th of the smallest boundary edge by default.
 pub(crate) const BROAD_PHASE_STEPS_AT_REST: f64 = 500.0;
 
-/// What round-off may add to distances and ways, over the tolerance; it is far
-/// below.
+/// Allowance for round-off of distances and travels, relative to the contact tolerance. The
+/// round-off is far below.
 pub(crate) const SEPARATION_ROUND_OFF: f64 = 0.1;
 
-/// Way of a block, over the tolerance, at which all pairs are looked at anew: a
-/// hundred of the smallest boundary edge by default. A billion substeps later its
-/// round-off is within the above.
+/// Travel of a block at which all pairs are measured again, relative to the contact tolerance: a
+/// hundred of the smallest boundary edge by default. After a billion more substeps the round-off of
+/// the travel is still within [`SEPARATION_ROUND_OFF`].
 pub(crate) const STALE_TRAVEL: f64 = 1e6;
 
-/// For how much those that may touch are sorted out, over what a touch in the next drift
-/// takes.
+/// Travel for which the pairs that may touch are selected, relative to the travel of the next
+/// drift.
 pub(crate) const SEPARATION_DRIFTS: f64 = 16.0;
 
 // Constraints.
 
-/// How far the gaps of closed contacts may miss what they are to be at the end of
-/// a drift, over the tolerance, and how often the island is solved again for it.
-/// Gaps are asked for along their present gradients; those of points that slide
-/// along a turning edge change besides, by the square of the drift.
+/// Largest error of the gaps of closed contact points at the end of a drift, relative to the
+/// contact tolerance. The solve corrects gaps along their present gradients. The gaps of points
+/// that slide along a turning edge change besides, by the square of the drift.
 pub(crate) const MISS: f64 = 0.1;
 
-/// Relative move that is round-off, over the tolerance: a 1e-14th of the smallest
-/// boundary edge by default.
+/// Relative displacement that is round-off, relative to the contact tolerance: a 1e-14th of the
+/// smallest boundary edge by default.
 pub(crate) const LEAST_MOVE: f64 = 1e-10;
 
-/// Round-off of a gap, over the coordinates of its nodes.
+/// Round-off of a gap, relative to the coordinates of its nodes.
 pub(crate) const GAP_ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
-/// Share of what a gap is wrong by that a step sets right. All of it at once (SHAKE)
-/// hands on what a solve has left, as a kick against all that presses. A solve that
-/// brings some impulses nearer by a share η of what they miss makes oscillators of gaps,
-/// damped by √(η/AIM)/2 of the critical: a wall of 210 stones, with solves that ended at
-/// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this.
+/// Fraction of the error of a gap that one step corrects, dimensionless. A full correction (SHAKE)
+/// turns the error that a solve has left into a kick against all pressing contacts. A solve that
+/// reduces the error of some impulses by a fraction η turns gaps into oscillators, damped by
+/// √(η/`GAP_CORRECTION`)/2 of the critical damping. A wall of 210 stones, with solves that ended at
+/// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this value.
 pub(crate) const GAP_CORRECTION: f64 = 0.02;
 
-/// What a gap may be wrong by and is right, over the tolerance: a 1e-7th of the smallest
-/// boundary edge by default. Where contacts are more than freedoms, gaps contradict each
-/// other by what solves have missed and bodies bent. To set that right is to ask for what
-/// cannot be: impulses grow and shrink from step to step, until a contact opens or slips
-/// and all begins anew, and a wall of 210 stones stirs for ever, at 1e-6 m/s. What is
-/// right asks for no motion, on which all contacts agree.
+/// Error of a gap that is not corrected, relative to the contact tolerance: a 1e-7th of the
+/// smallest boundary edge by default. If there are more contact points than freedoms, gaps
+/// contradict each other, by the errors of solves and the bending of bodies. A correction would ask
+/// for the impossible: impulses grow and shrink from step to step, until a contact opens or slips
+/// and all begins anew. A wall of 210 stones then moves for ever, at 1e-6 m/s. Gaps in the dead
+/// band ask for no motion, on which all contacts agree.
 pub(crate) const GAP_DEAD_BAND: f64 = 1e-3;
 
-/// Penetration that is left as it is, over the tolerance. To take it out of the
-/// positions compresses the bodies more where they press on each other, and makes
-/// energy; it need only stay so far below the tolerance that what comes on top is
-/// still found.
+/// Penetration that is not corrected, relative to the contact tolerance. A correction of the
+/// positions compresses the bodies more where they press on each other, and makes energy. The rest
+/// must only stay so far below the tolerance that further penetration is still found.
 pub(crate) const CORRECTED_PENETRATION: f64 = 0.5;
 
-/// Overlap that a change of mesh may make, over the tolerance: what gaps may miss at the end
-/// of any drift.
+/// Overlap that a change of mesh may make, relative to the contact tolerance: the same as the error
+/// of gaps at the end of any drift.
 pub(crate) const SLIGHT_OVERLAP: f64 = MISS;
 
-/// Contacts of a block that are lifted one after the other, at most.
+/// Most contact points of a block that are lifted one after the other (count).
 pub(crate) const LIFT_STEPS: usize = 64;
 
 // Solver.
 
+/// Most repeated solves of an island because of wrong gaps or new penetrations (count).
 pub(crate) const AGAIN: usize = 2;
 
-/// Residual of a solve of which the user should know: forces of contacts are
-/// wrong by as much, until the next step goes on from there.
+/// Residual of a solve above which the user is warned, dimensionless. Contact forces are wrong by
+/// as much, until the next step continues from there.
 pub(crate) const UNSOLVED: f64 = 1e-2;
 
-/// How far the force of a contact is taken to go on changing as it did: where forces swing,
-/// solves begin an order nearer to their ends than from the last forces, and take two thirds
-/// of the sweeps. Not all of it: what does not matter to any velocity, as between contacts
-/// that are more than freedoms, would go on for ever.
+/// Fraction of its last change by which the force of a contact point is extrapolated,
+/// dimensionless. If forces oscillate, solves begin an order nearer to their ends than from the
+/// last forces, and take two thirds of the sweeps. At 1, changes without influence on any velocity
+/// would go on for ever, as between more contact points than freedoms.
 pub(crate) const FORCE_TREND: f64 = 0.95;
 
-/// Curvature along a direction in which impulses change no velocity, over that
-/// of each contact alone: round-off.
+/// Curvature of a direction in which impulses change no velocity, relative to the curvature of the
+/// contact points alone: round-off.
 pub(crate) const LEAST_CURVATURE: f64 = 1e-14;
 
-/// Most that an impulse may change in a step, in terms of the velocity it makes
-/// alone, over the largest of these: contacts that all but contradict each other
-/// press and pull without bound, and what cancels between them leaves round-off
-/// in the momenta.
+/// Largest change of an impulse in a step, in terms of the velocity that it makes alone, relative
+/// to the largest of these velocities. Contact points that nearly contradict each other press and
+/// pull without bound, and their cancellation leaves round-off in the momenta.
 pub(crate) const LARGEST_GROWTH: f64 = 1e3;
 
-/// Nodes that one mass matrix couples, at most, where gains of each contact are fewer bytes than
-/// processors wait for: two packs of a component.
+/// Most nodes coupled by one mass matrix for which the gains of each contact point are stored
+/// (count): two SIMD blocks of a component. Above that, their bytes cost more time to load.
 pub(crate) const SMALL_BLOCK_NODES: usize = 16;
 
-/// Residual at which a solve is done: change of relative velocity in a sweep
-/// over the largest that the impulses make. What is left is a position error
-/// of 1e-8 of a kick's displacement, far below the positions' own round-off,
-/// and the next step corrects it.
+/// Residual at which a solve is done, dimensionless: the change of relative velocity in a sweep
+/// over the largest that the impulses make. The remaining position error is 1e-8 of the
+/// displacement of a kick, far below the round-off of the positions, and the next step corrects it.
 pub(crate) const RESIDUAL: f64 = 1e-8;
 
-/// Sweeps in which the residual falls to [`STALL_RATIO`] of what it was, or they do
-/// not get on.
+/// Sweeps in which the residual must fall to [`STALL_RATIO`] of its value (count). Otherwise the
+/// sweeps have stalled.
 pub(crate) const STALL_SWEEPS: u32 = 8;
 
+/// Residual after [`STALL_SWEEPS`] sweeps above which they have stalled, relative to the residual
+/// before them.
 pub(crate) const STALL_RATIO: f64 = 0.2;
 
-/// Steps of the first descent; each next one may take twice as many.
+/// Steps of the first descent (count). Each next descent may take twice as many.
 pub(crate) const CG_STEPS: u32 = 16;
 
-/// How often it is doubled, at most.
+/// Most doublings of the steps of a descent (count).
 pub(crate) const LONGEST_CG_DOUBLING: u32 = 7;
 
-/// Share of the residual to which a descent and the sweeps after it must come, or the next
-/// but one is not made: impulses that contacts which contradict each other could only
-/// balance far away are not looked for.
+/// Largest residual after a descent and its sweeps at which they were worth it, relative to the
+/// best residual before. The solver does not search for impulses that contradicting contact points
+/// could balance only far away.
 pub(crate) const CG_WORTH: f64 = 0.5;
 
+/// Descents in a row that were not worth it, after which no more are made (count).
 pub(crate) const CG_TRIES: u32 = 2;
 
-/// What a contact takes for itself of the velocity that a change of its impulse makes,
-/// once descents are no longer worth it: the change from what the solve began with is
-/// held back by that share (proximal point, \[Rockafellar1976\]). Of all impulses that do,
-/// or all but do where they contradict each other, those nearest to the start's are
-/// found: the last kick's, or none in an impact. What is missed for it the next kick
-/// finds, and is nearer.
+/// Weight of the proximal term, relative to the velocity that a change of the impulse makes, once
+/// descents are no longer worth it (proximal point, \[Rockafellar1976\]). The term pulls each
+/// impulse towards its value at the start of the solve. It selects the impulses nearest to the
+/// start among all that solve the constraints, or nearly solve contradicting ones. The start is the
+/// last kick, or zero in an impact. The next kick corrects the error of the term and is nearer.
 pub(crate) const PROXIMAL_WEIGHT: f64 = 1e-3;
 
-/// Sweeps with reluctance, at most.
+/// Most sweeps with the proximal term (count).
 pub(crate) const LAST_SWEEPS: u32 = 128;
 
-/// Contacts of an island in which none sleeps, and whose impacts are solved as far as kicks.
+/// Contact points of an island up to which none is deactivated, and impacts are solved as exactly
+/// as kicks (count).
 pub(crate) const FEW_CONTACTS: usize = 128;
 
-/// What a visit may have changed of a relative velocity, over that at which a solve is done,
-/// of a contact that falls asleep.
+/// Change of a relative velocity by a visit up to which a contact point is deactivated, relative to
+/// the change at which a solve is done.
 pub(crate) const CONVERGED_FRACTION: f64 = 0.3;
 
-/// Round-off of a relative velocity, over the largest velocity in it.
+/// Round-off of a relative velocity, relative to the largest velocity in it.
 pub(crate) const SOLVE_ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
-/// Most sweeps and steps of descents of a solve.
+/// Most sweeps and descent steps of a solve (count).
 pub(crate) const MAX_SWEEPS: u32 = 2000;
 
-/// Inverse mass of a row whose nodes are held, over what it would be of free
-/// ones: round-off.
+/// Inverse mass of a row whose nodes are prescribed, relative to that of free nodes: round-off.
 pub(crate) const NEGLIGIBLE_MOBILITY: f64 = 1e-12;
 
-/// Share of its contacts, one in so many, that must sink in for those closed before in the
-/// same kick to have the island solved once more. Fewer wait for the next kick: those are
-/// one or two at a time, for many rounds, in a large island that settles.
+/// Inverse fraction of its contact points that must newly penetrate for an island to be solved
+/// again in the same kick, dimensionless. Fewer wait for the next kick. In a large island that
+/// settles, there are one or two at a time, for many rounds.
 pub(crate) const PAIRS_WORTH_A_SOLVE: usize = 64;
 
 /// Residual at which the solve of an impact is done in an island of more than [`FEW_CONTACTS`]
-/// contacts: what it leaves the next kick finds, and no position is wrong by more than a
-/// 1e-6th of a drift. To go on to [`RESIDUAL`] takes three times as long.
+/// contact points, dimensionless. The next kick corrects the rest, and no position is wrong by more
+/// than a 1e-6th of a drift. Solving to [`RESIDUAL`] takes three times as long.
 pub(crate) const CROWD_RESIDUAL: f64 = 1e-6;
 
 // Grain sizes: they bound the overhead of threads and registers.
 
-/// Pairs whose island a thread finds in a row.
+/// Pairs whose island a thread finds in a row (count).
 pub(crate) const PAIRS_PER_TASK: usize = 1024;
 
-/// Points of a task, at least, where there are more: some 15 µs of sweeping.
+/// Least contact points of a task, if there are more (count): some 15 µs of a sweep.
 pub(crate) const CONTACTS_PER_COLOUR_TASK: usize = 64;
 
-/// Tasks of a colour, in points awake, for which threads are called.
+/// Tasks of a colour, in active contact points, above which threads are used (count).
 pub(crate) const COLOUR_TASKS_WORTH_A_THREAD: usize = 4;
 
-/// Groups of which a point each is visited in turn: a point of the same group waits for
-/// what the one before has made of its nodes.
+/// Groups whose contact points are visited in turn, one of each (count). A contact point waits for
+/// the node velocities of the one before it in its group.
 pub(crate) const CONTACTS_ABREAST: usize = 4;
 
-/// Contacts that a thread takes at once, where each is on its own: to call one takes as long as
-/// some tens of them.
+/// Independent contact points that a thread takes at once (count). Calling a thread takes as long
+/// as some tens of them.
 pub(crate) const CONTACTS_PER_TASK: usize = 256;
 
-/// Packs that a thread takes at once, at most.
+/// Most SIMD blocks that a thread takes at once (count).
 pub(crate) const BLOCKS_PER_TASK: usize = 8192;
 
-/// Parts of the islands for each thread: one that is done early takes up another's.
+/// Tasks of islands for each thread (count). A thread that is done early takes the task of another.
 pub(crate) const TASKS_PER_THREAD: usize = 4;
 
-/// Nodes for each contact, at most, that each part may have copied: in a kick the velocity of a
-/// node takes a thousandth of the time of a contact, in a drift all of a node three times that,
-/// of contacts that are solved three times or more.
+/// Most nodes that each task may copy for each contact point (count). In a kick the velocity of a
+/// node takes a thousandth of the time of a contact point. In a drift all data of a node take three
+/// times that, and contact points are solved three times or more.
 pub(crate) const NODES_PER_CONTACT: usize = 50;
 
-/// Contacts beside those of the largest island, at least, for which threads are called: some
-/// 30 µs of work.
+/// Least contact points outside the largest island for which threads are used (count): some 30 µs
+/// of work.
 pub(crate) const CONTACTS_WORTH_A_THREAD: usize = 64;
 
-/// Pairs whose touch a thread foresees, at least: to wake it takes as long.
+/// Least pairs whose touch a thread predicts (count). Waking a thread takes as long.
 pub(crate) const PREDICTIONS_PER_TASK: usize = 32;
 
-/// Patches, or pairs of them, that a thread takes in a row.
+/// Clusters, or pairs of them, that a thread takes in a row (count).
 pub(crate) const CLUSTERS_PER_TASK: usize = 32;
 
-/// Pairs that a thread looks at in a row, and pairs of which it sees whether it has to.
+/// Candidate pairs that a thread tests in a row (count).
 pub(crate) const CANDIDATES_PER_TASK: usize = 256;
 
+/// Candidate pairs that a thread compares with their motion bounds in a row (count).
 pub(crate) const GLANCES_PER_TASK: usize = 2048;
 
-/// How many values are cleared together: those of features near each other.
+/// Cached values that are cleared together (count): those of features near each other.
 pub(crate) const CACHE_CHUNK: usize = 32;
 
-/// Triangles for each pair looked at, or contact held, at most, for which room pays.
+/// Most triangles for each tested pair or closed contact point at which a geometry cache pays
+/// (count).
 pub(crate) const CACHE_WORTH_PAIRS: usize = 3;

@@ -1,34 +1,35 @@
-//! Elements as the kernels read them: number by number, so many side by side.
+//! Structure-of-arrays batches of elements for the SIMD kernels.
 
 use crate::element::element_set::{ElementHistory, ElementHistoryMut};
 use crate::element::geometry::{self, ElementGeometry, IntegrationPoints, Lame, NodalValues};
 use crate::element::prefetch::ask_for;
 use crate::element::simd::{Lanes, SimdRow, Single, WIDTH};
 
-/// Elements of one shape, [`WIDTH`] to a batch; what the last one lacks has no volume.
+/// Elements of one shape in batches of [`WIDTH`]. Unused lanes of the last batch have zero volume.
 #[derive(Debug, Default)]
 pub(super) struct Batches<const D: usize, const N: usize, const Q: usize> {
     /// Number of elements.
     count: usize,
-    /// Of each batch, Gauss point by Gauss point: the gradients of all nodes but the first,
-    /// whose gradient is minus the sum of the others, and the volume.
+    /// Geometry of each batch, Gauss point by Gauss point: the gradients of all nodes but the
+    /// first, whose gradient is minus the sum of the others, and the volume.
     rest: Vec<SimdRow>,
-    /// Of each batch: the elements' records, number by number.
+    /// Records of the elements of each batch, number by number.
     records: Vec<SimdRow>,
-    /// Of each batch: the elements' nodes, by their numbers in the group.
+    /// Nodes of the elements of each batch, by their indices in the group.
     nodes: Vec<[[u16; WIDTH]; N]>,
 }
 
 impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
-    /// Numbers of a Gauss point, and of an element at rest.
+    /// Number of numbers of a Gauss point, and of the geometry of an element.
     const POINT: usize = (N - 1) * D + 1;
     const REST: usize = Q * Self::POINT;
 
-    /// How many batches ahead the memory is asked, number by number as a batch is worked on, since
-    /// processors take few questions at a time: by then it has answered.
+    /// Number of batches that the prefetch runs ahead. The numbers are prefetched one after the
+    /// other while a batch is computed, since processors take few requests at a time. By then the
+    /// data have arrived.
     const AHEAD: usize = if Q == 1 { 4 } else { 1 };
 
-    /// None yet of `count` elements with records of `record` numbers.
+    /// Creates an empty list with capacity for `count` elements with records of `record` numbers.
     pub(super) fn with_capacity(count: usize, record: usize) -> Self {
         let batches = count.div_ceil(WIDTH);
         Self {
@@ -39,18 +40,18 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// Number of batches.
+    /// Returns the number of batches.
     pub(super) fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Bytes.
+    /// Returns the memory, bytes.
     pub(super) fn memory(&self) -> usize {
         size_of_val(&*self.rest) + size_of_val(&*self.records) + size_of_val(&*self.nodes)
     }
 
-    /// Bytes that a kick of an element with a record of `size` numbers reads, and writes of the
-    /// record.
+    /// Returns the bytes that a kick reads for an element with a record of `size` numbers, plus
+    /// those that it writes to the record.
     pub(super) fn moved(size: usize) -> usize {
         (Self::REST + 2 * size) * size_of::<f64>() + N * size_of::<u16>()
     }
@@ -91,12 +92,12 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         self.count += 1;
     }
 
-    /// Nodes of an element, by their numbers in the group.
+    /// Returns the nodes of an element, by their indices in the group.
     pub(super) fn nodes(&self, element: usize) -> [u16; N] {
         self.nodes[element / WIDTH].map(|all| all[element % WIDTH])
     }
 
-    /// An element alone.
+    /// Returns the geometry of one element.
     pub(super) fn element(&self, element: usize, lame: Lame<f64>) -> ElementGeometry<D, N, Q> {
         let Batch { rest, .. } = self.batch(element / WIDTH, 0);
         let own = BatchLanes::<Single, D, N, Q>::new(Single, (rest, element % WIDTH), lame);
@@ -108,8 +109,9 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// Asks the memory for records of `size` numbers, for who only reads them: [`BatchRecords`] asks where
-    /// it writes. Those of several Gauss points are more at a time than it answers.
+    /// Prefetches records of `size` numbers for a kernel that only reads them; [`BatchRecords`]
+    /// does it when it writes. Records of several Gauss points are more than the processor takes at
+    /// a time.
     #[inline(always)]
     pub(super) fn ask_for_records(&self, batch: usize, size: usize) {
         let batch = batch + Self::AHEAD;
@@ -118,8 +120,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// What the elements of a batch are at rest, their nodes, and their records, of `size`
-    /// numbers.
+    /// Returns the geometry, the nodes and the records of a batch; a record has `size` numbers.
     #[inline(always)]
     pub(super) fn batch(&self, batch: usize, size: usize) -> Batch<'_, N, &[SimdRow]> {
         Batch {
@@ -129,7 +130,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
         }
     }
 
-    /// The same, with records to be changed; and the records ahead of them.
+    /// Returns the same with mutable records, and the records to prefetch.
     #[inline(always)]
     pub(super) fn batch_mut(
         &mut self,
@@ -147,26 +148,26 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     }
 }
 
-/// What is known of [`WIDTH`] elements.
+/// The data of [`WIDTH`] elements.
 pub(super) struct Batch<'a, const N: usize, R> {
-    /// Theirs first, and behind it that of all batches that follow.
+    /// Geometry of this batch, followed by that of all later batches.
     pub(super) rest: &'a [SimdRow],
     pub(super) nodes: &'a [[u16; WIDTH]; N],
     pub(super) records: R,
 }
 
-/// Elements side by side from one of a batch on, of some moduli.
+/// Elements in SIMD lanes, from lane `first` of a batch on, with their moduli.
 pub(super) struct BatchLanes<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> {
     lanes: L,
     rest: &'a [SimdRow],
-    /// What will be read before long, if there is more.
+    /// Geometry to prefetch, if there is more.
     ahead: &'a [SimdRow],
     first: usize,
     lame: Lame<L::Number>,
 }
 
 impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> BatchLanes<'a, L, D, N, Q> {
-    /// Of the batch that `rest` begins with.
+    /// Creates the lanes of the batch at the head of `rest`.
     #[inline(always)]
     pub(super) fn new(lanes: L, (rest, first): (&'a [SimdRow], usize), lame: Lame<f64>) -> Self {
         let size = Batches::<D, N, Q>::REST;
@@ -211,11 +212,11 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> IntegrationPoints
     }
 }
 
-/// Records of elements side by side, from one of their rows on.
+/// Records of elements in SIMD lanes, from lane `first` on.
 pub(super) struct BatchRecords<'a, L, R> {
     pub(super) lanes: L,
     pub(super) rows: R,
-    /// What will be read before long, if there is more and it is asked for here.
+    /// Records to prefetch on write, if there are more.
     pub(super) ahead: &'a [SimdRow],
     pub(super) first: usize,
 }

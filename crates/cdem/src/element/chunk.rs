@@ -1,4 +1,4 @@
-//! Elements near each other, in groups that are kicked together.
+//! Chunks of elements near each other, and the groups in them that are kicked together.
 
 use std::cmp::Reverse;
 
@@ -6,12 +6,13 @@ use crate::element::batch::Batches;
 use crate::element::geometry::{ElementGeometry, Moduli};
 use crate::element::simd::WIDTH;
 
-/// Elements of a part, at most: their forces on as many nodes as they have stay in the nearest
-/// caches, and there is work for all threads in a mesh of some ten thousand elements.
+/// Largest number of elements in a chunk. The forces on the nodes of that many elements fit the
+/// nearest caches, and a mesh of some ten thousand elements gives work for all threads.
 pub(super) const PART: usize = 2048;
 
-/// Elements of each part, of so many: parts are a power of two, so that halves of them are as
-/// much work. A thread that waits for another falls asleep, and must be woken for the next pass.
+/// Returns the number of elements in each chunk for `count` elements. The number of chunks is a
+/// power of two, so that halves of them are equal work. A thread that waits for another falls
+/// asleep and must be woken for the next pass.
 pub(super) fn share(count: usize) -> usize {
     let parts = count.div_ceil(PART).next_power_of_two();
     count.max(1).div_ceil(parts).next_multiple_of(WIDTH)
@@ -20,9 +21,9 @@ pub(super) fn share(count: usize) -> usize {
 /// Elements of one material near each other, sorted by level.
 pub(super) struct Chunk<const D: usize, const N: usize, const Q: usize> {
     pub(super) moduli: Moduli,
-    /// Finest level first, those that are never due last.
+    /// Finest level first; elements that are never due last.
     groups: Vec<LevelGroup<D, N, Q>>,
-    /// Nodes of all groups.
+    /// Sum of the node numbers of all groups.
     node_count: usize,
 }
 
@@ -30,36 +31,36 @@ pub(super) struct Chunk<const D: usize, const N: usize, const Q: usize> {
 pub(super) struct LevelGroup<const D: usize, const N: usize, const Q: usize> {
     /// `None`: never due.
     pub(super) level: Option<u8>,
-    /// Their numbers in the set, ascending.
+    /// Their indices in the set, ascending.
     pub(super) members: Vec<u32>,
-    /// Nodes of the mesh around them, ascending.
+    /// Their nodes in the mesh, ascending.
     pub(super) nodes: Vec<u32>,
     pub(super) batches: Batches<D, N, Q>,
 }
 
-/// Where an element of a set is: as many elements as a part may hold are counted for each part
-/// before its own, and then those of the groups of its part, one after the other.
+/// Position of an element of a set: [`PART`] times the index of its chunk, plus its index in the
+/// chunk, counted over the groups one after the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ElementSlot(u32);
 
 impl ElementSlot {
-    /// Of the element that `within` others of a part come before.
+    /// Creates the position `within` of chunk `part`.
     pub(super) fn new(part: usize, within: usize) -> Self {
         Self((part * PART + within) as u32)
     }
 
-    /// Number of its part.
+    /// Returns the index of the chunk.
     pub(super) fn part(self) -> usize {
         self.0 as usize / PART
     }
 
-    /// How many elements of its part come before it.
+    /// Returns the index in the chunk.
     pub(super) fn within(self) -> usize {
         self.0 as usize % PART
     }
 }
 
-/// An element with all that is known of it.
+/// An element with all its data.
 pub(super) struct Member<const D: usize, const N: usize, const Q: usize> {
     pub(super) number: u32,
     pub(super) nodes: [u32; N],
@@ -68,7 +69,7 @@ pub(super) struct Member<const D: usize, const N: usize, const Q: usize> {
 }
 
 impl<const D: usize, const N: usize, const Q: usize> Chunk<D, N, Q> {
-    /// Elements that are all due, at level 0.
+    /// Creates a chunk of elements that are all at level 0.
     pub(super) fn new(moduli: Moduli, members: &[Member<D, N, Q>]) -> Self {
         let group = LevelGroup::new(Some(0), members);
         Self {
@@ -78,13 +79,13 @@ impl<const D: usize, const N: usize, const Q: usize> Chunk<D, N, Q> {
         }
     }
 
-    /// Groups, finest level first.
+    /// Returns the groups, finest level first.
     pub(super) fn groups(&self) -> &[LevelGroup<D, N, Q>] {
         &self.groups
     }
 
-    /// Number of the group of an element of this part that `within` others come before, and
-    /// its index there.
+    /// Returns the index of the group of the element with index `within` in this chunk, and its
+    /// index in the group.
     pub(super) fn group_of(&self, within: usize) -> (usize, usize) {
         let (mut group, mut index) = (0, within);
         while index >= self.groups[group].members.len() {
@@ -98,18 +99,18 @@ impl<const D: usize, const N: usize, const Q: usize> Chunk<D, N, Q> {
         &mut self.groups
     }
 
-    /// Nodes of all groups; what is of several counts several times.
+    /// Returns the number of nodes of all groups. A node of several groups counts several times.
     pub(super) fn node_count(&self) -> usize {
         self.node_count
     }
 
-    /// Groups of level `coarsest` or finer.
+    /// Returns the groups of level `coarsest` or finer.
     pub(super) fn due(&self, coarsest: u8) -> impl Iterator<Item = &LevelGroup<D, N, Q>> {
         let groups = self.groups.iter();
         groups.filter(move |group| group.is_due(coarsest))
     }
 
-    /// Bytes.
+    /// Returns the memory, bytes.
     pub(super) fn memory(&self) -> usize {
         let groups = self.groups.iter();
         groups
@@ -119,7 +120,7 @@ impl<const D: usize, const N: usize, const Q: usize> Chunk<D, N, Q> {
             .sum()
     }
 
-    /// Sorts its elements by level; returns whether that has changed anything.
+    /// Sorts the elements by level. Returns true if a level has changed.
     pub(super) fn arrange(&mut self, record: usize, level: impl Fn(u32) -> Option<u8>) -> bool {
         let stays = |group: &LevelGroup<D, N, Q>| {
             let mut members = group.members.iter();
@@ -165,17 +166,17 @@ impl<const D: usize, const N: usize, const Q: usize> LevelGroup<D, N, Q> {
         }
     }
 
-    /// Whether its elements are due when levels from `coarsest` on are.
+    /// True if the elements are due when the levels from `coarsest` on are.
     pub(super) fn is_due(&self, coarsest: u8) -> bool {
         self.level.is_some_and(|level| level >= coarsest)
     }
 
-    /// An element alone.
+    /// Returns the geometry of one element.
     pub(super) fn element(&self, index: usize, moduli: &Moduli) -> ElementGeometry<D, N, Q> {
         self.batches.element(index, moduli.lame)
     }
 
-    /// Nodes of the mesh of an element.
+    /// Returns the nodes of an element in the mesh.
     pub(super) fn nodes_of(&self, index: usize) -> [u32; N] {
         let own = self.batches.nodes(index);
         own.map(|node| self.nodes[node as usize])
@@ -224,7 +225,8 @@ mod tests {
             assert!(share <= PART && share.is_multiple_of(WIDTH));
             let left = parts / 2 * share;
             let differ = left.abs_diff(count - left);
-            // By what batches are not full; of hundreds of parts, by one.
+            // Unfilled batches cause the difference; with more than 16 chunks it is one chunk at
+            // most.
             let allowed = if parts > 16 { share } else { parts * WIDTH };
             assert!(parts == 1 || differ <= allowed, "{differ} of {count}");
         }

@@ -1,14 +1,13 @@
-//! Highest frequencies of elements, and the time steps they allow.
+//! Highest frequencies of elements, and their stable steps.
 
 use nalgebra::DMatrix;
 
 use crate::element::geometry::{ElementGeometry, NodalValues};
 use crate::element::tensor::{Tensor, contraction, determinant, extreme_principal_values, trace};
 
-/// Longest stable step of central differences, s, for the angular frequency
-/// `omega` (rad/s) with stiffness-proportional damping `beta` (s), the
-/// damping force taken at the velocity before the kick:
-/// (2/ω)(√(1+ξ²) − ξ) with ξ = βω/2.
+/// Returns the stable step of central differences, s, for the angular frequency `omega` (rad/s)
+/// with stiffness-proportional damping `beta` (s). The damping force is taken at the velocity
+/// before the kick: (2/ω)(√(1+ξ²) − ξ) with ξ = βω/2.
 #[must_use]
 pub(crate) fn stable_step(omega: f64, beta: f64) -> f64 {
     let ratio = 0.5 * beta * omega;
@@ -16,15 +15,14 @@ pub(crate) fn stable_step(omega: f64, beta: f64) -> f64 {
     2.0 / (omega * (ratio.hypot(1.0) + ratio))
 }
 
-/// Highest angular frequency of K x = ω² (M ⊗ I) x, rad/s.
+/// Returns the highest angular frequency of K x = ω² (M ⊗ I) x, rad/s.
 ///
-/// `stiffness` is symmetric, N/m, the components of a node together; `mass`
-/// is the positive definite mass matrix of `nodes` nodes, kg; both row by
-/// row. Infinite when `mass` is not positive definite or an entry not finite:
-/// no step is stable then.
+/// `stiffness` is symmetric, N/m, the components of a node together; `mass` is the positive
+/// definite mass matrix of `nodes` nodes, kg; both row by row. The result is infinite if `mass` is
+/// not positive definite or an entry is not finite: then no step is stable.
 ///
 /// # Panics
-/// When the lengths do not fit `nodes`.
+/// If the lengths do not fit `nodes`.
 #[must_use]
 pub(crate) fn highest_frequency(stiffness: &[f64], mass: &[f64], nodes: usize) -> f64 {
     let dimension = stiffness.len().isqrt() / nodes;
@@ -40,7 +38,7 @@ pub(crate) fn highest_frequency(stiffness: &[f64], mass: &[f64], nodes: usize) -
     reduced.map_or(f64::INFINITY, highest)
 }
 
-/// Highest angular frequency of an element with nodal masses `mass`, rad/s.
+/// Returns the highest angular frequency of an element with nodal masses `mass`, rad/s.
 pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
     element: &ElementGeometry<D, N, Q>,
     mass: &[f64; N],
@@ -55,7 +53,7 @@ pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
     highest(DMatrix::from_fn(N * D, N * D, entry))
 }
 
-/// Highest angular frequency of an element with its mass matrix, rad/s.
+/// Returns the highest angular frequency of an element with its mass matrix, rad/s.
 pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
     element: &ElementGeometry<D, N, Q>,
     mass: &[[f64; N]; N],
@@ -68,12 +66,12 @@ pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
     highest_frequency(&stiffness, mass.as_flattened(), N)
 }
 
-/// With one Gauss point M⁻¹Bᵀ(VC)B has the same non-zero eigenvalues as the strains ε that
-/// V·sym(σ(ε)·G) leaves alone up to a factor, G = Σ g⊗g/m of the gradients of the nodes and
-/// their masses. In the axes of G shears stand for themselves, with V μ (Gᵢ + Gⱼ), and the
-/// others for D×D equations, V (2μ diag G + λ √G √Gᵀ), whose invariants are those of G times
-/// constants: the largest root of their characteristic polynomial is the largest of all unless
-/// λ < 0.
+/// Returns the highest angular frequency of an element with one Gauss point, rad/s. M⁻¹Bᵀ(VC)B then
+/// has the same non-zero eigenvalues as the map of strains ε to V·sym(σ(ε)·G), where G = Σ g⊗g/m
+/// sums over the nodes with gradients g and masses m. In the principal axes of G the shear strains
+/// are uncoupled, with eigenvalues V μ (Gᵢ + Gⱼ). The normal strains give D×D equations, V (2μ diag
+/// G + λ √G √Gᵀ), whose invariants are those of G times constants. The largest root of their
+/// characteristic polynomial is the largest eigenvalue unless λ < 0.
 fn simplex<const D: usize, const N: usize, const Q: usize>(
     element: &ElementGeometry<D, N, Q>,
     gradients: &NodalValues<D, N>,
@@ -122,7 +120,7 @@ fn simplex<const D: usize, const N: usize, const Q: usize>(
     }
 }
 
-/// The largest root of x³ − ax² + bx − c, all of which are real, after Viète.
+/// Returns the largest root of x³ − ax² + bx − c, whose roots are all real, after Viète.
 fn largest_root([a, b, c]: [f64; 3]) -> f64 {
     let mean = a / 3.0;
     let radius = (mean * mean - b / 3.0).max(0.0).sqrt();

@@ -17,19 +17,19 @@ use crate::math::vector::sub;
 use crate::mesh::{ElementKind, ElementOrigins, Mesh};
 use crate::scene::Kinematics;
 
-/// Most numbers in a record: of a hexahedron with incremental kinematics.
+/// Largest number of numbers in a record: that of a hexahedron with incremental kinematics.
 pub(super) const MAX_RECORD: usize = 70;
 
-/// What an element keeps from kick to kick: numbers by place, of one element or of several side
-/// by side.
+/// The record of an element, stored from kick to kick: numbers by index, of one element or of
+/// several in SIMD lanes.
 pub(super) trait ElementHistory<T> {
-    /// The number at a place.
+    /// Returns the number at an index.
     fn get(&self, place: usize) -> T;
 }
 
-/// A record that may be brought up to now.
+/// A record that can be updated.
 pub(super) trait ElementHistoryMut<T>: ElementHistory<T> {
-    /// Replaces a number, if what is kept is to change: none is read again after it is set.
+    /// Replaces the number at an index. A formulation reads no number again after it has set it.
     fn set(&mut self, place: usize, number: T);
 }
 
@@ -47,41 +47,41 @@ impl<T: Real> ElementHistoryMut<T> for [T] {
     }
 }
 
-/// How elements turn nodal displacements into forces.
+/// A formulation: the computation of forces from nodal displacements.
 ///
-/// Nodal displacements and velocities are relative to the element's first node.
+/// Nodal displacements and velocities are relative to the first node of the element.
 pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     Send + Sync
 {
     /// Its name in scenes.
     const KINEMATICS: Kinematics;
 
-    /// Numbers in the record of an element.
+    /// Number of numbers in the record of an element.
     const RECORD: usize;
 
-    /// Nodal forces, N; brings the record up to this response.
+    /// Returns the nodal forces, N, and updates the record to these displacements.
     fn respond<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         displacement: &NodalValues<D, N, T>,
         record: &mut (impl ElementHistoryMut<T> + ?Sized),
     ) -> NodalValues<D, N, T>;
 
-    /// What strain rates change of the nodal forces in a second, N/s; times β,
-    /// the forces of stiffness-proportional damping.
+    /// Returns the rate of change of the nodal forces by strain rates, N/s. Times β it is the force
+    /// of stiffness-proportional damping.
     fn force_rate<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         displacement: &NodalValues<D, N, T>,
         velocity: &NodalValues<D, N, T>,
     ) -> NodalValues<D, N, T>;
 
-    /// Strain energy, J.
+    /// Returns the strain energy, J.
     fn strain_energy<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         displacement: &NodalValues<D, N, T>,
         record: &(impl ElementHistory<T> + ?Sized),
     ) -> T;
 
-    /// Cauchy stress, integrated.
+    /// Returns the integral of the Cauchy stress.
     fn stress<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
@@ -89,7 +89,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         record: &(impl ElementHistory<T> + ?Sized),
     ) -> StressIntegral<T>;
 
-    /// What an element knows of its past, if that matters.
+    /// Returns the stress history of an element, if the formulation has one.
     fn past(
         _element: &ElementGeometry<D, N, Q>,
         _moduli: &Moduli,
@@ -98,7 +98,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         None
     }
 
-    /// Gives an element, deformed by `displacement` now, that past.
+    /// Sets the stress history of an element that `displacement` deforms now.
     fn set_past(
         _element: &ElementGeometry<D, N, Q>,
         _moduli: &Moduli,
@@ -116,7 +116,7 @@ pub(super) struct StressIntegral<T> {
 }
 
 impl<T: Real> StressIntegral<T> {
-    /// Nothing yet.
+    /// Creates an empty integral.
     #[inline(always)]
     pub(super) fn new(zero: T) -> Self {
         Self {
@@ -125,8 +125,8 @@ impl<T: Real> StressIntegral<T> {
         }
     }
 
-    /// A Gauss point of `volume` at rest with det F, Kirchhoff stress τ = Jσ,
-    /// and in 2-D τ_zz `across`.
+    /// Adds a Gauss point of `volume` at rest with det F, Kirchhoff stress τ = Jσ, and in 2-D τ_zz
+    /// `across`.
     #[inline(always)]
     pub(super) fn add<const D: usize>(
         &mut self,
@@ -147,7 +147,7 @@ impl<T: Real> StressIntegral<T> {
         self.volume += volume * jacobian;
     }
 
-    /// The mean: xx yy zz xy yz zx.
+    /// Returns the mean: xx yy zz xy yz zx.
     #[inline(always)]
     pub(super) fn average(&self) -> [T; 6] {
         let mut average = self.stress;
@@ -161,7 +161,7 @@ impl<T: Real> StressIntegral<T> {
 /// Elements of one shape in one formulation.
 pub(super) struct FormulationSet<const D: usize, const N: usize, const Q: usize, F> {
     kind: ElementKind,
-    /// 1 in space, m.
+    /// Thickness, m; 1 in 3-D.
     thickness: f64,
     mesh_elements: Vec<u32>,
     place: Vec<ElementSlot>,
@@ -169,14 +169,14 @@ pub(super) struct FormulationSet<const D: usize, const N: usize, const Q: usize,
     formulation: PhantomData<F>,
 }
 
-/// What a set is made of.
+/// The data that a set is built from.
 pub(super) struct SetSource<'a, const D: usize> {
     pub(super) kind: ElementKind,
     /// Elements of the mesh, ascending, and their materials.
     pub(super) members: &'a [(u32, u32)],
     pub(super) moduli: &'a [Moduli],
     pub(super) mesh: &'a Mesh<D>,
-    /// 1 in space, m.
+    /// Thickness, m; 1 in 3-D.
     pub(super) thickness: f64,
 }
 
@@ -184,7 +184,7 @@ impl<const D: usize, const N: usize, const Q: usize, F> FormulationSet<D, N, Q, 
 where
     F: Formulation<D, N, Q>,
 {
-    /// Undeformed, stress-free elements.
+    /// Creates undeformed, stress-free elements.
     pub(super) fn new(source: &SetSource<D>) -> Self {
         const { assert!(F::RECORD <= MAX_RECORD) };
         let mut set = Self {
@@ -195,7 +195,7 @@ where
             parts: Vec::new(),
             formulation: PhantomData,
         };
-        // Material, number in the set and in the mesh.
+        // Material, index in the set and index in the mesh.
         let members = source.members.iter().zip(0..);
         let mut members: Vec<(u32, u32, u32)> = members
             .map(|(&(element, material), number)| (material, number, element))
@@ -223,7 +223,7 @@ where
         set
     }
 
-    /// Nodes of an element of the mesh, and it at rest.
+    /// Returns the nodes of an element of the mesh, and its geometry at rest.
     fn at_rest(
         &self,
         mesh: &Mesh<D>,
@@ -247,7 +247,7 @@ where
         }
     }
 
-    /// Notes where the elements of a part are now.
+    /// Stores the slots of the elements of a chunk.
     fn find_places(&mut self, part: usize) {
         let members = self.parts[part].groups().iter();
         let members = members.flat_map(|group| &group.members);
@@ -275,7 +275,7 @@ where
         group.element(index, self.moduli(i))
     }
 
-    /// `field` at the nodes of element `i`, less that of its first node.
+    /// Returns `field` at the nodes of element `i` minus its value at the first node.
     #[inline]
     fn relative(&self, i: usize, field: &[[f64; D]]) -> NodalValues<D, N> {
         let (group, index) = self.group(i);
@@ -284,7 +284,7 @@ where
         nodes.map(|node| sub(&field[node as usize], &first))
     }
 
-    /// The record of element `i`, the head of these numbers.
+    /// Reads the record of element `i` into the head of `numbers` and returns it.
     fn read_record<'a>(&self, i: usize, numbers: &'a mut [f64; MAX_RECORD]) -> &'a mut [f64] {
         let (group, index) = self.group(i);
         let record = &mut numbers[..F::RECORD];
@@ -362,7 +362,7 @@ where
     }
 
     fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
-        // Within such strains det F is near 1, or near −1: then changes are 4 and more.
+        // Within such strains det F is near 1 or near −1. Near −1, `changes` is at least 4.
         let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
         evaluate::ask::<evaluate::Distortion, D, N, Q, 2>(
             &self.parts,
@@ -482,7 +482,7 @@ where
 
     fn update_cost(&self) -> [usize; 2] {
         let moved = Batches::<D, N, Q>::moved(F::RECORD);
-        // Displacements less those of the first node, and forces times interval, added up.
+        // Displacements minus those of the first node, and the sums of forces times interval.
         let at_nodes = (N - 1) * D + 2 * N * D;
         [moved, op_count::operations::<F, D, N, Q>() + at_nodes]
     }

@@ -1,4 +1,4 @@
-//! What all elements tell of themselves, as many side by side as a register holds.
+//! Evaluation of a quantity of all elements, in SIMD lanes.
 
 use std::marker::PhantomData;
 
@@ -15,20 +15,20 @@ use crate::element::simd::{Lanes, Real, Register, SimdRow, WIDTH};
 use crate::element::tensor;
 use crate::element::total_lagrangian::green_lagrange;
 
-/// Bytes of the answers of a thread that are taken before they are told: as many as lie in a
-/// core's cache.
+/// Bytes of answers per thread that are collected before `tell` gets them. They fit the cache of a
+/// core.
 const AT_ONCE: usize = 2 << 20;
 
-/// A question to an element that is displaced, with its record.
+/// A quantity of an element with a displacement and a record.
 ///
-/// `A` is how many numbers an answer has.
+/// `A` is the number of numbers in an answer.
 pub(super) trait Evaluation<const D: usize, const N: usize, const Q: usize, const A: usize>:
     Sync
 {
-    /// Numbers of a record.
+    /// Number of numbers in a record.
     const RECORD: usize;
 
-    /// How many elements of a part have an answer to be told, as a rule.
+    /// Usual number of elements of a chunk whose answers are told.
     const TOLD: usize;
 
     fn answer<T: Real>(
@@ -39,7 +39,7 @@ pub(super) trait Evaluation<const D: usize, const N: usize, const Q: usize, cons
     ) -> [T; A];
 }
 
-/// Its strain energy, J.
+/// Strain energy, J.
 pub(super) struct StrainEnergy<F>(PhantomData<F>);
 
 impl<const D: usize, const N: usize, const Q: usize, F> Evaluation<D, N, Q, 1> for StrainEnergy<F>
@@ -61,7 +61,7 @@ where
     }
 }
 
-/// Its Cauchy stress, averaged over its current volume, Pa: xx yy zz xy yz zx.
+/// Cauchy stress, averaged over the current volume, Pa: xx yy zz xy yz zx.
 pub(super) struct CauchyStress<F>(PhantomData<F>);
 
 impl<const D: usize, const N: usize, const Q: usize, F> Evaluation<D, N, Q, 6> for CauchyStress<F>
@@ -83,8 +83,8 @@ where
     }
 }
 
-/// How far it is from being stress-free: the sums over its Gauss points of E:E, E being
-/// Green's strain, and of (det F − 1)².
+/// Measure of distortion: the sums over the Gauss points of E:E, where E is Green's strain, and of
+/// (det F − 1)².
 pub(super) struct Distortion;
 
 impl<const D: usize, const N: usize, const Q: usize> Evaluation<D, N, Q, 2> for Distortion {
@@ -113,8 +113,8 @@ impl<const D: usize, const N: usize, const Q: usize> Evaluation<D, N, Q, 2> for 
     }
 }
 
-/// Asks all elements of a set; `tell` gets the numbers of those whose answer `is_told`, and their
-/// answers, part by part.
+/// Evaluates all elements of a set. `tell` gets the set indices and the answers of the elements
+/// whose answer `is_told`, chunk by chunk.
 pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
     parts: &[Chunk<D, N, Q>],
     displacement: &[[f64; D]],
@@ -139,7 +139,7 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
     };
     let groups = parts.iter().flat_map(|part| part.groups());
     let elements: usize = groups.map(|group| group.members.len()).sum();
-    // Either all threads or one, as with the kick.
+    // Either all threads or one, as in the kick.
     let least = if elements * Q * D <= FEW {
         parts.len()
     } else {
@@ -157,7 +157,7 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
     }
 }
 
-/// Asks a part with whatever instructions the machine has.
+/// The evaluation of a chunk, compiled for the SIMD instructions of the machine.
 struct EvaluationTask<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, I> {
     part: &'a Chunk<D, N, Q>,
     displacement: &'a [[f64; D]],

@@ -1,4 +1,4 @@
-//! What is at the nodes of a group of elements, in the nearest caches.
+//! Fields at the nodes of a group of elements, copied to memory that fits the nearest caches.
 
 use std::cell::RefCell;
 
@@ -23,30 +23,30 @@ pub(super) struct GatheredFields {
 }
 
 impl GatheredFields {
-    /// Works with those of this thread, whatever is in them.
+    /// Calls `work` with the fields of this thread. Their content is arbitrary.
     pub(super) fn with(work: impl FnOnce(&mut Self)) {
         NEARBY.with_borrow_mut(work);
     }
 }
 
-/// Numbers that a node of a group can have in its batches: no access needs a check. A group has
-/// fewer.
+/// Number of node indices that a batch can store, so that no access needs a bounds check. A group
+/// has fewer nodes.
 const NODES: usize = 1 << 16;
 const _: () = assert!(PART * MAX_NODES <= NODES);
 
-/// A vector where one load gets it: components that there are not are 0.
+/// A vector aligned for one load. Missing components are 0.
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C, align(32))]
 struct AlignedVector([f64; 4]);
 
-/// Vectors at the nodes of a group, room for those of any. The numbers of one more are there
-/// for those to begin where a `AlignedVector` may.
+/// Vectors at the nodes of a group, with room for any group. The room for one more vector allows
+/// the first to be aligned.
 pub(super) struct GatheredField(Vec<f64>);
 
 impl Default for GatheredField {
     fn default() -> Self {
-        // Zeros that the system gives, as a rule, without touching them: threads of short runs
-        // do not wait for them.
+        // The system usually gives zeroed pages without touching them, so threads of short runs do
+        // not wait for them.
         Self(vec![
             0.0;
             (NODES + 1) * size_of::<AlignedVector>()
@@ -56,21 +56,21 @@ impl Default for GatheredField {
 }
 
 impl GatheredField {
-    /// From the first place at which a vector may be.
+    /// Returns the vectors from the first aligned address on.
     #[inline(always)]
     fn all(&self) -> &[AlignedVector; NODES] {
         let (_, all, _) = bytemuck::pod_align_to(&self.0);
         all.first_chunk().expect("room for one more")
     }
 
-    /// The same, to be changed.
+    /// Returns the same, mutable.
     #[inline(always)]
     fn all_mut(&mut self) -> &mut [AlignedVector; NODES] {
         let (_, all, _) = bytemuck::pod_align_to_mut(&mut self.0);
         all.first_chunk_mut().expect("room for one more")
     }
 
-    /// Takes in what is at some nodes of the mesh.
+    /// Reads the values at some nodes of the mesh.
     #[inline(always)]
     pub(super) fn read<const D: usize>(&mut self, nodes: &[u32], all: &[[f64; D]]) {
         for (own, &node) in self.all_mut().iter_mut().zip(nodes) {
@@ -78,13 +78,13 @@ impl GatheredField {
         }
     }
 
-    /// Zeroes the first `count`.
+    /// Zeroes the first `count` vectors.
     #[inline(always)]
     pub(super) fn clear(&mut self, count: usize) {
         self.all_mut()[..count].fill(AlignedVector::default());
     }
 
-    /// Hands out the first of them.
+    /// Writes the first vectors to `to`.
     #[inline(always)]
     pub(super) fn write<const D: usize>(&self, to: &mut [[f64; D]]) {
         for (to, own) in to.iter_mut().zip(self.all()) {
@@ -92,7 +92,8 @@ impl GatheredField {
         }
     }
 
-    /// At the nodes of elements side by side, less those of their first nodes.
+    /// Returns the vectors at the nodes of elements in SIMD lanes, minus those at their first
+    /// nodes.
     #[inline(always)]
     pub(super) fn relative<L: Lanes, const D: usize, const N: usize>(
         &self,
@@ -112,7 +113,7 @@ impl GatheredField {
         relative
     }
 
-    /// Adds forces over some durations, s, element by element.
+    /// Adds forces times durations, s, element by element.
     #[inline(always)]
     pub(super) fn add<L: Lanes, const D: usize, const N: usize>(
         &mut self,
@@ -143,7 +144,7 @@ impl GatheredField {
     }
 }
 
-/// The vectors at a node of each of some elements side by side.
+/// Returns the vectors at one node of each of some elements in SIMD lanes.
 #[inline(always)]
 fn gather<L: Lanes, const D: usize>(
     all: &[AlignedVector; NODES],

@@ -1,4 +1,4 @@
-//! What elements are at rest: gradients, volumes, masses, stiffness.
+//! Elements at rest: gradients, volumes, masses, stiffness.
 
 use crate::element::material::Elastic;
 use crate::element::shape::{self, QuadraturePoint};
@@ -10,7 +10,7 @@ use crate::scene::Plane;
 /// Values or vectors at the nodes of an element.
 pub(super) type NodalValues<const D: usize, const N: usize, T = f64> = [[T; D]; N];
 
-/// Lamé's moduli, of one element or several.
+/// Lamé's moduli of one element or several.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lame<T> {
     /// λ between in-plane stress and strain (3-D: λ), Pa.
@@ -20,7 +20,7 @@ pub(super) struct Lame<T> {
 }
 
 impl<T: Real> Lame<T> {
-    /// C : strain, for a symmetric strain or strain rate.
+    /// Returns C : strain, for a symmetric strain or strain rate.
     #[inline(always)]
     pub(super) fn stress<const D: usize>(&self, strain: &Tensor<D, T>) -> Tensor<D, T> {
         let pressure = self.lambda * tensor::trace(strain);
@@ -31,7 +31,7 @@ impl<T: Real> Lame<T> {
         stress
     }
 
-    /// C : sym(a).
+    /// Returns C : sym(a).
     #[inline(always)]
     pub(super) fn stress_of<const D: usize>(&self, a: &Tensor<D, T>) -> Tensor<D, T> {
         let pressure = self.lambda * tensor::trace(a);
@@ -43,7 +43,7 @@ impl<T: Real> Lame<T> {
     }
 }
 
-/// A material as the kernels use it.
+/// Constants of a material for the kernels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moduli {
     pub(super) lame: Lame<f64>,
@@ -78,7 +78,7 @@ impl Moduli {
         }
     }
 
-    /// ½ stress : C⁻¹ : stress, J/m³.
+    /// Returns ½ stress : C⁻¹ : stress, J/m³.
     pub(super) fn energy<const D: usize>(&self, stress: &Tensor<D>) -> f64 {
         let square = tensor::contraction(stress, stress);
         let Lame { lambda, mu } = self.lame;
@@ -96,11 +96,11 @@ pub(super) struct ElementGeometry<const D: usize, const N: usize, const Q: usize
     pub(super) lame: Lame<f64>,
 }
 
-/// What formulations need of an element, or of several side by side.
+/// Data of an element, or of several in SIMD lanes, that the formulations need.
 pub(super) trait IntegrationPoints<const D: usize, const N: usize, const Q: usize, T> {
     fn lame(&self) -> Lame<T>;
 
-    /// Gradients of the shape functions, 1/m, and volume, m³, of Gauss point `q`.
+    /// Returns the gradients of the shape functions, 1/m, and the volume, m³, of Gauss point `q`.
     fn point(&self, q: usize) -> (NodalValues<D, N, T>, T);
 }
 
@@ -116,18 +116,18 @@ impl<const D: usize, const N: usize, const Q: usize> IntegrationPoints<D, N, Q, 
     }
 }
 
-/// An element before it is deformed.
+/// An undeformed element.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReferenceElement<const D: usize, const N: usize> {
     pub(super) kind: ElementKind,
-    /// Where its nodes are, m.
+    /// Positions of its nodes, m.
     pub(super) at: [[f64; D]; N],
-    /// 1 in space, m.
+    /// Thickness, m; 1 in 3-D.
     pub(super) thickness: f64,
 }
 
 impl<const D: usize, const N: usize> ReferenceElement<D, N> {
-    /// As the kernels use it; `weight` is the share of its volume that it stands for.
+    /// Returns the geometry for the kernels; `weight` is a factor on its volume.
     pub(super) fn element<const Q: usize>(
         &self,
         weight: f64,
@@ -142,7 +142,7 @@ impl<const D: usize, const N: usize> ReferenceElement<D, N> {
         }
     }
 
-    /// ∫ρ N_a N_b, kg.
+    /// Returns ∫ρ N_a N_b, kg.
     pub(super) fn consistent_mass(&self, density: f64) -> [[f64; N]; N] {
         let mut mass = [[0.0; N]; N];
         for point in shape::mass_rule(self.kind) {
@@ -188,7 +188,7 @@ struct MappedPoint<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize, const Q: usize> ElementGeometry<D, N, Q> {
-    /// ∫ρ N_a, kg.
+    /// Returns ∫ρ N_a, kg.
     pub(super) fn lumped_mass(&self, kind: ElementKind, density: f64) -> [f64; N] {
         let mut mass = [0.0; N];
         for (point, volume) in shape::stiffness_rule(kind).iter().zip(self.volumes) {
@@ -200,8 +200,8 @@ impl<const D: usize, const N: usize, const Q: usize> ElementGeometry<D, N, Q> {
         mass
     }
 
-    /// Entry of the stiffness at rest between component `k` of node `a` and
-    /// component `l` of node `b`, N/m.
+    /// Returns the entry of the stiffness at rest between component `k` of node `a` and component
+    /// `l` of node `b`, N/m.
     pub(super) fn stiffness(&self, (a, k): (usize, usize), (b, l): (usize, usize)) -> f64 {
         let Lame { lambda, mu } = self.lame;
         let at = |(gradients, volume): (&NodalValues<D, N>, &f64)| {
@@ -216,7 +216,7 @@ impl<const D: usize, const N: usize, const Q: usize> ElementGeometry<D, N, Q> {
     }
 }
 
-/// Σ (v_a − v_0) ⊗ ∇N_a, `relative` being v_a − v_0.
+/// Returns Σ (v_a − v_0) ⊗ ∇N_a; `relative` is v_a − v_0.
 #[inline(always)]
 pub(super) fn gradient<const D: usize, const N: usize, T: Real>(
     gradients: &NodalValues<D, N, T>,
@@ -233,7 +233,7 @@ pub(super) fn gradient<const D: usize, const N: usize, T: Real>(
     result
 }
 
-/// Nothing at any node, in numbers like others: −0, which compilers need not add.
+/// Returns −0 at every node, in the number type of `like`. Compilers need not add −0.
 #[inline(always)]
 pub(super) fn nothing<const D: usize, const N: usize, T: Real>(
     like: &NodalValues<D, N, T>,
@@ -259,7 +259,7 @@ pub(super) fn subtract_divergence<const D: usize, const N: usize, T: Real>(
     }
 }
 
-/// Gives the first node minus the sum of the others.
+/// Sets the force of the first node to minus the sum of the others.
 #[inline(always)]
 pub(super) fn balance<const D: usize, const N: usize, T: Real>(force: &mut NodalValues<D, N, T>) {
     for i in 0..D {

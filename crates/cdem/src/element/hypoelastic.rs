@@ -1,4 +1,4 @@
-//! The paper's (2): incremental kinematics with objective rotation of stress.
+//! Incremental kinematics with objective rotation of stress: equation (2) of the paper.
 
 use crate::element::StressHistory;
 use crate::element::element_set::{
@@ -11,43 +11,43 @@ use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
-/// Stress carried along from kick to kick of the element.
+/// Hypoelastic formulation: the stress is updated from kick to kick of the element.
 ///
-/// The increment of an element's own interval is taken on the configuration
-/// at its middle; stress is turned by Hughes and Winget's rotation Q (1980);
-/// forces use gradients and volumes of the end configuration, or angular
-/// momentum would be lost.
+/// The increment over the element's own interval is taken on the configuration in its middle. The
+/// stress is rotated by Q of Hughes and Winget (1980). Forces use gradients and volumes of the end
+/// configuration; otherwise angular momentum would be lost.
 ///
 /// # Differences from the paper
-/// σ + ½C:Δε is turned and the other half added, Q (σ + ½C:Δε) Qᵀ + ½C:Δε,
-/// since Δε belongs to the middle: QσQᵀ + C:Δε is of first order only (10 %
-/// wrong after 1 rad in ten steps with 5 % strain; this form is
-/// 0.25 % wrong and of second order).
+/// σ + ½C:Δε is rotated and the other half added, Q (σ + ½C:Δε) Qᵀ + ½C:Δε, since Δε belongs to the
+/// middle. QσQᵀ + C:Δε is of first order only (10 % wrong after 1 rad in ten steps with 5 % strain;
+/// this form is 0.25 % wrong and of second order).
 ///
-/// Work is ½ V (P + P') : ∇Δu, P at rest being first Piola–Kirchhoff stress at the ends: what the
-/// nodal forces do on the way.
+/// Work is ½ V (P + P') : ∇Δu, where P and P' are the first Piola–Kirchhoff stresses at the ends of
+/// the interval, per area at rest: the work of the nodal forces on the way.
 pub(super) struct Hypoelastic;
 
-/// Where the numbers of an element are in its record.
+/// Layout of the record of an element.
 struct Layout<const D: usize, const N: usize, const Q: usize>;
 
 impl<const D: usize, const N: usize, const Q: usize> Layout<D, N, Q> {
-    /// Where stresses begin, and numbers of one: of what is symmetric one half is kept.
+    /// Index of the first stress, and number of stress components of a Gauss point: one half of the
+    /// symmetric tensor.
     const STRESS: usize = (N - 1) * D;
     const POINT: usize = D * (D + 1) / 2;
-    /// Whether gradients of displacement are kept, which of simplices are as many numbers as
-    /// displacements.
+    /// True if the record stores gradients of displacement. For simplices they are as many numbers
+    /// as displacements.
     const KEEPS_GRADIENT: bool = N == D + 1;
-    /// Work done on it, J.
+    /// Index of the work done on the element, J.
     const WORK: usize = Self::STRESS + Q * Self::POINT;
 
-    /// Of a component of the displacement of a node relative to that of the first, m.
+    /// Returns the index of a component of the displacement of a node relative to the first node,
+    /// m.
     #[inline(always)]
     const fn displacement(a: usize, k: usize) -> usize {
         (a - 1) * D + k
     }
 
-    /// Of a component of the Cauchy stress of Gauss point `q`, Pa; `i` ≤ `j`.
+    /// Returns the index of a component of the Cauchy stress of Gauss point `q`, Pa; `i` ≤ `j`.
     #[inline(always)]
     const fn stress(q: usize, i: usize, j: usize) -> usize {
         Self::STRESS + q * Self::POINT + i * (2 * D - i - 1) / 2 + j
@@ -55,7 +55,7 @@ impl<const D: usize, const N: usize, const Q: usize> Layout<D, N, Q> {
 }
 
 impl Hypoelastic {
-    /// Gradient of displacement at a Gauss point at the last kick.
+    /// Returns the gradient of displacement at a Gauss point at the last kick.
     #[inline(always)]
     fn last<const D: usize, const N: usize, const Q: usize, T: Real>(
         record: &(impl ElementHistory<T> + ?Sized),
@@ -73,7 +73,7 @@ impl Hypoelastic {
         geometry::gradient(gradients, &displacement)
     }
 
-    /// Cauchy stress of Gauss point `q`, Pa.
+    /// Returns the Cauchy stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn stress<const D: usize, const N: usize, const Q: usize, T: Real>(
         record: &(impl ElementHistory<T> + ?Sized),
@@ -82,7 +82,7 @@ impl Hypoelastic {
         tensor::filled(|i, j| record.get(Layout::<D, N, Q>::stress(q, i.min(j), i.max(j))))
     }
 
-    /// Keeps displacements, m, or their `gradient` for the next kick.
+    /// Stores the displacements, m, or their `gradient` for the next kick.
     #[inline(always)]
     fn set_last<const D: usize, const N: usize, const Q: usize, T: Real>(
         record: &mut (impl ElementHistoryMut<T> + ?Sized),
@@ -104,7 +104,7 @@ impl Hypoelastic {
         }
     }
 
-    /// Keeps the stress of Gauss point `q`, Pa.
+    /// Stores the stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn set_stress<const D: usize, const N: usize, const Q: usize, T: Real>(
         record: &mut (impl ElementHistoryMut<T> + ?Sized),
@@ -119,9 +119,9 @@ impl Hypoelastic {
     }
 }
 
-/// What has come of one Gauss point on the way from the last kick to now.
+/// Update of one Gauss point from the last kick to now.
 struct PointUpdate<const D: usize, T> {
-    /// Cauchy stress, Pa, and the first Piola–Kirchhoff stress.
+    /// Cauchy stress, Pa, and the first Piola–Kirchhoff stress, Pa.
     stress: Tensor<D, T>,
     first_piola: Tensor<D, T>,
     /// Work done, J/m³.
@@ -129,13 +129,12 @@ struct PointUpdate<const D: usize, T> {
 }
 
 impl<const D: usize, T: Real> PointUpdate<D, T> {
-    /// Of a point with `stress` on the way between two gradients of displacement.
+    /// Updates a point with `stress` from one gradient of displacement to the other.
     #[inline(always)]
     fn of(lame: &Lame<T>, stress: &Tensor<D, T>, [last, now]: [&Tensor<D, T>; 2]) -> Self {
         let before = first_piola(stress, last);
         let step = tensor::difference(now, last);
-        // Twice the configuration at the middle gives half of the increment, which is all that is
-        // needed of it.
+        // Twice the middle configuration gives half of the increment. No more is needed.
         let twice = tensor::sum(&tensor::with_unit(last), &tensor::with_unit(now));
         let half_increment = tensor::product(&step, &tensor::inverse(&twice).0);
         let added = lame.stress_of(&half_increment);
@@ -290,22 +289,22 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
     }
 }
 
-/// P = J σ F⁻ᵀ.
+/// Returns P = J σ F⁻ᵀ.
 #[inline(always)]
 fn first_piola<const D: usize, T: Real>(stress: &Tensor<D, T>, h: &Tensor<D, T>) -> Tensor<D, T> {
     tensor::product(stress, &tensor::cofactors(&tensor::with_unit(h)))
 }
 
-/// Q σ Qᵀ, symmetric as σ is, with Q = (I − ½W)⁻¹ (I + ½W), ½W the skew part of half of the
-/// increment: I + 2 (½W + ½W·½W)/(1 + w·w), w being the axial vector of ½W.
+/// Returns Q σ Qᵀ, symmetric like σ, with Q = (I − ½W)⁻¹ (I + ½W), where ½W is the skew part of
+/// half of the increment. With the axial vector w of ½W, Q = I + 2 (½W + ½W·½W)/(1 + w·w).
 #[inline(always)]
 fn rotated<const D: usize, T: Real>(
     stress: &Tensor<D, T>,
     half_increment: &Tensor<D, T>,
 ) -> Tensor<D, T> {
     let one = half_increment[0][0].constant(1.0);
-    // Of what is skew the diagonal is nothing, and so are the terms with it. Adding −0 is what
-    // compilers may leave out.
+    // The diagonal of a skew tensor is zero, and so are the terms with it. Compilers may leave out
+    // the addition of −0.
     let nothing = one.constant(-0.0);
     let mut half: Tensor<D, T> = tensor::filled(|_, _| nothing);
     for i in 0..D {
@@ -317,7 +316,7 @@ fn rotated<const D: usize, T: Real>(
     let square: Tensor<D, T> = tensor::filled(|i, j| {
         let (i, j) = (i.min(j), i.max(j));
         let mut sum = nothing;
-        // Plain loops: compilers would look for the k of a filter when the program runs.
+        // Plain loops: with a filter, compilers would determine k at run time.
         for k in 0..D {
             if k != i && k != j {
                 sum += half[i][k] * half[k][j];

@@ -1,5 +1,4 @@
-//! The kick of many elements: part by part on all threads, and in a part as many side by
-//! side as the machine's registers hold.
+//! The kick of many elements: chunk by chunk on all threads, and within a chunk in SIMD lanes.
 
 use std::marker::PhantomData;
 
@@ -14,11 +13,11 @@ use crate::element::simd::{Lanes, Register, SimdRow, WIDTH};
 use crate::element::{Due, Interval};
 use crate::math::parallel::NODES_AT_ONCE;
 
-/// What groups of elements give their nodes, N·s, group by group: elastic impulses, and
-/// viscous ones, which are left out where nothing is damped.
+/// Impulses of the element groups on their nodes, N·s, group by group: elastic, and viscous. The
+/// viscous ones are left out if nothing is damped.
 pub(crate) type GroupImpulses<'a, const D: usize> = [&'a mut [[f64; D]]; 2];
 
-/// The first `count` of each, and the others.
+/// Splits both arrays after `count` entries.
 fn split<const D: usize>(shares: GroupImpulses<'_, D>, count: usize) -> [GroupImpulses<'_, D>; 2] {
     let [elastic, viscous] = shares.map(|share| {
         let count = count.min(share.len());
@@ -27,14 +26,14 @@ fn split<const D: usize>(shares: GroupImpulses<'_, D>, count: usize) -> [GroupIm
     [[elastic.0, viscous.0], [elastic.1, viscous.1]]
 }
 
-/// Gauss points, times dimensions, whose forces are not worth another thread: 100 to 200
-/// microseconds of work, where it takes some tens of them to wake one, which then finds nothing in
-/// its caches.
+/// Number of Gauss points times dimensions whose forces are not worth another thread: 100 to 200
+/// microseconds of work. To wake a thread takes some tens of microseconds, and it then finds
+/// nothing in its caches.
 pub(super) const FEW: usize = 32_768;
 
-/// Works on all parts and what is theirs of the shares: one after the other where only a [`FEW`]
-/// Gauss points of `coarsest` level or finer are in them, and so few nodes that nothing else that
-/// is done to these is shared out either, which would keep another thread awake.
+/// Calls `work` for each chunk with its part of the impulses. Uses one thread if at most [`FEW`]
+/// Gauss points times dimensions are due and their nodes number at most [`NODES_AT_ONCE`]. With
+/// more nodes the nodal work is parallel too and keeps the other threads awake.
 pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     parts: &mut [Chunk<D, N, Q>],
     mut shares: GroupImpulses<D>,
@@ -65,10 +64,10 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
 /// A kick of elements of one formulation.
 pub(super) struct InternalForceKick<'a, const D: usize, F> {
     due: &'a Due<'a>,
-    /// Of all nodes, m and m/s.
+    /// Displacements, m, and velocities, m/s, of all nodes.
     displacement: &'a [[f64; D]],
     velocity: &'a [[f64; D]],
-    /// Number in the mesh of each element of the set.
+    /// Index in the mesh of each element of the set.
     mesh_elements: &'a [u32],
     formulation: PhantomData<F>,
 }
@@ -88,7 +87,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
         }
     }
 
-    /// Kicks the groups of a part that are due.
+    /// Kicks the due groups of a chunk.
     pub(super) fn part<const N: usize, const Q: usize>(
         &self,
         part: &mut Chunk<D, N, Q>,
@@ -106,7 +105,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
         });
     }
 
-    /// Interval of each element of a batch, s.
+    /// Returns the interval of each element of a batch, s.
     #[inline(always)]
     fn intervals<const N: usize, const Q: usize>(
         &self,
@@ -128,7 +127,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
         }
     }
 
-    /// Kicks a group: what its elements give goes to its shares.
+    /// Kicks a group and writes the impulses on its nodes.
     #[inline(always)]
     fn group<L: Lanes, const N: usize, const Q: usize>(
         &self,
@@ -146,8 +145,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
             nearby.velocity.read(&group.nodes, self.velocity);
             nearby.viscous.clear(group.nodes.len());
         }
-        // What a kick that only looks would keep: to ask of each number whether it is kept would
-        // cut the kernel to pieces.
+        // Records that a report discards. A test at each number would break up the kernel.
         let mut discarded = Vec::new();
         for batch in 0..group.batches.len() {
             let intervals = self.intervals(group, batch);
@@ -193,7 +191,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
     }
 }
 
-/// A kick of a part for whatever instructions the machine has.
+/// The kick of a chunk, compiled for the SIMD instructions of the machine.
 struct Task<'a, 'b, const D: usize, const N: usize, const Q: usize, F> {
     kick: &'a InternalForceKick<'a, D, F>,
     part: &'b mut Chunk<D, N, Q>,

@@ -1,4 +1,4 @@
-//! Materials as the engine uses them.
+//! Materials for the kernels and the contact solver.
 
 use crate::scene::{self, Damping, Plane};
 
@@ -11,12 +11,12 @@ pub(crate) struct Elastic {
     pub shear_modulus: f64,
     /// Density, kg/m³.
     pub density: f64,
-    /// Damping of the bodies of this material.
+    /// Damping of the blocks of this material.
     pub damping: Damping,
 }
 
 impl Elastic {
-    /// The constants of a scene's material.
+    /// Computes the constants of a material of the scene.
     #[must_use]
     pub(crate) fn new(material: &scene::Material) -> Self {
         let (young, poisson) = (material.young_modulus, material.poisson_ratio);
@@ -28,14 +28,14 @@ impl Elastic {
         }
     }
 
-    /// Speed of compression waves in the unbounded solid, √((λ+2μ)/ρ), m/s.
+    /// Returns the speed of compression waves in the unbounded solid, √((λ+2μ)/ρ), m/s.
     #[must_use]
     pub(crate) fn p_wave_speed(&self) -> f64 {
         ((self.lame_lambda + 2.0 * self.shear_modulus) / self.density).sqrt()
     }
 
-    /// The λ that relates in-plane stress and strain in 2-D: λ itself in
-    /// plane strain, 2λμ/(λ+2μ) in plane stress, Pa.
+    /// Returns the λ that relates in-plane stress and strain in 2-D: λ itself in plane strain,
+    /// 2λμ/(λ+2μ) in plane stress, Pa.
     #[must_use]
     pub(crate) fn in_plane_lambda(&self, plane: Plane) -> f64 {
         let (lambda, mu) = (self.lame_lambda, self.shear_modulus);
@@ -68,7 +68,7 @@ mod tests {
         // ν = 1/4 makes both Lamé constants 2E/5.
         assert!((rock.lame_lambda / 16e9 - 1.0).abs() < 1e-15);
         assert!((rock.shear_modulus / 16e9 - 1.0).abs() < 1e-15);
-        // Compression waves are √3 as fast as shear waves.
+        // Compression waves are √3 times as fast as shear waves.
         let shear_waves = (rock.shear_modulus / rock.density).sqrt();
         assert!((rock.p_wave_speed() / shear_waves - 3f64.sqrt()).abs() < 1e-15);
     }

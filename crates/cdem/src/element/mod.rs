@@ -1,13 +1,11 @@
 //! Finite elements: internal forces, stress, masses and stable steps.
 //!
-//! Elements of one shape and one kinematic formulation form an
-//! [`ElementSet`]; [`build`] sorts the elements of a mesh into such sets. The
-//! step loop knows nothing but the trait.
+//! Elements of one shape and one kinematic formulation form an [`ElementSet`]; [`build`] sorts the
+//! elements of a mesh into such sets. The step loop uses only the trait.
 //!
-//! Deformation is measured from displacements, F = I + Σ (u_a − u_0) ⊗ ∇N_a,
-//! and the force on an element's first node is minus the sum of the others.
-//! So a far-off body loses no digits, and each element's impulses add up to
-//! zero to round-off.
+//! Deformation is measured from displacements, F = I + Σ (u_a − u_0) ⊗ ∇N_a, and the force on the
+//! first node of an element is minus the sum of the others. So a body far from the origin loses no
+//! digits, and the impulses of each element add up to zero to round-off.
 
 pub(crate) mod batch;
 pub(crate) mod chunk;
@@ -42,10 +40,10 @@ pub(crate) use crate::element::critical_step::{highest_frequency, stable_step};
 pub(crate) use crate::element::internal_force::GroupImpulses;
 pub(crate) use crate::element::numbering::ElementNumbering;
 
-/// Most nodes of an element: a hexahedron's.
+/// Largest number of nodes of an element: a hexahedron's.
 pub(crate) const MAX_NODES: usize = 8;
 
-/// What the elements of a block are made of and how they deform.
+/// Material and kinematics of the elements of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BlockProperties {
     /// Index of its material.
@@ -54,31 +52,31 @@ pub(crate) struct BlockProperties {
     pub kinematics: Kinematics,
 }
 
-/// Extremes of the deformation over an element's Gauss points.
+/// Extremes of the deformation over the Gauss points of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Deformation {
-    /// Smallest det F; not positive: the element is inverted.
+    /// Smallest det F. If it is not positive, the element is inverted.
     pub min_jacobian: f64,
-    /// Smallest principal stretch in the space of the mesh.
+    /// Smallest principal stretch in the dimensions of the mesh.
     pub min_stretch: f64,
-    /// Largest principal stretch in the space of the mesh.
+    /// Largest principal stretch in the dimensions of the mesh.
     pub max_stretch: f64,
 }
 
-/// What an element of incremental kinematics knows of its past.
+/// Stress history of an element with incremental kinematics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StressHistory<const D: usize> {
-    /// Cauchy stress, the mean over its volume at rest, Pa.
+    /// Cauchy stress, averaged over the volume at rest, Pa.
     pub(crate) stress: [[f64; D]; D],
-    /// Work done on it that the stress does not hold, J: the energy of what deviates from
-    /// a mean goes with it.
+    /// Work done on the element minus the elastic energy of its stresses, J. The deviation of the
+    /// stress from the mean is dropped together with its energy.
     pub(crate) excess: f64,
-    /// That volume, m³.
+    /// Volume at rest, m³.
     pub(crate) volume: f64,
 }
 
 impl<const D: usize> StressHistory<D> {
-    /// Of several elements together.
+    /// Returns the history of several elements together.
     pub(crate) fn of_all(parts: &[Self]) -> Option<Self> {
         let volume: f64 = parts.iter().map(|part| part.volume).sum();
         let mean = |k: usize, l: usize| {
@@ -93,87 +91,86 @@ impl<const D: usize> StressHistory<D> {
     }
 }
 
-/// What is due in a kick.
+/// The elements that are due in a kick, and its interval.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Due<'a> {
     /// The coarsest level that is due.
     pub(crate) coarsest: u8,
-    /// Over which time.
+    /// Interval of the kick.
     pub(crate) interval: Interval<'a>,
-    /// Whether the elements' history goes on with it; a report leaves no trace there.
+    /// True if the kick updates the history of the elements. A report must not change it.
     pub(crate) is_kept: bool,
 }
 
 /// Interval of a kick, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Interval<'a> {
-    /// One a level.
+    /// One interval for each level.
     OfLevel(&'a [f64]),
-    /// One an element of the mesh.
+    /// One interval for each element of the mesh.
     OfElement(&'a [f64]),
 }
 
 /// Elements of one shape and one kinematic formulation, as arrays.
 ///
-/// `i` is a number within the set. Displacements and velocities are those of all nodes of
-/// the mesh. Gauss points and weights are fixed at rest; 2-D volumes include the thickness.
-/// Numbers out of range panic.
+/// `i` is an index within the set. Displacements and velocities are those of all nodes of the mesh.
+/// Gauss points and weights are fixed at rest; 2-D volumes include the thickness. Indices out of
+/// range panic.
 ///
-/// Those of one level near each other form a group: they are kicked together, and give each
-/// of their nodes one share.
+/// Elements of one level near each other form a group. They are kicked together, and the group
+/// gives each of its nodes one impulse.
 pub(crate) trait ElementSet<const D: usize>: Send + Sync {
-    /// Formulation of the elements.
+    /// Returns the formulation of the elements.
     fn kinematics(&self) -> Kinematics;
 
-    /// Number of elements.
+    /// Returns the number of elements.
     fn len(&self) -> usize;
 
-    /// Number in [`Mesh::elements`] of each element, ascending.
+    /// Returns the index in [`Mesh::elements`] of each element, ascending.
     fn mesh_elements(&self) -> &[u32];
 
-    /// Nodes of element `i` of this mesh's.
+    /// Returns the nodes of element `i`; `mesh` is the mesh of the set.
     fn nodes<'a>(&self, mesh: &'a Mesh<D>, i: usize) -> &'a [u32] {
         mesh.elements[self.mesh_elements()[i] as usize].nodes()
     }
 
-    /// Sorts the elements into groups by the level of each element of the mesh; those
-    /// without one are never due. All are of level 0 at first.
+    /// Sorts the elements into groups by the level of each element of the mesh. Elements without a
+    /// level are never due. At first all elements have level 0.
     fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>);
 
-    /// Visits level and nodes of each group, in the order of [`GroupImpulses`].
+    /// Calls `visit` with level and nodes of each group, in the order of [`GroupImpulses`].
     fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32]));
 
-    /// Writes the impulses of the groups that are due to their shares: the sums of
-    /// interval·f over their elements, N·s, f being the internal nodal force (minus the
-    /// energy gradient, N); and brings the elements' history up to the displacements
-    /// (incremental kinematics: stress turned and updated, work added up).
+    /// Writes the impulses of the due groups to `shares`: the sums of interval·f over their
+    /// elements, N·s, where f is the internal nodal force (minus the energy gradient, N). Updates
+    /// the history of the elements to the displacements (incremental kinematics: stress is rotated
+    /// and updated, work is summed).
     ///
-    /// With stiffness-proportional damping β the impulse of the viscous stress
-    /// β·C:(strain rate) goes to the second shares. `motion` is displacements, m, and
-    /// velocities, m/s.
+    /// With stiffness-proportional damping β the impulse of the viscous stress β·C:(strain rate)
+    /// goes to the second array of `shares`. `motion` is displacements, m, and velocities, m/s.
     fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>);
 
-    /// Brings the history of element `i` up to `displacement`.
+    /// Updates the history of element `i` to `displacement`.
     fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]);
 
-    /// Strain energy of element `i`, J. Incremental kinematics: the work done
-    /// on it up to its last kick and from there straight to `displacement`.
+    /// Returns the strain energy of element `i`, J. Incremental kinematics: the work done on it up
+    /// to its last kick and from there straight to `displacement`.
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64;
 
-    /// Tells the strain energy of every element, by its number in the mesh, in no order.
+    /// Calls `tell` with the mesh index and the strain energy, J, of every element, in no order.
     fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64));
 
-    /// Tells the Cauchy stress of every element, by its number in the mesh, in no order: its
-    /// average over the current volume, xx yy zz xy yz zx, Pa; zz of plane strain is there in
-    /// 2-D too.
+    /// Calls `tell` with the mesh index and the Cauchy stress of every element, in no order. The
+    /// stress is averaged over the current volume: xx yy zz xy yz zx, Pa. In 2-D it includes zz of
+    /// plane strain.
     fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6]));
 
-    /// Nodal forces of element `i`, N, without a trace in the history: as many
-    /// as it has nodes, to the head of `force`.
+    /// Writes the nodal forces of element `i`, N, to the head of `force`, one for each of its
+    /// nodes. The history does not change.
     fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]);
 
-    /// What strain rates change of them in a second, −K·v, N/s, for velocities v
-    /// of its nodes.
+    /// Computes the rate of change of the nodal forces by strain rates, −K·v, N/s, for velocities v
+    /// of the nodes of the element.
     fn force_rate(
         &self,
         i: usize,
@@ -182,70 +179,71 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
         rate: &mut [[f64; D]],
     );
 
-    /// Tells of every element that is inside out or strained by more than `most`, a tenth at
-    /// most, in the norm of Green's strain at all its Gauss points together: of the others no
-    /// principal stretch is beyond √(1 ± 2 most). Elements are told by their numbers in the
-    /// mesh, in no order.
+    /// Calls `tell` with the mesh index of every element that is inverted or strained by more than
+    /// `most`, in no order. `most` is at most 0.1. The strain is the norm of Green's strain at all
+    /// Gauss points together. In all other elements every principal stretch is within √(1 ± 2
+    /// most).
     fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32));
 
-    /// Extremes of the deformation of element `i`.
+    /// Returns the extremes of the deformation of element `i`.
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;
 
-    /// Highest angular frequency of element `i` alone, rad/s: exact for its
-    /// stiffness at rest and its own row-sum masses times `mass_factor` of
-    /// the nodes (one for each node of the mesh). The highest of all elements
-    /// bounds that of the assembled mesh (Irons 1970).
+    /// Returns the highest angular frequency of element `i` alone, rad/s. It is exact for its
+    /// stiffness at rest and its own row-sum masses times `mass_factor` of the nodes (one for each
+    /// node of the mesh). The highest of all elements bounds that of the assembled mesh (Irons
+    /// 1970).
     fn frequency(&self, i: usize, mass_factor: &[f64]) -> f64;
 
-    /// Highest angular frequency of element `i` alone with its consistent
-    /// mass matrix, rad/s.
+    /// Returns the highest angular frequency of element `i` alone with its consistent mass matrix,
+    /// rad/s.
     fn consistent_frequency(&self, i: usize, mesh: &Mesh<D>) -> f64;
 
-    /// Row sums of the mass matrix of element `i`, one for each of its N
-    /// nodes, kg, into the first N entries of `out`.
+    /// Writes the row sums of the mass matrix of element `i`, kg, to the first N entries of `out`,
+    /// one for each of its N nodes.
     fn lumped_mass(&self, i: usize, out: &mut [f64]);
 
-    /// Consistent mass matrix of element `i`, ∫ρ N_a N_b, kg: N×N, row by row,
-    /// into the first N² entries of `out`.
+    /// Writes the consistent mass matrix of element `i`, ∫ρ N_a N_b, kg, to the first N² entries of
+    /// `out`: N×N, row by row.
     fn consistent_mass(&self, i: usize, mesh: &Mesh<D>, out: &mut [f64]);
 
-    /// Stiffness of element `i` at rest, N/m: (N·D)×(N·D), row by row, the
-    /// components of a node together, into the first (N·D)² entries of `out`.
+    /// Writes the stiffness of element `i` at rest, N/m, to the first (N·D)² entries of `out`:
+    /// (N·D)×(N·D), row by row, the components of a node together.
     fn stiffness(&self, i: usize, out: &mut [f64]);
 
-    /// How many numbers an element keeps from kick to kick.
+    /// Returns the number of numbers that an element stores from kick to kick.
     fn record_length(&self) -> usize;
 
-    /// All that element `i` keeps from kick to kick; nothing where only the present counts.
+    /// Returns the numbers that element `i` stores from kick to kick; none for a formulation
+    /// without history.
     fn record(&self, i: usize) -> Vec<f64>;
 
-    /// Gives element `i` what the same element of another set has kept.
+    /// Sets the stored numbers of element `i` to those of the same element of another set.
     fn set_record(&mut self, i: usize, record: &[f64]);
 
-    /// What element `i` knows of its past up to its last kick, if that matters.
+    /// Returns the stress history of element `i` up to its last kick, if the formulation has one.
     fn past(&self, i: usize) -> Option<StressHistory<D>>;
 
-    /// Gives element `i` the past of one, or of a part of one, that is deformed as it is
-    /// now: so much a volume.
+    /// Sets the stress history of element `i` from `past`, the history of an element, or of a part
+    /// of one, with the same deformation. The excess work is scaled by the volume.
     fn set_past(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]);
 
-    /// Bytes of all elements.
+    /// Returns the memory of all elements, bytes.
     fn memory(&self) -> usize;
 
-    /// Of an element: bytes that its kick must read or write but for what is at nodes, and its
-    /// operations. Damping is left out.
+    /// Returns the bytes that a kick of an element reads or writes, without nodal data, and its
+    /// number of operations. Damping is left out.
     fn update_cost(&self) -> [usize; 2];
 }
 
-/// Sorts the elements of `mesh` into sets: one for each shape and formulation
-/// in use, shapes in the order of [`ElementKind`], `TotalLagrangian` first.
+/// Sorts the elements of `mesh` into sets, one for each shape and formulation in use. Shapes come
+/// in the order of [`ElementKind`], `TotalLagrangian` first.
 ///
-/// `properties` has one entry for each block of the mesh; `plane` and
-/// `thickness` (m) matter in 2-D only.
+/// `properties` has one entry for each block of the mesh; `plane` and `thickness` (m) matter in 2-D
+/// only.
 ///
 /// # Panics
-/// When an element does not have dimension `D`, or `properties` or
-/// `materials` are too short: the caller checks its input.
+/// If an element does not have dimension `D`, or `properties` or `materials` are too short: the
+/// caller checks its input.
 #[must_use]
 pub(crate) fn build<const D: usize>(
     mesh: &Mesh<D>,
@@ -292,7 +290,7 @@ pub(crate) fn build<const D: usize>(
     sets
 }
 
-/// (element of the mesh, material) of a set to be.
+/// Returns the elements of the mesh in a future set, with their materials.
 fn members<const D: usize>(
     mesh: &Mesh<D>,
     properties: &[BlockProperties],

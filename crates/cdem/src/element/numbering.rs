@@ -1,19 +1,19 @@
-//! Which element of which set an element of the mesh is.
+//! Set and set index of each element of the mesh.
 
 use crate::element::ElementSet;
 
-/// Set of each element of a mesh, and number within it.
+/// Set of each element of a mesh, and its index in the set.
 #[derive(Debug, Default)]
 pub(crate) enum ElementNumbering {
-    /// There is one set, with all elements in their order.
+    /// One set with all elements in their order.
     #[default]
     Alike,
-    /// There are several.
+    /// Several sets.
     Each(Vec<(u32, u32)>),
 }
 
 impl ElementNumbering {
-    /// Of the elements of a mesh, so many, in these sets.
+    /// Numbers the `count` elements of a mesh in these sets.
     pub(crate) fn new<const D: usize>(sets: &[Box<dyn ElementSet<D>>], count: usize) -> Self {
         if let [set] = sets {
             debug_assert!((0..count as u32).eq(set.mesh_elements().iter().copied()));
@@ -28,7 +28,7 @@ impl ElementNumbering {
         Self::Each(places)
     }
 
-    /// Of an element.
+    /// Returns the set of an element and its index in the set.
     pub(crate) fn of(&self, element: usize) -> (usize, usize) {
         match self {
             Self::Alike => (0, element),

@@ -1,5 +1,5 @@
-//! How many operations a kernel takes: it runs on numbers that know nothing but how they are
-//! worked out.
+//! Operation counts of the kernels. A kernel runs on traced numbers, which record only their
+//! origin.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -9,13 +9,13 @@ use crate::element::element_set::Formulation;
 use crate::element::geometry::{IntegrationPoints, Lame, NodalValues};
 use crate::element::simd::Real;
 
-/// Additions, subtractions, multiplications and divisions that the forces of an element take, from
-/// displacements relative to its first node on, to the forces themselves: what is done at nodes is
-/// not in them.
+/// Returns the number of additions, subtractions, multiplications and divisions for the forces of
+/// an element. It counts from displacements relative to the first node to the forces; operations at
+/// nodes are not counted.
 ///
-/// As compilers do: what is the same is worked out once, what nothing comes of is left out, and so
-/// is what has no effect, as adding −0, and what is the same of all elements. To change a sign is
-/// not counted.
+/// It counts as compilers do: equal results are computed once. Unused results, operations without
+/// effect, such as adding −0, and results that are the same for all elements do not count. A change
+/// of sign does not count either.
 pub(super) fn operations<F, const D: usize, const N: usize, const Q: usize>() -> usize
 where
     F: Formulation<D, N, Q>,
@@ -38,7 +38,7 @@ where
     trace.borrow().needed(&results)
 }
 
-/// An element of which nothing is known.
+/// An element whose numbers are all unknown.
 struct UnknownElement<'a, const D: usize, const N: usize, const Q: usize> {
     gradients: [NodalValues<D, N, Traced<'a>>; Q],
     volumes: [Traced<'a>; Q],
@@ -57,12 +57,12 @@ impl<'a, const D: usize, const N: usize, const Q: usize> IntegrationPoints<D, N,
     }
 }
 
-/// Where a number comes from; other numbers by their places in the trace.
+/// Origin of a number; other numbers are given by their indices in the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum NumberOrigin {
-    /// Is known of each element.
+    /// Known for each element.
     Element,
-    /// Is the same of all elements of a material.
+    /// The same for all elements of a material.
     Material,
     /// Bits of a constant.
     Constant(u64),
@@ -78,23 +78,23 @@ enum Operation {
     Divide,
 }
 
-/// All numbers so far, those that others come from first.
+/// All numbers so far. The operands of a number come before it.
 #[derive(Debug, Default)]
 struct Trace {
     numbers: Vec<TracedNumber>,
-    /// Places of what was worked out.
+    /// Indices of computed numbers.
     worked_out: BTreeMap<NumberOrigin, usize>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct TracedNumber {
     origin: NumberOrigin,
-    /// From element to element.
+    /// True if the number varies from element to element.
     varies: bool,
 }
 
 impl Trace {
-    /// The place of a number; what comes from the same is the same.
+    /// Returns the index of a number. Numbers of the same computed origin are the same number.
     fn place(&mut self, origin: NumberOrigin) -> usize {
         let varies = match origin {
             NumberOrigin::Element => true,
@@ -117,12 +117,12 @@ impl Trace {
         self.numbers[place].origin == NumberOrigin::Constant(constant.to_bits())
     }
 
-    /// The place of what comes of two numbers.
+    /// Returns the index of the result of an operation on two numbers.
     fn result(&mut self, operator: Operation, [left, right]: [usize; 2]) -> usize {
         if matches!(operator, Operation::Subtract | Operation::Divide) {
             return self.place(NumberOrigin::Result(operator, [left, right]));
         }
-        // In either order the same.
+        // Both orders give the same result.
         for [one, other] in [[left, right], [right, left]] {
             match operator {
                 Operation::Add if self.is(one, -0.0) => return other,
@@ -137,7 +137,7 @@ impl Trace {
         self.place(NumberOrigin::Result(operator, ordered))
     }
 
-    /// Operations on what varies that `results` come from.
+    /// Returns the number of operations on varying numbers that `results` depend on.
     fn needed(&self, results: &[usize]) -> usize {
         let mut is_needed = vec![false; self.numbers.len()];
         results.iter().for_each(|&place| is_needed[place] = true);
@@ -160,7 +160,7 @@ impl Trace {
     }
 }
 
-/// A number, by its place in a trace.
+/// A number, by its index in a trace.
 #[derive(Clone, Copy)]
 struct Traced<'a> {
     trace: &'a RefCell<Trace>,
@@ -232,14 +232,14 @@ mod tests {
     use crate::element::total_lagrangian::TotalLagrangian;
 
     fn total<const D: usize, const N: usize, const Q: usize>() -> [usize; 2] {
-        // Of what is symmetric one half.
+        // One half of a symmetric tensor.
         let half = D * (D + 1) / 2;
         let gradient = D * D * (2 * (N - 1) - 1);
         let strain = half * (2 * D - 1) + 3 * half;
         let stress = D - 1 + 1 + half + D;
         let first_piola = D * D * 2 * D;
         let divergence = D * D + (N - 1) * D * 2 * D;
-        // The first addition to what is nothing yet takes none.
+        // The first addition to zero takes no operation.
         let first = (N - 1) * D;
         let balance = (N - 2) * D;
         let points = Q * (gradient + strain + stress + first_piola + divergence);
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// Simplices, line by line of its kernel.
+    /// Counts for simplices, line by line of the kernel.
     #[test]
     fn increments_take_what_is_on_paper() {
         let plane = [
@@ -271,13 +271,13 @@ mod tests {
             4,                 // step
             2 + 4 + 3 + 1 + 4, // twice the middle, its determinant and inverse
             12,                // half of the increment
-            1 + 1 + 3 * 2 + 2, // stress of it
-            3,                 // added
+            1 + 1 + 3 * 2 + 2, // its stress
+            3,                 // sum with the old stress
             2 + 1,             // skew part, its square
             1 + 3,             // 2/(1 + w·w)
             3 + 1,             // rotation, whose diagonal is one number
-            12 - 1 + 3 * 3,    // turned from both sides: one product is there twice
-            3,                 // the other half added
+            12 - 1 + 3 * 3,    // rotation from both sides: one product occurs twice
+            3,                 // sum with the other half
             12,                // P now
             4 + 7 + 1 + 2,     // work
             4 + 12 + 2,        // forces
@@ -290,9 +290,9 @@ mod tests {
             45,
             2 + 1 + 6 * 2 + 3,
             6,
-            6 + 9, // the products on the diagonal are three
+            6 + 9, // the diagonal has three products
             2 + 3,
-            6 + 9 + 3, // skew and symmetric part added
+            6 + 9 + 3, // sum of skew and symmetric part
             45 + 6 * 5,
             6,
             27 + 45,

@@ -1,10 +1,10 @@
-//! Memory that is asked for before it is read: a kernel has so few instructions for its bytes
-//! that processors which guess what comes next ask too late.
+//! Prefetch of memory. A kernel has so few instructions per byte that hardware prefetchers are too
+//! late.
 
-/// Bytes that come from memory together.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Asks for what these hold, and waits for nothing.
+/// Prefetches the memory of `values` without waiting.
 #[cfg(target_arch = "x86_64")]
 #[allow(
     unsafe_code,
@@ -20,7 +20,7 @@ pub(super) fn ask_for<T>(values: &[T]) {
     }
 }
 
-/// Asks for nothing: that is done on x86-64 alone.
+/// Does nothing: prefetch is implemented on x86-64 only.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
 pub(super) fn ask_for<T>(_: &[T]) {}

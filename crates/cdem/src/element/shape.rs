@@ -1,13 +1,13 @@
 //! Shape functions and quadrature on the reference elements.
 //!
-//! Triangles and tetrahedra live on the unit simplex, quadrilaterals and
-//! hexahedra on [−1, 1]^D, wedges on triangle × [−1, 1]. Coordinates always
-//! have three components; those beyond the dimension are 0 and unused.
+//! Triangles and tetrahedra use the unit simplex, quadrilaterals and hexahedra [−1, 1]^D, wedges
+//! triangle × [−1, 1]. Coordinates always have three components; those beyond the dimension are 0
+//! and unused.
 
 use crate::mesh::{CORNERS, ElementKind};
 
-/// Values and reference gradients of an element's shape functions at a point;
-/// only the first `node_count` entries are used.
+/// Values and reference gradients of the shape functions of an element at a point. Only the first
+/// `node_count` entries are used.
 pub(crate) struct ShapeFunctions {
     pub(crate) values: [f64; 8],
     pub(crate) gradients: [[f64; 3]; 8],
@@ -20,7 +20,7 @@ pub(super) struct QuadraturePoint {
     pub(super) weight: f64,
 }
 
-/// Where corner `a` of `kind` is on the reference element.
+/// Returns the position of corner `a` of `kind` on the reference element.
 pub(crate) fn corner(kind: ElementKind, a: usize) -> [f64; 3] {
     match kind {
         ElementKind::Tri3 | ElementKind::Tet4 => {
@@ -35,7 +35,7 @@ pub(crate) fn corner(kind: ElementKind, a: usize) -> [f64; 3] {
     }
 }
 
-/// Shape functions of `kind` at the reference point `at`.
+/// Returns the shape functions of `kind` at the reference point `at`.
 pub(crate) fn shape(kind: ElementKind, at: [f64; 3]) -> ShapeFunctions {
     match kind {
         ElementKind::Tri3 | ElementKind::Tet4 => simplex(kind.dimension(), at),
@@ -91,9 +91,8 @@ fn wedge(at: [f64; 3]) -> ShapeFunctions {
     shape
 }
 
-/// Full quadrature of stiffness and internal force: 1, 4, 1, 6 and 8 points.
-/// It also integrates volume and row-sum masses of straight-sided elements
-/// exactly.
+/// Returns the full quadrature of stiffness and internal force: 1, 4, 1, 6 and 8 points. It also
+/// integrates volume and row-sum masses of straight-sided elements exactly.
 pub(super) fn stiffness_rule(kind: ElementKind) -> Vec<QuadraturePoint> {
     match kind {
         ElementKind::Tri3 => vec![point([1.0 / 3.0, 1.0 / 3.0, 0.0], 0.5)],
@@ -104,9 +103,8 @@ pub(super) fn stiffness_rule(kind: ElementKind) -> Vec<QuadraturePoint> {
     }
 }
 
-/// Quadrature that is exact for the consistent mass matrix: degree 2 on
-/// simplices, 3 a direction on quadrilaterals, 4 on hexahedra (N_a N_b det J),
-/// 3 across and 4 along wedges.
+/// Returns the quadrature that is exact for the consistent mass matrix: degree 2 on simplices, 3
+/// per direction on quadrilaterals, 4 on hexahedra (N_a N_b det J), 3 across and 4 along wedges.
 pub(super) fn mass_rule(kind: ElementKind) -> Vec<QuadraturePoint> {
     match kind {
         ElementKind::Tri3 => triangle_rule(),
@@ -121,7 +119,7 @@ fn point(position: [f64; 3], weight: f64) -> QuadraturePoint {
     QuadraturePoint { position, weight }
 }
 
-/// Gauss–Legendre, degree 3: (place, weight) on [−1, 1].
+/// Gauss–Legendre, degree 3: (position, weight) on [−1, 1].
 fn gauss2() -> Vec<(f64, f64)> {
     let x = 1.0 / 3f64.sqrt();
     vec![(-x, 1.0), (x, 1.0)]

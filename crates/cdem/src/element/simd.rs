@@ -1,21 +1,21 @@
-//! Numbers side by side: kernels are written once, and run for one element or for as many
-//! as a register of the machine holds numbers, with the same bits.
+//! SIMD numbers. A kernel is written once and runs for one element, or for as many as a register of
+//! the machine has lanes, with the same bits.
 
 use std::ops::{Add, AddAssign, Deref, DerefMut, Div, Mul, Neg, Sub, SubAssign};
 
 use pulp::Simd;
 
-/// Numbers side by side in memory: as many as the widest registers hold, and a multiple of
-/// what the others do.
+/// Number of numbers side by side in memory: the lanes of the widest registers, and a multiple of
+/// those of the others.
 pub(super) const WIDTH: usize = 8;
 
-/// A number of each of as many elements, where one load gets it.
+/// One number of each of [`WIDTH`] elements, aligned for one load.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct SimdRow([f64; WIDTH]);
 
 impl SimdRow {
-    /// The same number of all.
+    /// Creates a row of equal numbers.
     #[inline(always)]
     pub(super) fn splat(number: f64) -> Self {
         Self([number; WIDTH])
@@ -38,7 +38,7 @@ impl DerefMut for SimdRow {
     }
 }
 
-/// A number, or several side by side.
+/// A number, or several in SIMD lanes.
 pub(crate) trait Real:
     Copy
     + Add<Output = Self>
@@ -49,7 +49,7 @@ pub(crate) trait Real:
     + Sub<Output = Self>
     + SubAssign
 {
-    /// A constant, as many times as this has numbers.
+    /// Returns a constant in all lanes of this type.
     fn constant(self, value: f64) -> Self;
 }
 
@@ -60,24 +60,24 @@ impl Real for f64 {
     }
 }
 
-/// How many elements a kernel takes at once.
+/// The lanes of a kernel: the elements that it computes at once.
 pub(super) trait Lanes: Copy {
     type Number: Real;
 
-    /// How many: a divisor of [`WIDTH`].
+    /// Number of lanes, a divisor of [`WIDTH`].
     const COUNT: usize;
 
-    /// One number in all lanes.
+    /// Returns one number in all lanes.
     fn splat(self, value: f64) -> Self::Number;
 
-    /// The numbers of a row from `first` on.
+    /// Returns the numbers of a row from `first` on.
     fn load(self, row: &SimdRow, first: usize) -> Self::Number;
 
-    /// Puts the numbers into a row from `first` on.
+    /// Stores the numbers in a row from `first` on.
     fn store(self, numbers: Self::Number, row: &mut SimdRow, first: usize);
 }
 
-/// One.
+/// One lane.
 #[derive(Clone, Copy)]
 pub(super) struct Single;
 
@@ -102,7 +102,7 @@ impl Lanes for Single {
     }
 }
 
-/// As many as a register of some instructions holds.
+/// The lanes of a register of an instruction set.
 #[derive(Clone, Copy)]
 pub(super) struct Register<S>(pub(super) S);
 

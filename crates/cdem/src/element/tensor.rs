@@ -5,8 +5,8 @@ use crate::element::simd::Real;
 /// A second-order tensor, rows first.
 pub(crate) type Tensor<const D: usize, T = f64> = [[T; D]; D];
 
-/// The tensor of these entries, by plain loops: the arrays' own `map` and
-/// `from_fn` stay calls where the optimiser does not see the whole crate.
+/// Returns the tensor of these entries. It uses plain loops: `map` and `from_fn` of arrays stay
+/// calls where the optimiser does not see the whole crate.
 #[inline(always)]
 pub(crate) fn filled<const D: usize, T: Copy>(entry: impl Fn(usize, usize) -> T) -> Tensor<D, T> {
     let mut tensor = [[entry(0, 0); D]; D];
@@ -18,7 +18,7 @@ pub(crate) fn filled<const D: usize, T: Copy>(entry: impl Fn(usize, usize) -> T)
     tensor
 }
 
-/// Σ term(k) over the components.
+/// Returns Σ term(k) over the components.
 #[inline(always)]
 pub(super) fn contracted<const D: usize, T: Real>(term: impl Fn(usize) -> T) -> T {
     let mut sum = term(0);
@@ -28,13 +28,13 @@ pub(super) fn contracted<const D: usize, T: Real>(term: impl Fn(usize) -> T) -> 
     sum
 }
 
-/// s·a.
+/// Returns s·a.
 #[inline(always)]
 pub(super) fn scaled<const D: usize, T: Real>(s: T, a: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| s * a[i][j])
 }
 
-/// 1 + a.
+/// Returns 1 + a.
 #[inline(always)]
 pub(crate) fn with_unit<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, T> {
     let mut sum = *a;
@@ -44,13 +44,13 @@ pub(crate) fn with_unit<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, 
     sum
 }
 
-/// a + b.
+/// Returns a + b.
 #[inline(always)]
 pub(crate) fn sum<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| a[i][j] + b[i][j])
 }
 
-/// a − b.
+/// Returns a − b.
 #[inline(always)]
 pub(super) fn difference<const D: usize, T: Real>(
     a: &Tensor<D, T>,
@@ -59,13 +59,13 @@ pub(super) fn difference<const D: usize, T: Real>(
     filled(|i, j| a[i][j] - b[i][j])
 }
 
-/// a·b.
+/// Returns a·b.
 #[inline(always)]
 pub(crate) fn product<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| contracted::<D, T>(|k| a[i][k] * b[k][j]))
 }
 
-/// aᵀ·b.
+/// Returns aᵀ·b.
 #[inline(always)]
 pub(crate) fn transposed_product<const D: usize, T: Real>(
     a: &Tensor<D, T>,
@@ -74,7 +74,7 @@ pub(crate) fn transposed_product<const D: usize, T: Real>(
     filled(|i, j| contracted::<D, T>(|k| a[k][i] * b[k][j]))
 }
 
-/// a·bᵀ.
+/// Returns a·bᵀ.
 #[inline(always)]
 pub(crate) fn product_transposed<const D: usize, T: Real>(
     a: &Tensor<D, T>,
@@ -83,25 +83,25 @@ pub(crate) fn product_transposed<const D: usize, T: Real>(
     filled(|i, j| contracted::<D, T>(|k| a[i][k] * b[j][k]))
 }
 
-/// ½(a + aᵀ).
+/// Returns ½(a + aᵀ).
 #[inline(always)]
 pub(crate) fn symmetric<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| a[i][j].constant(0.5) * (a[i][j] + a[j][i]))
 }
 
-/// tr a.
+/// Returns tr a.
 #[inline(always)]
 pub(crate) fn trace<const D: usize, T: Real>(a: &Tensor<D, T>) -> T {
     contracted::<D, T>(|i| a[i][i])
 }
 
-/// a : b.
+/// Returns a : b.
 #[inline(always)]
 pub(crate) fn contraction<const D: usize, T: Real>(a: &Tensor<D, T>, b: &Tensor<D, T>) -> T {
     contracted::<D, T>(|i| contracted::<D, T>(|j| a[i][j] * b[i][j]))
 }
 
-/// det a.
+/// Returns det a.
 #[inline(always)]
 pub(crate) fn determinant<const D: usize, T: Real>(a: &Tensor<D, T>) -> T {
     if D == 2 {
@@ -111,7 +111,7 @@ pub(crate) fn determinant<const D: usize, T: Real>(a: &Tensor<D, T>) -> T {
     }
 }
 
-/// a⁻¹ and det a. A singular tensor gives non-finite entries.
+/// Returns a⁻¹ and det a. A singular tensor gives non-finite entries.
 #[inline(always)]
 pub(crate) fn inverse<const D: usize, T: Real>(a: &Tensor<D, T>) -> (Tensor<D, T>, T) {
     let determinant = determinant(a);
@@ -119,7 +119,7 @@ pub(crate) fn inverse<const D: usize, T: Real>(a: &Tensor<D, T>) -> (Tensor<D, T
     (filled(|i, j| cofactor(a, j, i) * scale), determinant)
 }
 
-/// det a · a⁻ᵀ.
+/// Returns det a · a⁻ᵀ.
 #[inline(always)]
 pub(super) fn cofactors<const D: usize, T: Real>(a: &Tensor<D, T>) -> Tensor<D, T> {
     filled(|i, j| cofactor(a, i, j))
@@ -135,15 +135,15 @@ fn cofactor<const D: usize, T: Real>(a: &Tensor<D, T>, i: usize, j: usize) -> T 
     }
 }
 
-/// Cofactor (i, j) of a 3×3 tensor; cyclic indices carry the sign.
+/// Returns cofactor (i, j) of a 3×3 tensor; cyclic indices give the sign.
 #[inline(always)]
 fn cofactor3<const D: usize, T: Real>(a: &Tensor<D, T>, i: usize, j: usize) -> T {
     let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
     a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1]
 }
 
-/// Smallest and largest principal value of a symmetric tensor: quadratic
-/// formula in 2-D, the trigonometric solution of the cubic (Smith 1961) in 3-D.
+/// Returns the smallest and the largest principal value of a symmetric tensor: quadratic formula in
+/// 2-D, the trigonometric solution of the cubic (Smith 1961) in 3-D.
 pub(crate) fn extreme_principal_values<const D: usize>(a: &Tensor<D>) -> (f64, f64) {
     let mean = trace(a) / D as f64;
     let mut deviator = *a;

@@ -6,8 +6,8 @@ use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::scene::Kinematics;
 
-/// S = C:E with E = ½(H + Hᵀ + HᵀH), H = F − I, on the configuration at rest;
-/// no history. E from H keeps its digits at small strain.
+/// Total Lagrangian formulation: S = C:E with E = ½(H + Hᵀ + HᵀH), H = F − I, on the configuration
+/// at rest, without history. E computed from H keeps its digits at small strain.
 pub(super) struct TotalLagrangian;
 
 impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for TotalLagrangian {
@@ -93,7 +93,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     }
 }
 
-/// ½(H + Hᵀ + HᵀH).
+/// Returns Green's strain, ½(H + Hᵀ + HᵀH).
 #[inline(always)]
 pub(super) fn green_lagrange<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tensor<D, T> {
     let quadratic = tensor::transposed_product(h, h);
@@ -101,7 +101,7 @@ pub(super) fn green_lagrange<const D: usize, T: Real>(h: &Tensor<D, T>) -> Tenso
     tensor::filled(|i, j| half * (h[i][j] + h[j][i] + quadratic[i][j]))
 }
 
-/// Ė = sym(Fᵀ Ḟ), `rate` being Ḟ.
+/// Returns Ė = sym(Fᵀ Ḟ); `rate` is Ḟ.
 #[inline(always)]
 pub(super) fn green_lagrange_rate<const D: usize, T: Real>(
     h: &Tensor<D, T>,
@@ -110,7 +110,7 @@ pub(super) fn green_lagrange_rate<const D: usize, T: Real>(
     tensor::symmetric(&tensor::sum(rate, &tensor::transposed_product(h, rate)))
 }
 
-/// P = F·S = S + H·S.
+/// Returns P = F·S = S + H·S.
 #[inline(always)]
 fn push_forward<const D: usize, T: Real>(
     h: &Tensor<D, T>,

@@ -1,6 +1,6 @@
-//! What lies around nodes: the inverse of lists of nodes.
+//! Adjacency lists: the items at each node, from the nodes of each item.
 
-/// Items around nodes, both by number.
+/// Lists of the items at each node, both by index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Adjacency {
     start: Vec<u32>,
@@ -8,8 +8,7 @@ pub(crate) struct Adjacency {
 }
 
 impl Adjacency {
-    /// Items around each of `count` nodes; `nodes_of` gives the nodes of item
-    /// after item.
+    /// Builds the lists for `count` nodes; `nodes_of` gives the nodes of one item after the other.
     pub(crate) fn new<'a>(nodes_of: impl Iterator<Item = &'a [u32]> + Clone, count: usize) -> Self {
         let mut start = vec![0_u32; count + 1];
         for &node in nodes_of.clone().flatten() {
@@ -29,7 +28,7 @@ impl Adjacency {
         Self { start, items }
     }
 
-    /// Items around a node.
+    /// Returns the items at a node.
     pub(crate) fn of(&self, node: u32) -> &[u32] {
         let node = node as usize;
         &self.items[self.start[node] as usize..self.start[node + 1] as usize]

@@ -1,8 +1,7 @@
-//! Numbers as messages show them: few digits.
+//! Formats of numbers in messages, with few digits.
 
-/// A number with at most so many significant digits, without zeros at its end,
-/// and without an exponent as long as it is of everyday size. Digits before
-/// the point are all kept.
+/// Formats a number with at most `digits` significant digits and without trailing zeros. The
+/// exponent is left out for magnitudes from 1e-4 up to 1e6. All digits before the point are kept.
 ///
 /// ```
 /// use cdem::significant;
@@ -16,7 +15,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return value.to_string();
     }
     let digits = digits.max(1);
-    // Rounded first: rounding may add a digit before the point.
+    // Round first: rounding may add a digit before the point.
     let rounded = format!("{value:.*e}", digits - 1);
     let Some((mantissa, Ok(order))) = rounded
         .split_once('e')
@@ -34,7 +33,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).to_owned()
 }
 
-/// A quantity with three or four digits and an SI prefix.
+/// Formats a quantity with up to four digits and an SI prefix.
 ///
 /// ```
 /// assert_eq!(cdem::quantity(74_784.4, "J"), "74.78 kJ");
@@ -57,7 +56,7 @@ fn without_zeros(text: &str) -> &str {
     }
 }
 
-/// Of a number in an error: six digits tell numbers apart, more are noise.
+/// Formats a number in an error message. Six digits tell numbers apart; more would be noise.
 pub(crate) fn short(value: f64) -> String {
     significant(value, 6)
 }

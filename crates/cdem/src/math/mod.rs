@@ -1,4 +1,4 @@
-//! Vectors, adjacency lists, formats of numbers, profiling: what all rooms use.
+//! Vectors, adjacency lists, number formats and profiling, for all modules.
 
 pub(crate) mod adjacency;
 pub(crate) mod format;

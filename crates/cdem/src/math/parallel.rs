@@ -1,4 +1,4 @@
-//! Grain sizes of work that is shared out among threads.
+//! Grain sizes of parallel work.
 
-/// Nodes that a thread takes at once.
+/// Number of nodes that a thread takes at once.
 pub(crate) const NODES_AT_ONCE: usize = 4096;

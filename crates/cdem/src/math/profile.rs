@@ -1,4 +1,4 @@
-//! Where the time of a run goes, stage by stage.
+//! Wall-clock time of a run by stage.
 
 #![allow(
     clippy::disallowed_methods,
@@ -7,29 +7,29 @@
 
 use std::time::{Duration, Instant};
 
-/// A part of a coarse step.
+/// A stage of a coarse step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Which pairs may touch.
+    /// Broad phase: candidate pairs.
     Search,
-    /// Sub-elements come and go.
+    /// Refinement and coarsening of blocks.
     Refinement,
-    /// Time levels, and which contacts are solved together.
+    /// Time levels and islands.
     Plan,
     /// Forces of elements and loads.
     Forces,
-    /// Gaps, directions and times of contacts.
+    /// Gaps, normals and times of impact.
     Geometry,
     /// Impulses of contacts.
     Solution,
-    /// Velocities, positions, and the ledger.
+    /// Velocities, positions and the ledger.
     Motion,
-    /// Whether the run is sound.
+    /// Validity checks.
     Checks,
 }
 
 impl Stage {
-    /// All, in the order of a step.
+    /// All stages, in the order of a step.
     pub const ALL: [Self; 8] = [
         Self::Search,
         Self::Refinement,
@@ -41,7 +41,7 @@ impl Stage {
         Self::Checks,
     ];
 
-    /// Its name for a user.
+    /// Returns the name of the stage for a user.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -57,7 +57,7 @@ impl Stage {
     }
 }
 
-/// Counts wall-clock time by stage, once it has been started.
+/// Measures wall-clock time by stage, once it has been started.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Stopwatch {
     last: Option<Instant>,
@@ -69,14 +69,14 @@ impl Stopwatch {
         self.last = Some(Instant::now());
     }
 
-    /// The time since the last call goes to no stage.
+    /// Assigns the time since the last call to no stage.
     pub(crate) fn skip(&mut self) {
         if self.last.is_some() {
             self.start();
         }
     }
 
-    /// The time since the last call goes to a stage.
+    /// Assigns the time since the last call to a stage.
     pub(crate) fn lap(&mut self, stage: Stage) {
         if let Some(last) = &mut self.last {
             let now = Instant::now();
@@ -85,7 +85,7 @@ impl Stopwatch {
         }
     }
 
-    /// A watch for another thread, that goes if this one does.
+    /// Returns a stopwatch for another thread. It runs if this one does.
     pub(crate) fn beside(&self) -> Self {
         Self {
             last: self.last.map(|_| Instant::now()),
@@ -93,7 +93,8 @@ impl Stopwatch {
         }
     }
 
-    /// The time since the last call goes to stages as that of others does, of whatever threads.
+    /// Distributes the time since the last call over the stages in proportion to the times of
+    /// `others`, which may come from any threads.
     pub(crate) fn lap_as<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
         let Some(last) = &mut self.last else {
             return;
@@ -115,7 +116,7 @@ impl Stopwatch {
         }
     }
 
-    /// What a stage has had so far.
+    /// Returns the time spent in a stage so far.
     pub(crate) fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]
     }

@@ -1,6 +1,6 @@
-//! Roots of polynomials.
+//! Roots of quadratic polynomials.
 
-/// Real roots of c₀ + c₁t + c₂t², ascending, without cancellation.
+/// Returns the real roots of c₀ + c₁t + c₂t², ascending, without cancellation.
 pub(crate) fn roots([c0, c1, c2]: [f64; 3]) -> [Option<f64>; 2] {
     if c2 == 0.0 {
         return [(c1 != 0.0).then(|| -c0 / c1), None];

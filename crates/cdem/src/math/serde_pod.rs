@@ -1,5 +1,5 @@
-//! Lists of plain numbers in a checkpoint: their bytes as they lie in memory, copied as a
-//! whole. For `#[serde(with = "serde_pod")]`.
+//! Lists of plain numbers in a checkpoint: their bytes in memory, copied as a whole. For
+//! `#[serde(with = "serde_pod")]`.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -19,16 +19,16 @@ pub(crate) fn serialize<T: Pod, S: Serializer>(
     serializer.serialize_bytes(bytemuck::cast_slice(numbers))
 }
 
-/// Reads them.
+/// Reads numbers.
 pub(crate) fn deserialize<'de, N: PlainNumbers, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<N, D::Error> {
     deserializer.deserialize_bytes(Bytes(PhantomData))
 }
 
-/// What is made of numbers.
+/// A type that consists of plain numbers.
 pub(crate) trait PlainNumbers: Sized {
-    /// Of these bytes; nothing where they are too many or too few.
+    /// Reads the numbers from their bytes; `None` if there are too many or too few bytes.
     fn of(bytes: &[u8]) -> Option<Self>;
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Scalar product.
+/// Returns the scalar product.
 #[inline]
 pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     let mut sum = 0.0;
@@ -12,7 +12,7 @@ pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     sum
 }
 
-/// a + b.
+/// Returns a + b.
 #[inline]
 pub(crate) fn add<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     let mut sum = *a;
@@ -22,7 +22,7 @@ pub(crate) fn add<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     sum
 }
 
-/// a − b.
+/// Returns a − b.
 #[inline]
 pub(crate) fn sub<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     let mut difference = *a;
@@ -32,7 +32,7 @@ pub(crate) fn sub<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
     difference
 }
 
-/// s·a.
+/// Returns s·a.
 #[inline]
 pub(crate) fn scale<const D: usize>(s: f64, a: &[f64; D]) -> [f64; D] {
     let mut scaled = *a;
@@ -50,19 +50,19 @@ pub(crate) fn add_scaled<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D])
     }
 }
 
-/// Euclidean length.
+/// Returns the Euclidean length.
 #[inline]
 pub(crate) fn norm<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// A sum of many vectors, whose rounding does not grow with their number (Kahan
-/// 1965, Communications of the ACM 8).
+/// A compensated sum of vectors: its rounding error does not grow with their number (Kahan 1965,
+/// Communications of the ACM 8).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sum<const D: usize> {
     #[serde(with = "crate::math::serde_pod")]
     value: [f64; D],
-    /// What rounding has added to it.
+    /// Rounding error contained in `value`.
     #[serde(with = "crate::math::serde_pod")]
     excess: [f64; D],
 }
@@ -81,7 +81,7 @@ impl<const D: usize> Sum<D> {
         self.value
     }
 
-    /// Adds another sum, `s` times.
+    /// Adds `s` times another sum.
     pub(crate) fn add_sum(&mut self, s: f64, other: &Self) {
         self.add_scaled(s, &other.value);
         add_scaled(&mut self.excess, s, &other.excess);
@@ -99,19 +99,19 @@ impl<const D: usize> Sum<D> {
     }
 }
 
-/// Three components, the missing ones 0.
+/// Returns three components; the missing ones are 0.
 #[inline]
 pub(crate) fn pad<const D: usize>(a: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|c| if c < D { a[c] } else { 0.0 })
 }
 
-/// The first `D` components.
+/// Returns the first `D` components.
 #[inline]
 pub(crate) fn truncate<const D: usize>(a: &[f64]) -> [f64; D] {
     std::array::from_fn(|c| a[c])
 }
 
-/// Vector product in space; of plane vectors, along z.
+/// Returns the vector product in 3-D. For vectors in the plane it points along z.
 #[inline]
 pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [
@@ -121,7 +121,7 @@ pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// z component of the vector product in the plane.
+/// Returns the z component of the vector product in the plane.
 #[inline]
 pub(crate) fn cross2(a: &[f64; 2], b: &[f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]

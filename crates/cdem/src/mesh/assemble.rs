@@ -1,4 +1,4 @@
-//! From the blocks of a scene to one mesh of all of them.
+//! Assembles the blocks of a scene into one mesh.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -20,37 +20,36 @@ use crate::mesh::vector::{bounds, centre, distance};
 use crate::mesh::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
 use crate::scene::{self, Geometry, Scene, Split};
 
-/// An element with what the file knows of it.
+/// An element with its number and groups in the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SourceCell {
     pub(super) element: Element,
     /// The file's number of the element.
     pub(super) tag: u64,
-    /// The group set it lies in.
+    /// Its group set.
     pub(super) set: u32,
 }
 
-/// Elements that a thread takes at once.
+/// Number of elements for one thread at a time.
 const SHARE: usize = 1024;
 
-/// Blocks of so few elements keep the order of the file: nothing to gain.
+/// Blocks up to this number of elements keep the order of the file: reordering gains nothing.
 const TINY: usize = 64;
 
-/// Most that numbers may be apart, in extents of an element: a tenth of the tolerance within
-/// which blocks touch by default.
+/// Largest spacing of floating-point numbers, over the extent of an element: a tenth of the
+/// tolerance within which blocks touch by default.
 const BLURRED: f64 = 1e-5;
 
-/// Most nodes, and most elements: `u32::MAX` stands for none.
+/// Largest number of nodes, and of elements: `u32::MAX` stands for none.
 const LIMIT: u32 = u32::MAX - 1;
 
 /// Builds, places and checks the mesh of all blocks of a scene.
 ///
-/// `load` reads a mesh file, once for each path. Elements that are numbered
-/// the wrong way round are turned; larger blocks are renumbered along a
-/// Hilbert curve. The result depends on the scene and the files alone.
+/// `load` reads a mesh file, once for each path. Elements numbered in reverse are corrected; larger
+/// blocks are renumbered along a Hilbert curve. The result depends only on the scene and the files.
 ///
 /// # Errors
-/// What `load` says, or the first thing that is wrong with a block's mesh.
+/// The error of `load`, or the first error in a block's mesh.
 pub fn assemble<const D: usize>(
     scene: &Scene,
     load: &mut dyn FnMut(&Path) -> Result<RawMesh, MeshError>,
@@ -107,7 +106,7 @@ fn part_name(
     Ok(name)
 }
 
-/// Adds a part as a block of its own.
+/// Adds a part to the mesh as a block.
 fn push<const D: usize>(
     mesh: &mut Mesh<D>,
     part: BlockPart<D>,
@@ -159,7 +158,7 @@ fn push<const D: usize>(
     Ok(())
 }
 
-/// Meshes of files, read once, and of shapes.
+/// Meshes of files, each read once, and of shapes.
 #[derive(Default)]
 struct Sources {
     list: Vec<MeshSource>,
@@ -167,7 +166,7 @@ struct Sources {
 }
 
 impl Sources {
-    /// Index of the mesh that a block is made from.
+    /// Returns the index of the mesh of a block.
     fn find<const D: usize>(
         &mut self,
         block: &scene::Block,
@@ -198,7 +197,7 @@ impl Sources {
     }
 }
 
-/// A block's mesh in its place, before it is split.
+/// A block's mesh after placement, before it is split.
 struct PlacedMesh<const D: usize> {
     /// Rest positions, m.
     nodes: Vec<[f64; D]>,
@@ -206,7 +205,7 @@ struct PlacedMesh<const D: usize> {
     points: Vec<u32>,
     /// Elements on `nodes`.
     cells: Vec<SourceCell>,
-    /// Elements that were numbered the wrong way round.
+    /// Number of elements that were numbered in reverse.
     turned: usize,
 }
 
@@ -243,7 +242,7 @@ impl<const D: usize> PlacedMesh<D> {
                 Ok(turned + usize::from(orient(cell, &places)?))
             })
         };
-        // What is told is the first fault, whichever thread is first to find one.
+        // The first fault is reported, whichever thread finds one first.
         let checked: Vec<_> = cells.par_chunks_mut(SHARE).map(check).collect();
         let turned = checked.into_iter().sum::<Result<usize, BlockFault>>()?;
         Ok(Self {
@@ -254,7 +253,7 @@ impl<const D: usize> PlacedMesh<D> {
         })
     }
 
-    /// A part of the body with its own numbers, checked.
+    /// Returns a part of the mesh with its own numbers, checked.
     fn part(
         &mut self,
         cells: std::ops::Range<usize>,
@@ -286,7 +285,7 @@ impl<const D: usize> PlacedMesh<D> {
     }
 }
 
-/// A block to be: numbers count from 0.
+/// A part that becomes a block; its numbers count from 0.
 pub(super) struct BlockPart<const D: usize> {
     pub(super) nodes: Vec<[f64; D]>,
     /// Index of each node in the points of the source.
@@ -297,7 +296,7 @@ pub(super) struct BlockPart<const D: usize> {
     pub(super) boundary: Vec<crate::mesh::Facet>,
     /// Places where two nodes of the boundary coincide.
     coincident: Vec<[f64; D]>,
-    /// Places where elements lie on each other without being joined.
+    /// Places where elements touch without being joined.
     unjoined: Vec<[f64; D]>,
 }
 
@@ -305,7 +304,7 @@ fn corners<const D: usize>(element: &Element, nodes: &[[f64; D]]) -> Vec<[f64; D
     element.nodes().iter().map(|&n| nodes[n as usize]).collect()
 }
 
-/// An element has each of its nodes once.
+/// Refuses an element that uses a node twice.
 fn refuse_repeated<const D: usize>(
     cell: &SourceCell,
     nodes: &[[f64; D]],
@@ -323,7 +322,8 @@ fn refuse_repeated<const D: usize>(
     })
 }
 
-/// An element's nodes are told apart by the numbers there are for their places.
+/// Refuses an element whose size is not well above the spacing of floating-point numbers at its
+/// position.
 fn refuse_blurred<const D: usize>(
     cell: &SourceCell,
     places: &[[f64; D]],
@@ -334,7 +334,7 @@ fn refuse_blurred<const D: usize>(
         .flatten()
         .fold(0.0_f64, |far, x| far.max(x.abs()));
     let (size, spacing) = (distance(low, high), f64::EPSILON * farthest);
-    // Nodes all at one place are told as that.
+    // If all nodes are at one place, the orientation check reports it.
     if spacing <= BLURRED * size || size == 0.0 {
         return Ok(());
     }
@@ -347,7 +347,7 @@ fn refuse_blurred<const D: usize>(
     })
 }
 
-/// Numbers the cell's nodes so that its Jacobian is positive; whether it was not.
+/// Renumbers the cell's nodes so that its Jacobian is positive; returns true if this was necessary.
 fn orient<const D: usize>(cell: &mut SourceCell, places: &[[f64; D]]) -> Result<bool, BlockFault> {
     let kind = cell.element.kind;
     let at = || centre(places.iter().copied()).to_vec();
@@ -379,14 +379,14 @@ fn orient<const D: usize>(cell: &mut SourceCell, places: &[[f64; D]]) -> Result<
     }
 }
 
-/// In 2-D all z must be equal, but for rounding.
+/// Checks that all z are equal up to rounding, in 2-D.
 fn check_plane(points: &[[f64; 3]], tag: &dyn Fn(usize) -> u64) -> Result<(), BlockFault> {
     let plane = points.first().map_or(0.0, |point| point[2]);
     let size = points
         .iter()
         .flatten()
         .fold(0.0_f64, |size, x| size.max(x.abs()));
-    // Coordinates in text files carry 16 digits, of meshers that rotate somewhat fewer.
+    // Coordinates in text files have 16 digits; those of meshers that rotate have somewhat fewer.
     let rounding = 1e-9 * size;
     let out = points
         .iter()
@@ -401,7 +401,7 @@ fn check_plane(points: &[[f64; 3]], tag: &dyn Fn(usize) -> u64) -> Result<(), Bl
     }
 }
 
-/// Tells which elements of the file do not fit together.
+/// Returns the error for elements of the file that do not fit together.
 fn misfit<const D: usize>(
     fault: FacetFault,
     cells: &[SourceCell],
@@ -432,9 +432,9 @@ fn misfit<const D: usize>(
     }
 }
 
-/// New numbers for the nodes of some cells, counting from 0.
+/// New node numbers for some cells, counting from 0.
 struct Numbering {
-    /// New number by old; `u32::MAX` outside of calls.
+    /// New number by old number; `u32::MAX` between calls.
     new: Vec<u32>,
 }
 
@@ -445,7 +445,7 @@ impl Numbering {
         }
     }
 
-    /// Numbers nodes as the cells meet them; returns the old numbers.
+    /// Numbers nodes in order of first use by the cells; returns the old numbers.
     fn by_first_use(&mut self, cells: &mut [SourceCell]) -> Vec<u32> {
         let old = self.used(cells);
         self.renumber(cells, old)

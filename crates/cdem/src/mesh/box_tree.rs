@@ -1,29 +1,29 @@
-//! Which boxes meet a box, without looking at all of them.
+//! Tree of boxes, for fast intersection queries.
 
 /// Lower and upper corner.
 pub(super) type Box<const D: usize> = ([f64; D], [f64; D]);
 
-/// A balanced tree of boxes that do not move. It depends on their order and
-/// places alone, so what it finds comes in the same order every time.
+/// A balanced tree of boxes that do not move. It depends only on their order and positions, so
+/// query results come in the same order every time.
 pub(super) struct BoxTree<const D: usize> {
     nodes: Vec<TreeNode<D>>,
-    /// Boxes and their numbers, those of a leaf in a row.
+    /// Boxes and their numbers; those of a leaf are consecutive.
     items: Vec<(Box<D>, u32)>,
 }
 
 struct TreeNode<const D: usize> {
     bounds: Box<D>,
-    /// The node after all that are below this one.
+    /// The node after the whole subtree of this one.
     next: u32,
-    /// Items of a leaf; none of an inner node.
+    /// Items of a leaf; empty for an inner node.
     items: std::ops::Range<u32>,
 }
 
-/// Most boxes of a leaf.
+/// Largest number of boxes in a leaf.
 const LEAF: usize = 4;
 
 impl<const D: usize> BoxTree<D> {
-    /// A tree of numbered boxes.
+    /// Builds a tree of numbered boxes.
     pub(super) fn new(items: Vec<(Box<D>, u32)>) -> Self {
         let mut tree = Self {
             nodes: Vec::new(),
@@ -84,7 +84,7 @@ impl<const D: usize> BoxTree<D> {
     }
 }
 
-/// Whether two boxes have a point in common.
+/// True if two boxes have a point in common.
 fn meet<const D: usize>(a: &Box<D>, b: &Box<D>) -> bool {
     (0..D).all(|i| a.0[i] <= b.1[i] && b.0[i] <= a.1[i])
 }
@@ -96,7 +96,7 @@ fn union<const D: usize>(a: Box<D>, b: Box<D>) -> Box<D> {
     )
 }
 
-/// The box, larger by `margin` on all sides.
+/// Returns the box enlarged by `margin` on all sides.
 pub(super) fn widened<const D: usize>(bounds: Box<D>, margin: f64) -> Box<D> {
     (bounds.0.map(|x| x - margin), bounds.1.map(|x| x + margin))
 }

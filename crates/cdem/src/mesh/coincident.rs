@@ -1,17 +1,16 @@
-//! Nodes at the same place that are not joined: cracks, or a slip.
+//! Nodes that lie at one place but are not joined: cracks, or a mistake.
 
 use crate::math::vector::dot;
 use crate::mesh::vector::{bounds, distance};
 use crate::mesh::{Element, Facet};
 
-/// Closer than this share of a block's extent is the same place: what meshers
-/// take for equal.
+/// Distance, over the extent of the block, below which two nodes lie at one place: the usual
+/// tolerance of meshers.
 pub(super) const SAME: f64 = 1e-8;
 
-/// Places where two nodes of the boundary coincide, in a fixed order.
+/// Returns the places where two boundary nodes coincide, in a fixed order.
 ///
-/// Only nodes of the boundary can: an element beside an unjoined node has a
-/// free facet there.
+/// Only boundary nodes can coincide: an element beside an unjoined node has a free facet there.
 pub(super) fn coincident_nodes<const D: usize>(
     nodes: &[[f64; D]],
     elements: &[Element],
@@ -27,7 +26,7 @@ pub(super) fn coincident_nodes<const D: usize>(
         .map(|(&place, _)| place);
     let (low, high) = bounds(nodes.iter().copied());
     let reach = SAME * distance(low, high);
-    // Swept along a direction in which no rows of a lattice stand in line.
+    // The nodes are swept along a direction in which no rows of a lattice are aligned.
     let direction: [f64; D] = std::array::from_fn(|i| [0.8013, 0.5347, 0.2689][i]);
     let mut swept: Vec<_> = places
         .map(|place| (dot(&direction, &place), place))
@@ -44,7 +43,7 @@ pub(super) fn coincident_nodes<const D: usize>(
     found
 }
 
-/// Which nodes lie on the boundary.
+/// Returns true for each node on the boundary.
 pub(super) fn on_boundary(count: usize, elements: &[Element], boundary: &[Facet]) -> Vec<bool> {
     let mut on_boundary = vec![false; count];
     for facet in boundary {

@@ -1,4 +1,4 @@
-//! Where the elements of a block lie on each other without being joined.
+//! Non-conforming elements of a block: they touch without being joined.
 
 use crate::mesh::box_tree::{Box, BoxTree, widened};
 use crate::mesh::coincident::{SAME, on_boundary};
@@ -6,10 +6,10 @@ use crate::mesh::simplex::{distance_to, pieces_of};
 use crate::mesh::vector::{bounds, centre, distance};
 use crate::mesh::{Element, Facet};
 
-/// Places on facets of the boundary where the elements on the other side do not share
-/// all their corners, in a fixed order: nodes within a facet, and triangles on quadrilaterals.
+/// Returns the places on boundary facets where the neighbouring elements do not share all corners,
+/// in a fixed order: hanging nodes, and triangles on quadrilaterals.
 ///
-/// Only facets of the boundary can have such: a facet that two elements share is joined.
+/// Only boundary facets can have such places: a facet of two elements is joined.
 pub(super) fn unjoined<const D: usize>(
     nodes: &[[f64; D]],
     elements: &[Element],
@@ -29,8 +29,8 @@ pub(super) fn unjoined<const D: usize>(
     found
 }
 
-/// Nodes of the boundary within a facet of it; one beside a corner is a node at the same place,
-/// which is another matter.
+/// Returns the boundary nodes that lie within a boundary facet. A node at a corner of the facet
+/// does not count; that is a coincident node.
 fn hanging_nodes<const D: usize>(
     nodes: &[[f64; D]],
     elements: &[Element],
@@ -64,8 +64,8 @@ fn hanging_nodes<const D: usize>(
     of_boundary.filter(hangs).map(|(&place, _)| place).collect()
 }
 
-/// Centres of triangles with all corners on one quadrilateral: of tetrahedra at hexahedra or
-/// prisms.
+/// Returns the centres of triangles with all corners on one quadrilateral: tetrahedra beside
+/// hexahedra or prisms.
 fn triangles_on_quadrilaterals<const D: usize>(
     nodes: &[[f64; D]],
     facets: &[Vec<u32>],

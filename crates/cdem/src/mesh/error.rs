@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh, told to the person who must mend it.
+//! Errors of meshes, worded for the user who must correct the mesh.
 
 use std::path::PathBuf;
 
@@ -6,19 +6,19 @@ use thiserror::Error;
 
 use crate::math::format::short;
 
-/// Why a mesh cannot be used.
+/// Error of a mesh.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// The file cannot be read at all.
+    /// The file cannot be read.
     #[error("mesh {}: {reason}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Message of the system.
         reason: String,
     },
-    /// The file is not what its format asks for.
+    /// The file violates its format.
     #[error("{mesh}: {section}, {place}: {problem}; {help}")]
     Format {
         /// The file.
@@ -27,9 +27,9 @@ pub enum MeshError {
         section: String,
         /// Line, or byte offset in binary parts.
         place: String,
-        /// What was found, what was expected.
+        /// Problem: found and expected content.
         problem: String,
-        /// What to try.
+        /// Advice.
         help: String,
     },
     /// Arrays of a [`RawMesh`](crate::mesh::RawMesh) do not fit together.
@@ -37,7 +37,7 @@ pub enum MeshError {
     Inconsistent {
         /// The mesh.
         mesh: String,
-        /// What does not fit.
+        /// The mismatch.
         problem: String,
     },
     /// A block cannot be made from its mesh or shape.
@@ -45,9 +45,9 @@ pub enum MeshError {
     Block {
         /// The block of the scene.
         block: String,
-        /// The mesh or shape it is made from.
+        /// The mesh or shape of the block.
         mesh: String,
-        /// What is wrong.
+        /// The error.
         fault: Box<BlockFault>,
     },
     /// No group of the placed mesh has this name.
@@ -64,7 +64,7 @@ pub enum MeshError {
     UnknownGroup {
         /// The name asked for.
         name: String,
-        /// The name that is most like it.
+        /// The most similar name.
         nearest: Option<String>,
         /// All names, sorted.
         known: Vec<String>,
@@ -78,7 +78,7 @@ pub enum MeshError {
     AmbiguousGroup {
         /// The name asked for.
         name: String,
-        /// What it could be.
+        /// Origins of the groups with this name.
         origins: Vec<String>,
     },
     /// The group exists in a mesh file, but on none of the blocks.
@@ -89,12 +89,12 @@ pub enum MeshError {
     EmptyGroup {
         /// The name asked for.
         name: String,
-        /// What it is.
+        /// Origin of the group.
         origin: String,
     },
 }
 
-/// What is wrong with one block's mesh.
+/// Error of one block's mesh.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BlockFault {
@@ -106,9 +106,9 @@ pub enum BlockFault {
     UnknownGroup {
         /// The name asked for.
         group: String,
-        /// What the group must consist of: surfaces in 2-D, volumes in 3-D.
+        /// Kind of the group's parts: surfaces in 2-D, volumes in 3-D.
         cells: &'static str,
-        /// The name that is most like it.
+        /// The most similar name.
         nearest: Option<String>,
         /// All names of that dimension, sorted.
         known: Vec<String>,
@@ -118,12 +118,12 @@ pub enum BlockFault {
     GroupDimension {
         /// The group.
         group: String,
-        /// What it consists of.
+        /// Its parts.
         found: &'static str,
-        /// What it should consist of.
+        /// The expected parts.
         expected: &'static str,
     },
-    /// There is nothing to make a block of.
+    /// The mesh or group has no elements for a block.
     #[error(
         "{what} has no {dimension}-D elements; mesh to that dimension (gmsh -{dimension}), \
          and save physical groups of that dimension or Mesh.SaveAll = 1{}",
@@ -134,7 +134,7 @@ pub enum BlockFault {
         what: String,
         /// Dimension of the scene.
         dimension: usize,
-        /// The highest dimension of what there is instead.
+        /// Highest dimension of the cells that exist instead.
         found: Option<usize>,
     },
     /// A 2-D mesh does not lie in a plane z = constant.
@@ -151,7 +151,7 @@ pub enum BlockFault {
         /// z of the first node.
         plane: f64,
     },
-    /// A coordinate is not a finite number, or one whose square soon is not.
+    /// A coordinate is not finite, or so large that its square will overflow.
     #[error(
         "node {node} at {} is not within {} m of the origin; check the mesh, scale and translate",
         coordinates(at),
@@ -160,10 +160,10 @@ pub enum BlockFault {
     NotFinite {
         /// The file's number of the node.
         node: u64,
-        /// Where it is.
+        /// Its coordinates.
         at: Vec<f64>,
     },
-    /// An element so far away that its nodes are hardly told apart.
+    /// An element is so far from the origin that its nodes can hardly be told apart.
     #[error(
         "{kind} element {element} near {} is {} m large, but numbers there are {} m apart; bring \
          the block nearer to the origin (translate), or check its units (scale)",
@@ -178,7 +178,7 @@ pub enum BlockFault {
         at: Vec<f64>,
         /// Its extent, m.
         size: f64,
-        /// Distance between neighbouring numbers, m.
+        /// Distance between neighbouring floating-point numbers there, m.
         spacing: f64,
     },
     /// An element without area or volume.
@@ -196,7 +196,7 @@ pub enum BlockFault {
         /// 2 or 3.
         dimension: usize,
     },
-    /// An element that has a node twice.
+    /// An element uses a node twice.
     #[error(
         "{kind} element {element} near {} has node {node} twice; mend its nodes, or {}",
         coordinates(at),
@@ -212,7 +212,7 @@ pub enum BlockFault {
         /// Its centre.
         at: Vec<f64>,
     },
-    /// An element with an edge or diagonal without length.
+    /// An element has an edge or diagonal of zero length.
     #[error(
         "{kind} element {element} near {} has two nodes at one place; make it a simplex, or \
          move one of them",
@@ -226,7 +226,7 @@ pub enum BlockFault {
         /// Its centre.
         at: Vec<f64>,
     },
-    /// An element whose Jacobian changes sign.
+    /// The Jacobian of an element changes sign.
     #[error(
         "{kind} element {element} near {} is folded: its Jacobian changes sign \
          ({negative} of {points} Gauss points); move its nodes until it is convex, \
@@ -245,7 +245,7 @@ pub enum BlockFault {
         /// All Gauss points.
         points: usize,
     },
-    /// Two elements on the same nodes.
+    /// Two elements have the same nodes.
     #[error(
         "elements {first} and {second} near {} have the same nodes; remove one \
          (in Gmsh: Coherence Mesh, or look for a surface or volume that exists twice)",
@@ -259,7 +259,7 @@ pub enum BlockFault {
         /// Their centre.
         at: Vec<f64>,
     },
-    /// Elements lie over each other at a facet.
+    /// Elements overlap at a facet.
     #[error(
         "elements {} near {} overlap at a common facet: at most two elements may share a \
          facet, one on each side; look for surfaces or volumes that overlap in the geometry",
@@ -272,12 +272,12 @@ pub enum BlockFault {
         /// Centre of the facet.
         at: Vec<f64>,
     },
-    /// A shape that cannot be made.
+    /// A shape cannot be made.
     #[error("{key}: {problem}")]
     Shape {
         /// Key of the scene, below the block.
         key: &'static str,
-        /// What is wrong, what to try.
+        /// Problem and advice.
         problem: String,
     },
     /// The name of a part is that of another block.
@@ -286,17 +286,17 @@ pub enum BlockFault {
         /// The name.
         name: String,
     },
-    /// More nodes than numbers for them.
+    /// There are more nodes or elements than 32-bit numbers for them.
     #[error("more than {limit} nodes or elements in all blocks; use a coarser mesh")]
     TooLarge {
-        /// The most there may be.
+        /// The limit.
         limit: u32,
     },
 }
 
 impl BlockFault {
-    /// The key below the block of the scene that is to blame, e.g. `shape.size`;
-    /// `None`: its mesh or shape as a whole.
+    /// Returns the key at fault below the scene's block, e.g. `shape.size`; `None` if it is the
+    /// mesh or shape as a whole.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         match self {
@@ -307,7 +307,7 @@ impl BlockFault {
         }
     }
 
-    /// The fault with the block and mesh it belongs to.
+    /// Returns the error with its block and mesh.
     pub(super) fn of(self, block: &str, mesh: &str) -> MeshError {
         MeshError::Block {
             block: block.to_owned(),
@@ -317,10 +317,10 @@ impl BlockFault {
     }
 }
 
-/// Farthest place of a node, m: areas beyond are soon no numbers.
+/// Largest coordinate of a node, m; areas far beyond it overflow.
 pub(super) const FARTHEST: f64 = 1e100;
 
-/// What a mesh has instead of elements of the scene's dimension.
+/// Returns the words for the cells that a mesh has in place of elements of the scene's dimension.
 fn instead(found: Option<usize>) -> String {
     match found {
         None => String::new(),
@@ -333,21 +333,21 @@ fn instead(found: Option<usize>) -> String {
     }
 }
 
-/// A place as text, with six significant digits at most.
+/// Returns coordinates as text, with six significant digits at most.
 pub(crate) fn coordinates(at: &[f64]) -> String {
     let all: Vec<_> = at.iter().map(|&x| short(x)).collect();
     format!("({})", all.join(", "))
 }
 
-/// The name in `known` that is most like `name`, if one is like it at all.
+/// Returns the name in `known` most similar to `name`, if one is similar enough.
 pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
     let rated = known.map(|other| (strsim::damerau_levenshtein(name, other), other));
     let (distance, best) = rated.min()?;
     (distance <= name.chars().count().div_ceil(2)).then(|| best.to_owned())
 }
 
-/// What to take instead of a group that is not there: `nearest`, one of `known`,
-/// or, where there are none, what `otherwise` says.
+/// Returns advice on an unknown group: the `nearest` name, the names in `known`, or, if there are
+/// none, `otherwise`.
 fn groups(nearest: &Option<String>, known: &[String], of: &str, otherwise: &str) -> String {
     let all = list(known);
     match nearest {
@@ -357,7 +357,7 @@ fn groups(nearest: &Option<String>, known: &[String], of: &str, otherwise: &str)
     }
 }
 
-/// At most this many names are listed in a message.
+/// Largest number of names listed in a message.
 const LISTED: usize = 20;
 
 fn list(names: &[String]) -> String {

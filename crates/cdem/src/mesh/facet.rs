@@ -1,4 +1,4 @@
-//! Which facets lie on the boundary, and whether elements fit together there.
+//! Boundary facets, and the check that elements fit together at facets.
 
 use std::borrow::Cow;
 
@@ -7,28 +7,27 @@ use rayon::prelude::*;
 use crate::mesh::vector::distance;
 use crate::mesh::{Element, Facet, Mesh};
 
-/// Two or more elements that do not fit together at a facet; indices into the
-/// elements looked at.
+/// Two or more elements that do not fit together at a facet, as indices into the elements checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FacetFault {
-    /// The same nodes.
+    /// Two elements with the same nodes.
     Duplicate(u32, u32),
-    /// More than two, or two on the same side.
+    /// More than two elements, or two on the same side.
     Overlapping(Vec<u32>, Facet),
 }
 
-/// A facet with what identifies it from both sides.
+/// A facet with a key that identifies it from both sides.
 #[derive(Clone, Copy)]
 struct Side {
-    /// Its nodes, sorted; unused room is `u32::MAX`.
+    /// Its nodes, sorted; unused entries are `u32::MAX`.
     nodes: [u32; 4],
-    /// Which way round the element goes through them.
+    /// Direction in which the element goes through the nodes.
     forward: bool,
     facet: Facet,
 }
 
 impl Side {
-    /// Room for one.
+    /// Unused entry.
     const NONE: Self = Self {
         nodes: [u32::MAX; 4],
         forward: false,
@@ -39,21 +38,21 @@ impl Side {
     };
 }
 
-/// Sorted nodes of a facet, as a key; unused room is `u32::MAX`.
+/// Returns the sorted nodes of a facet, as a key; unused entries are `u32::MAX`.
 pub(super) fn sorted(nodes: impl Iterator<Item = u32>) -> [u32; 4] {
     let mut key = [u32::MAX; 4];
     key.iter_mut()
         .zip(nodes)
         .for_each(|(slot, node)| *slot = node);
-    // A network: millions of these are sorted.
+    // A sorting network, because millions of these are sorted.
     for (a, b) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
         (key[a], key[b]) = (key[a].min(key[b]), key[a].max(key[b]));
     }
     key
 }
 
-/// Facets of all elements, in order of their nodes. Those of one lowest node are put together
-/// first: each such heap is small, and sorted while it is at hand.
+/// Returns the facets of all elements, in order of their nodes. Facets with the same lowest node
+/// are first put into one bucket; each bucket is small and is sorted on its own.
 fn sides(elements: &[Element]) -> Vec<Side> {
     let mut ends: Vec<usize> = Vec::new();
     visit_sides(elements, |side| {
@@ -78,7 +77,7 @@ fn sides(elements: &[Element]) -> Vec<Side> {
     sides
 }
 
-/// Goes through the facets of all elements.
+/// Visits the facets of all elements.
 fn visit_sides(elements: &[Element], mut visit: impl FnMut(Side)) {
     for (element, number) in elements.iter().zip(0..) {
         for (corners, local) in element.kind.facets().iter().zip(0..) {
@@ -102,7 +101,7 @@ fn visit_sides(elements: &[Element], mut visit: impl FnMut(Side)) {
     }
 }
 
-/// Facets of `elements` that only one of them has, sorted.
+/// Returns the facets that belong to one element only, sorted.
 fn free_facets(sides: &[Side]) -> Vec<Facet> {
     let alone = sides
         .chunk_by(|a, b| a.nodes == b.nodes)
@@ -112,10 +111,10 @@ fn free_facets(sides: &[Side]) -> Vec<Facet> {
     facets
 }
 
-/// Boundary facets of the elements of one block, whose indices count from 0.
+/// Returns the boundary facets of the elements of one block, whose indices count from 0.
 ///
 /// # Errors
-/// The first facet, by its nodes, at which elements lie over each other.
+/// The first facet, in the order of nodes, at which elements overlap.
 pub(super) fn checked_boundary(elements: &[Element]) -> Result<Vec<Facet>, FacetFault> {
     let sides = sides(elements);
     for chunk in sides.chunk_by(|a, b| a.nodes == b.nodes) {
@@ -144,7 +143,7 @@ fn same_nodes(a: &Element, b: &Element) -> bool {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// Facets that belong to exactly one element of their block, sorted.
+    /// Returns the facets that belong to exactly one element of their block, sorted.
     #[must_use]
     pub fn boundary_facets(&self) -> Cow<'_, [Facet]> {
         match &self.boundary.0 {
@@ -153,7 +152,7 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
-    /// Works them out, for all that will ask: from here on the elements stay as they are.
+    /// Caches the boundary facets. The elements must not change after this.
     pub(crate) fn keep_boundary_facets(&mut self) {
         self.boundary.0 = Some(self.find_boundary_facets());
     }
@@ -172,15 +171,15 @@ impl<const D: usize> Mesh<D> {
         all
     }
 
-    /// Nodes of a facet: in 2-D with the element to the left, in 3-D
-    /// counter-clockwise seen from outside.
+    /// Returns the nodes of a facet: in 2-D with the element to the left, in 3-D counter-clockwise
+    /// seen from outside.
     pub fn facet_nodes(&self, facet: Facet) -> impl ExactSizeIterator<Item = u32> + Clone {
         let element = &self.elements[facet.element as usize];
         let corners = element.kind.facets()[facet.local as usize].iter();
         corners.map(|&corner| element.nodes[corner as usize])
     }
 
-    /// Length of the shortest edge of the boundary, m; infinite without blocks.
+    /// Returns the length of the shortest edge of the boundary, m; infinite without blocks.
     #[must_use]
     pub fn smallest_boundary_edge(&self) -> f64 {
         let facets = self.boundary_facets();
@@ -188,7 +187,7 @@ impl<const D: usize> Mesh<D> {
         lengths.fold(f64::INFINITY, f64::min)
     }
 
-    /// Length of the longest edge of some elements, m; 0 without any.
+    /// Returns the length of the longest edge of some elements, m; 0 without elements.
     pub(crate) fn largest_edge(&self, elements: std::ops::Range<u32>) -> f64 {
         let facets = elements.flat_map(|element| {
             let count = self.elements[element as usize].kind.facets().len();

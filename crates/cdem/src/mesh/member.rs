@@ -1,4 +1,4 @@
-//! Who belongs to which group.
+//! Members of the groups.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ pub(super) struct Members {
 }
 
 impl Members {
-    /// Adds what a part has of the groups of its source, numbered as it will
-    /// be at the end of `mesh`.
+    /// Adds the members of a part to the groups of its source, with the numbers that they will have
+    /// at the end of `mesh`.
     pub(super) fn add<const D: usize>(
         &mut self,
         number: usize,
@@ -74,7 +74,7 @@ impl Members {
         self.add_curves(number, source, &part.points, first_node);
     }
 
-    /// Adds the edges of curves in space between `points`, nodes from the `first` on.
+    /// Adds the edges of curves in 3-D between `points`; node numbers start at `first`.
     fn add_curves(&mut self, number: usize, source: &MeshSource, points: &[u32], first: u32) {
         if !source.has_curves() {
             return;
@@ -91,8 +91,8 @@ impl Members {
         }
     }
 
-    /// The groups, sorted by name; those of one name and dimension in one
-    /// source are one.
+    /// Returns the groups, sorted by name. Groups of one source with equal name and dimension are
+    /// merged.
     pub(super) fn finish(mut self, sources: &[MeshSource]) -> Vec<Group> {
         let mut groups = Vec::new();
         for (number, source) in sources.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Meshes of one or many blocks: what the model is built from.
+//! Meshes of one or many blocks, from which the model is built.
 
 pub(crate) mod assemble;
 pub(crate) mod box_tree;
@@ -47,50 +47,51 @@ pub struct Mesh<const D: usize> {
     pub nodes: Vec<[f64; D]>,
     /// Elements, grouped by block.
     pub elements: Vec<Element>,
-    /// Blocks in the order of the scene, parts of a split block in a row.
+    /// Blocks in the order of the scene; the parts of a split block are consecutive.
     pub blocks: Vec<Block>,
-    /// Named sets of nodes and boundary facets, sorted by name; look them up
-    /// with [`Mesh::group`], for a name may stand for several.
+    /// Named sets of nodes and boundary facets, sorted by name. Several may share a name, so look
+    /// them up with [`Mesh::group`].
     pub groups: Vec<Group>,
-    /// What was noticed that is not wrong, for the user to read.
+    /// Notes for the user on things that are not errors.
     pub notes: Vec<String>,
-    /// What elements have come of, where some are refined.
+    /// Origins of the elements, if some are refined.
     #[serde(skip)]
     pub(crate) parts: Option<ElementOrigins>,
-    /// Boundary facets, sorted, once the elements stay as they are.
+    /// Boundary facets, sorted; set once the elements no longer change.
     #[serde(skip)]
     pub(crate) boundary: Known<Vec<Facet>>,
 }
 
-/// What follows from the rest of a mesh, if it has been worked out.
+/// Cached value derived from the rest of a mesh.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Known<T>(pub(crate) Option<T>);
 
 impl<T> PartialEq for Known<T> {
-    /// Says nothing that the rest does not.
+    /// Always true: the value follows from the rest of the mesh.
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-/// What the elements of a refined mesh have come of, and what they do not tell
-/// themselves, as some may lie in each other.
+/// Origins of the elements of a refined mesh, with the data that the elements do not hold. Elements
+/// of the two scales may overlap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ElementOrigins {
-    /// The element of the base mesh that each element was, or is a part of.
+    /// The base-mesh element that each element is, or is a part of.
     pub(crate) root: Vec<u32>,
-    /// Share of its volume that each element stands for.
+    /// Fraction of its volume that each element stands for.
     pub(crate) weight: Vec<f64>,
-    /// How often the size of each is half of that of its root.
+    /// Number of halvings in size from the root to each element.
     pub(crate) halvings: Vec<u8>,
 }
 
 impl<const D: usize> Mesh<D> {
-    /// The group called `name`, or what of it lies on one block: `block.name`.
+    /// Returns the group called `name`. With `block.name`, returns the part of the group on that
+    /// block.
     ///
     /// # Errors
-    /// If there is none (with the most similar name), if several different
-    /// groups of the mesh files have the name, or if it lies on no block.
+    /// If there is none (with the most similar name), if several different groups of the mesh files
+    /// have the name, or if it lies on no block.
     pub fn group(&self, name: &str) -> Result<Cow<'_, Group>, MeshError> {
         let named = || self.groups.iter().filter(|group| group.name == name);
         let mut found: Vec<_> = named().map(Cow::Borrowed).collect();
@@ -120,8 +121,8 @@ impl<const D: usize> Mesh<D> {
         })
     }
 
-    /// What blocks have of groups, `name` being that of a block and of a group with a dot
-    /// between them; parts of a split block count as it.
+    /// Returns the parts of groups on blocks for a name of block and group with a dot between them.
+    /// The parts of a split block count as one block.
     fn groups_at_blocks(&self, name: &str) -> impl Iterator<Item = Group> {
         let dots = name.match_indices('.');
         let pairs = dots.map(|(dot, _)| (&name[..dot], &name[dot + 1..]));
@@ -135,8 +136,8 @@ impl<const D: usize> Mesh<D> {
         })
     }
 
-    /// Nodes and elements of a block, or of all parts of a split one, which lie in a row; none
-    /// if there is no such block.
+    /// Returns the nodes and elements of a block, or of all parts of a split one, which are
+    /// consecutive; empty if there is no such block.
     fn extent(&self, name: &str) -> (Range<u32>, Range<u32>) {
         let mut parts: Vec<&Block> = self.blocks.iter().filter(|b| b.name == name).collect();
         if parts.is_empty() {
@@ -156,13 +157,13 @@ impl<const D: usize> Mesh<D> {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// How often the size of an element has been halved.
+    /// Returns the number of halvings in size of an element.
     pub(crate) fn halvings(&self, element: usize) -> u8 {
         let parts = self.parts.as_ref();
         parts.map_or(0, |parts| parts.halvings[element])
     }
 
-    /// Halvings of the finest of the elements around each node.
+    /// Returns the halvings of the finest element at each node.
     pub(crate) fn halvings_at_nodes(&self) -> Vec<u8> {
         let mut halvings = vec![0; self.nodes.len()];
         for (number, element) in self.elements.iter().enumerate() {
@@ -175,8 +176,7 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// One finite element: its kind and its nodes in Gmsh's (= VTK's) order, with
-/// positive Jacobian.
+/// A finite element: its kind and its nodes in the order of Gmsh (= VTK), with positive Jacobian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Element {
     /// Shape.
@@ -186,7 +186,7 @@ pub struct Element {
 }
 
 impl Element {
-    /// An element of `kind` on `nodes`; extra room is filled with `u32::MAX`.
+    /// Creates an element of `kind` on `nodes`; unused entries are `u32::MAX`.
     #[must_use]
     pub fn new(kind: ElementKind, nodes: &[u32]) -> Self {
         let mut all = [u32::MAX; 8];
@@ -194,28 +194,28 @@ impl Element {
         Self { kind, nodes: all }
     }
 
-    /// The nodes in use.
+    /// Returns the nodes in use.
     #[must_use]
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.kind.node_count()]
     }
 }
 
-/// A connected or unconnected body that moves and deforms on its own.
+/// A body that moves and deforms on its own; its mesh need not be connected.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Block {
-    /// Name: that of the scene's block, with `.1`, `.2`, … for parts of a split.
+    /// Name: that of the scene's block, with `.1`, `.2`, … for the parts of a split.
     pub name: String,
-    /// Index of the scene's `[[block]]` it comes from.
+    /// Index of the scene's `[[block]]`.
     pub source: usize,
-    /// Its nodes in [`Mesh::nodes`].
+    /// Range of its nodes in [`Mesh::nodes`].
     pub nodes: Range<u32>,
-    /// Its elements in [`Mesh::elements`].
+    /// Range of its elements in [`Mesh::elements`].
     pub elements: Range<u32>,
 }
 
 impl Block {
-    /// Whether it is one of the parts of the split block of this name.
+    /// True if this is a part of the split block of this name.
     fn is_part_of(&self, name: &str) -> bool {
         let number = self
             .name
@@ -243,15 +243,15 @@ pub struct Group {
     pub nodes: Vec<u32>,
     /// Boundary facets, sorted, each once; empty for groups of points.
     pub facets: Vec<Facet>,
-    /// What it is, for messages: "surfaces of prisms.msh" and the like.
+    /// Origin, for messages: "surfaces of prisms.msh" and the like.
     pub origin: String,
-    /// What else its nodes lie on.
+    /// Elements, facets and edges of the group inside blocks.
     pub(crate) inside: GroupInterior,
 }
 
 impl Group {
-    /// What of it lies on some nodes and elements; for loads and boundary conditions, which
-    /// need not know what is inside.
+    /// Returns the part of the group on these nodes and elements, without the interior, which loads
+    /// and boundary conditions do not need.
     fn within(&self, nodes: &Range<u32>, elements: &Range<u32>) -> Self {
         let on_nodes = self.nodes.iter().filter(|node| nodes.contains(node));
         let facets = self.facets.iter();
@@ -266,13 +266,14 @@ impl Group {
     }
 }
 
-/// What nodes of a group lie on that is no boundary facet: new nodes there belong to it.
+/// Elements, facets and edges of a group that are not boundary facets. New nodes on them belong to
+/// the group.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct GroupInterior {
-    /// Elements, of groups of full dimension.
+    /// Elements, for groups of full dimension.
     pub(crate) elements: Vec<u32>,
     /// Facets within blocks.
     pub(crate) facets: Vec<Facet>,
-    /// Nodes at both ends of the edges of curves in space, the lower one first.
+    /// End nodes of the edges of curves in 3-D, the lower one first.
     pub(crate) edges: Vec<[u32; 2]>,
 }

@@ -1,13 +1,13 @@
-//! Neighbours in space become neighbours in memory.
+//! Hilbert order: neighbours in space become neighbours in memory.
 
 use crate::mesh::vector::bounds;
 
-/// Bits of a Hilbert key along each axis: 65 536 cells are finer than the
-/// elements of any mesh that fits into memory.
+/// Bits of a Hilbert key along each axis. 65 536 cells are finer than the elements of any mesh that
+/// fits into memory.
 const BITS: u32 = 16;
 
-/// The order of `points` along a Hilbert curve through their bounding cube;
-/// equal places keep their order.
+/// Returns the order of `points` along a Hilbert curve through their bounding cube. Points in one
+/// cell keep their order.
 pub(super) fn hilbert_order<const D: usize>(points: &[[f64; D]]) -> Vec<u32> {
     let (low, high) = bounds(points.iter().copied());
     let extent = (0..D).map(|i| high[i] - low[i]).fold(0.0, f64::max);
@@ -22,10 +22,10 @@ pub(super) fn hilbert_order<const D: usize>(points: &[[f64; D]]) -> Vec<u32> {
     keyed.into_iter().map(|(_, index)| index).collect()
 }
 
-/// Place of a lattice cell on the Hilbert curve.
+/// Returns the position of a lattice cell on the Hilbert curve.
 ///
-/// Source: J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707
-/// (2004) 381–387, `AxestoTranspose`.
+/// Source: J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707 (2004) 381–387,
+/// `AxestoTranspose`.
 fn hilbert_key<const D: usize>(mut x: [u32; D]) -> u64 {
     let top = 1_u32 << (BITS - 1);
     let mut bit = top;
@@ -66,8 +66,7 @@ fn hilbert_key<const D: usize>(mut x: [u32; D]) -> u64 {
 mod tests {
     use super::*;
 
-    /// On a lattice of 2^n cells a side, each step of the curve goes to a
-    /// neighbouring cell: that is what makes it a Hilbert curve.
+    /// On a lattice of 2^n cells a side, each step of a Hilbert curve goes to a neighbouring cell.
     #[test]
     fn consecutive_cells_are_neighbours() {
         let side = 8;

@@ -1,4 +1,4 @@
-//! Blocks that lie in each other before anything has moved.
+//! Overlap of blocks before anything has moved.
 
 use std::borrow::Cow;
 
@@ -11,7 +11,7 @@ use crate::mesh::{Facet, Mesh};
 /// Two blocks that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap<const D: usize> {
-    /// Indices into [`Mesh::blocks`]: whose point it is, and in which it lies.
+    /// Indices into [`Mesh::blocks`]: the block of the point, and the block that the point lies in.
     pub blocks: [usize; 2],
     /// A point of the first inside the second, m.
     pub point: [f64; D],
@@ -19,13 +19,13 @@ pub struct Overlap<const D: usize> {
     pub depth: f64,
 }
 
-/// The deepest overlap of two blocks that is deeper than `tolerance`, m, among
-/// the pairs that `matters` (asked with indices into [`Mesh::blocks`]).
+/// Returns the deepest overlap of two blocks that is deeper than `tolerance`, m, among the pairs
+/// for which `matters` is true (called with indices into [`Mesh::blocks`]).
 ///
-/// Looked at are vertices of the boundary, the pieces into which facets of the
-/// other block cut its edges, what of its facets lies in elements of the other,
-/// and the centres of its elements: enough for any overlap that is not much smaller
-/// than an element, flush sides or not. Blocks need not be convex. Cost: about n·log n
+/// The points tested are boundary vertices, the midpoints of the pieces into which facets of the
+/// other block cut a boundary edge, the middle of the part of a facet inside an element of the
+/// other block, and the centres of boundary elements. This finds any overlap that is not much
+/// smaller than an element, also with flush sides. Blocks need not be convex. Cost: about n·log n
 /// in the elements near other blocks.
 #[must_use]
 pub fn overlap<const D: usize>(
@@ -55,7 +55,7 @@ pub fn overlap<const D: usize>(
 }
 
 impl<const D: usize> Mesh<D> {
-    /// The block that an element belongs to.
+    /// Returns the block of an element.
     fn block_of(&self, element: u32) -> usize {
         self.blocks
             .partition_point(|block| block.elements.end <= element)
@@ -71,7 +71,7 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// Vertices of the facets, each once, with their blocks.
+/// Returns the vertices of the facets, each once, with their blocks.
 fn vertices<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> Vec<([[f64; D]; 1], usize)> {
     let mut nodes: Vec<_> = facets.iter().flat_map(|&f| mesh.facet_nodes(f)).collect();
     nodes.sort_unstable();
@@ -81,7 +81,7 @@ fn vertices<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> Vec<([[f64; D];
     nodes.iter().map(with_block).collect()
 }
 
-/// Edges of the facets, each once, with their blocks.
+/// Returns the edges of the facets, each once, with their blocks.
 fn edges<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> Vec<([[f64; D]; 2], usize)> {
     let mut edges = Vec::new();
     for &facet in facets {
@@ -99,8 +99,8 @@ fn edges<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> Vec<([[f64; D]; 2]
         .collect()
 }
 
-/// Joins what several blocks have at exactly one place, as the parts of a
-/// split mesh do: looked at once, it costs a tenth.
+/// Merges items of several blocks at exactly one place, as in the parts of a split mesh. Testing
+/// these once takes a tenth of the time.
 fn by_place<const D: usize, const N: usize>(
     items: Vec<([[f64; D]; N], usize)>,
 ) -> Vec<([[f64; D]; N], Vec<usize>)> {
@@ -128,17 +128,17 @@ struct OverlapSearch<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     tolerance: f64,
     matters: &'a dyn Fn(usize, usize) -> bool,
-    /// Elements that may lie in another block.
+    /// Elements near a block with which theirs must not overlap.
     elements: BoxTree<D>,
     /// Boundary facets of all blocks, sorted.
     facets: Cow<'a, [Facet]>,
-    /// The same by place; numbers are indices into `facets`.
+    /// Boundary facets by position; numbers are indices into `facets`.
     facet_tree: BoxTree<D>,
     deepest: Option<Overlap<D>>,
 }
 
-/// Rounding that is forgiven where a point is asked for on which side of an
-/// element's facet it lies, as a share of the element: the depth decides.
+/// Rounding allowed in the test of a point against the facets of an element, over the element's
+/// size. The depth then decides.
 const SIDE: f64 = 1e-9;
 
 impl<'a, const D: usize> OverlapSearch<'a, D> {
@@ -177,7 +177,7 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         }
     }
 
-    /// Looks how deep a point of some blocks lies in others.
+    /// Tests the depth of a point of some blocks in other blocks.
     fn probe(&mut self, point: [f64; D], blocks: &[usize]) {
         let mut hosts = Vec::new();
         self.elements.visit(&(point, point), |element| {
@@ -191,7 +191,7 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         if hosts.is_empty() {
             return;
         }
-        // Most points that touch others touch many of them, at their boundary.
+        // Most points that touch other blocks touch many of them, at their boundary.
         for host in self.close_hosts(point, self.tolerance) {
             hosts.retain(|&(other, _)| other != host);
         }
@@ -208,13 +208,13 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         }
     }
 
-    /// The first of some blocks that must not lie in `host`.
+    /// Returns the first of some blocks that must not overlap `host`.
     fn owner(&self, blocks: &[usize], host: usize) -> Option<usize> {
         let asked = |&block: &usize| block != host && (self.matters)(block, host);
         blocks.iter().copied().find(asked)
     }
 
-    /// Blocks with a facet no farther from a point than `radius`.
+    /// Returns the blocks with a facet no farther from a point than `radius`.
     fn close_hosts(&self, point: [f64; D], radius: f64) -> Vec<usize> {
         let mut close = Vec::new();
         self.facet_tree
@@ -233,12 +233,12 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         close
     }
 
-    /// Probes the pieces into which other blocks cut an edge.
+    /// Tests the pieces into which other blocks cut an edge.
     fn probe_edge(&mut self, edge: [[f64; D]; 2], blocks: &[usize]) {
         let reach = SIDE * distance(edge[0], edge[1]);
         let mut cuts = Vec::new();
         self.facet_tree.visit(&bounds(edge.into_iter()), |number| {
-            // The geometry first: it refuses nearly all, at less cost.
+            // The geometric test runs first: it rejects nearly all, at less cost.
             let facet = self.facets[number as usize];
             for piece in self.mesh.pieces(facet) {
                 if let Some(share) = crossing(&piece, edge, reach) {
@@ -257,8 +257,8 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         }
     }
 
-    /// Probes what of a facet lies in elements of others: blocks with flush sides may
-    /// have neither corners nor edges inside each other.
+    /// Tests the part of a facet inside elements of other blocks. Blocks with flush sides may have
+    /// neither corners nor edges inside each other.
     fn probe_facet(&mut self, facet: Facet) {
         let block = self.mesh.block_of(facet.element);
         let mut points = Vec::new();
@@ -274,8 +274,8 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         }
     }
 
-    /// Whether a facet lies on the outer side of one of an element's: then nothing of its
-    /// pieces has a [middle inside](Self::middle_inside). So it is with most that touch.
+    /// True if a facet lies on the outer side of a facet of an element. Then none of its pieces has
+    /// a [middle inside](Self::middle_inside). This holds for most facets that touch.
     fn is_outside(&self, facet: Facet, element: u32) -> bool {
         let corners = self.mesh.facet_nodes(facet);
         let corners = corners.map(|node| &self.mesh.nodes[node as usize]);
@@ -286,8 +286,8 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         })
     }
 
-    /// How far outward of an element's facet all is that does not lie in it, m: boundaries may
-    /// lie in each other by the tolerance.
+    /// Returns the smallest height above a facet of an element at which a point counts as outside
+    /// it, m. At a boundary facet, blocks may overlap by the tolerance.
     fn least_height(&self, facet: Facet) -> f64 {
         match self.facets.binary_search(&facet) {
             Ok(_) => -self.tolerance,
@@ -295,8 +295,8 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         }
     }
 
-    /// A point in the middle of what of a piece lies in an element; none where that
-    /// is within the tolerance of a boundary facet of it.
+    /// Returns a point in the middle of the part of a piece that lies in an element; `None` if no
+    /// part lies in it, or only within the tolerance of its boundary facets.
     fn middle_inside(&self, piece: &Piece<D>, element: u32) -> Option<[f64; D]> {
         let mut part = piece[..D].to_vec();
         for facet in self.sides(element) {
@@ -313,7 +313,7 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
         Some(centre(part.into_iter()))
     }
 
-    /// The facets of an element.
+    /// Returns the facets of an element.
     fn sides(&self, element: u32) -> impl Iterator<Item = Facet> + use<D> {
         let count = self.mesh.elements[element as usize].kind.facets().len() as u8;
         (0..count).map(move |local| Facet { element, local })
@@ -327,7 +327,7 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
             .all(|side| height(&side, &point) <= slack)
     }
 
-    /// Distance of a point in an element of `host` from the host's boundary.
+    /// Returns the distance from a point in an element of `host` to the boundary of `host`.
     fn depth(&self, point: [f64; D], host: usize, element: u32) -> f64 {
         let (low, high) = self.mesh.element_box(element);
         let mut radius = self.tolerance.max(0.1 * distance(low, high));
@@ -351,14 +351,14 @@ impl<'a, const D: usize> OverlapSearch<'a, D> {
     }
 }
 
-/// How far a point lies outward of the plane of a facet's piece, m.
+/// Returns the height of a point above the plane of a facet's piece, outward positive, m.
 fn height<const D: usize>(side: &Piece<D>, point: &[f64; D]) -> f64 {
     let normal = normal(side);
     dot(&normal, &sub(point, &side[0])) / norm(&normal)
 }
 
-/// What of a convex polygon, in 2-D a segment, lies below a plane above which its
-/// corners are by so much, m (Sutherland and Hodgman).
+/// Clips a convex polygon, in 2-D a segment, to the part below a plane; `above` is the height of
+/// each corner above the plane, m (Sutherland and Hodgman).
 fn below<const D: usize>(corners: &[[f64; D]], above: &[f64]) -> Vec<[f64; D]> {
     let mut kept = Vec::with_capacity(corners.len() + 1);
     for (k, (corner, &height)) in corners.iter().zip(above).enumerate() {

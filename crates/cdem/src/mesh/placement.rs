@@ -1,4 +1,4 @@
-//! Where a block's mesh goes: scaled, rotated, then shifted.
+//! Placement of a block's mesh: scaled, rotated, then shifted.
 
 use crate::scene;
 
@@ -10,7 +10,7 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// The placement a scene asks for. The axis of rotation is a unit vector.
+    /// Creates the placement of a scene's block. The axis of rotation is a unit vector.
     pub(super) fn new(block: &scene::Block) -> Self {
         let [x, y, z] = block.rotate.axis;
         let (sin, cos) = block.rotate.angle.sin_cos();
@@ -27,7 +27,7 @@ impl Placement {
         }
     }
 
-    /// The place of a point of the mesh; in 2-D its z is dropped.
+    /// Returns the placed position of a mesh point; in 2-D its z is dropped.
     pub(super) fn apply<const D: usize>(&self, mut point: [f64; 3]) -> [f64; D] {
         point[D..].fill(0.0);
         std::array::from_fn(|i| {

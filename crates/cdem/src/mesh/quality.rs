@@ -1,15 +1,15 @@
-//! Orientation of elements, judged where they will be integrated.
+//! Orientation of elements, checked at the points of integration.
 
 use crate::math::vector::sub;
 use crate::mesh::vector::{bounds, distance};
 use crate::mesh::{CORNERS, Element, ElementKind};
 
-/// How an element lies, from its Jacobian at the Gauss points.
+/// Sign of an element's Jacobian at the Gauss points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum JacobianSign {
-    /// Positive everywhere, as it should be.
+    /// Positive everywhere: correct.
     Positive,
-    /// Negative everywhere: numbered the wrong way round.
+    /// Negative everywhere: numbered in reverse.
     Reversed,
     /// Zero somewhere, and of one sign elsewhere.
     Flat,
@@ -19,14 +19,14 @@ pub(super) enum JacobianSign {
     Folded { negative: usize, points: usize },
 }
 
-/// A Jacobian below this share of the element's extent^D counts as zero: far
-/// above the rounding of coordinates, far below any element of use.
+/// Jacobian, over the element's extent^D, below which it counts as zero: far above the rounding of
+/// coordinates, far below any usable element.
 const FLAT: f64 = 1e-12;
 
-/// Nodes closer than this share of the element's extent count as at one place.
+/// Distance of two nodes, over the element's extent, below which they count as at one place.
 const COLLAPSED: f64 = 1e-9;
 
-/// Orientation of an element of `kind` with nodes at `corners`.
+/// Returns the orientation of an element of `kind` with nodes at `corners`.
 pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> JacobianSign {
     let (low, high) = bounds(corners.iter().copied());
     let size = distance(low, high);
@@ -54,7 +54,7 @@ pub(super) fn orientation<const D: usize>(kind: ElementKind, corners: &[[f64; D]
     }
 }
 
-/// The element with its nodes numbered the other way round.
+/// Returns the element with its nodes in reverse order.
 pub(super) fn reversed(element: Element) -> Element {
     let order: &[usize] = match element.kind {
         ElementKind::Tri3 => &[0, 2, 1],
@@ -67,8 +67,8 @@ pub(super) fn reversed(element: Element) -> Element {
     Element::new(element.kind, &nodes)
 }
 
-/// Area or volume of an element of `kind` with nodes at `corners`, by the
-/// quadrature at which it is judged.
+/// Returns the area or volume of an element of `kind` with nodes at `corners`, by the quadrature of
+/// the orientation check.
 pub(crate) fn volume<const D: usize>(kind: ElementKind, corners: &[[f64; D]]) -> f64 {
     let weight = match kind {
         ElementKind::Tri3 => 0.5,
@@ -101,10 +101,10 @@ fn gauss_points(kind: ElementKind) -> Vec<[f64; 3]> {
     }
 }
 
-/// Determinant of ∂x/∂ξ at the reference point ξ.
+/// Returns the determinant of ∂x/∂ξ at the reference point ξ.
 fn jacobian<const D: usize>(kind: ElementKind, corners: &[[f64; D]], xi: [f64; 3]) -> f64 {
     let mut matrix = [[0.0; D]; D];
-    // Shape functions sum to one: taking nodes relative to the first keeps the
+    // Shape functions sum to one, so nodes may be taken relative to the first. This keeps the
     // digits of a small element far from the origin.
     for (node, &corner) in corners.iter().enumerate() {
         let x = sub(&corner, &corners[0]);
@@ -118,7 +118,7 @@ fn jacobian<const D: usize>(kind: ElementKind, corners: &[[f64; D]], xi: [f64; 3
     determinant(matrix)
 }
 
-/// ∂N/∂ξ of one node's shape function.
+/// Returns ∂N/∂ξ of the shape function of one node.
 fn derivatives(kind: ElementKind, node: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
     let simplex = |node: usize| -> [f64; 3] {
         std::array::from_fn(|i| match node {

@@ -1,13 +1,13 @@
-//! A mesh as a file or a shape gives it, before it is cut into blocks.
+//! A mesh as read from a file or made by a shape, before blocks are cut out of it.
 
 use crate::mesh::{ElementKind, MeshError};
 
-/// Points, cells of dimension 0 to 3, and the physical groups they lie in.
+/// Points, cells of dimension 0 to 3, and their physical groups.
 ///
 /// Built by a file reader or a shape, consumed by [`assemble`](fn@crate::mesh::assemble).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawMesh {
-    /// What messages call it: a file name, or the shape of a block.
+    /// Name for messages: a file name, or the shape of a block.
     pub origin: String,
     /// Coordinates in the units of the file; 2-D meshes have a constant z.
     pub points: Vec<[f64; 3]>,
@@ -17,8 +17,8 @@ pub struct RawMesh {
     pub cells: Vec<RawCells>,
     /// Physical groups.
     pub groups: Vec<RawGroup>,
-    /// Sets of groups that cells lie in: indices into `groups`, sorted, each
-    /// once. The first set is empty.
+    /// Sets of groups that a cell can be in: indices into `groups`, sorted, each once. The first
+    /// set is empty.
     pub group_sets: Vec<Vec<u32>>,
 }
 
@@ -43,23 +43,23 @@ pub struct RawGroup {
     pub dimension: usize,
     /// The file's own number.
     pub tag: i32,
-    /// Its name; the number as text where the file gives none.
+    /// Its name; the number as text if the file gives none.
     pub name: String,
 }
 
-/// Shape of a cell: an element or a piece of a boundary.
+/// Shape of a cell: of an element or of a piece of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CellKind {
     /// One node.
     Point,
     /// Two-node line.
     Line,
-    /// A shape that can be an element, too.
+    /// A shape that can also be an element.
     Element(ElementKind),
 }
 
 impl CellKind {
-    /// Number of nodes.
+    /// Returns the number of nodes.
     #[must_use]
     pub const fn node_count(self) -> usize {
         match self {
@@ -69,7 +69,7 @@ impl CellKind {
         }
     }
 
-    /// Dimension, 0 to 3.
+    /// Returns the dimension, 0 to 3.
     #[must_use]
     pub const fn dimension(self) -> usize {
         match self {
@@ -81,7 +81,7 @@ impl CellKind {
 }
 
 impl RawMesh {
-    /// An empty mesh that messages call `origin`.
+    /// Creates an empty mesh with the name `origin` for messages.
     #[must_use]
     pub fn new(origin: impl Into<String>) -> Self {
         Self {
@@ -91,7 +91,7 @@ impl RawMesh {
         }
     }
 
-    /// The cells of `kind`, to add to.
+    /// Returns the cells of `kind`, to append to.
     pub fn cells_mut(&mut self, kind: CellKind) -> &mut RawCells {
         let found = self.cells.iter().position(|cells| cells.kind == kind);
         let index = found.unwrap_or_else(|| {
@@ -106,7 +106,7 @@ impl RawMesh {
         &mut self.cells[index]
     }
 
-    /// Number of cells of `dimension`.
+    /// Returns the number of cells of `dimension`.
     #[must_use]
     pub fn cell_count(&self, dimension: usize) -> usize {
         let of_dimension = |cells: &&RawCells| cells.kind.dimension() == dimension;
@@ -114,10 +114,10 @@ impl RawMesh {
         cells.map(|cells| cells.tags.len()).sum()
     }
 
-    /// Checks that all indices point at something.
+    /// Checks that all indices are valid.
     ///
     /// # Errors
-    /// [`MeshError::Inconsistent`] with the first thing that does not.
+    /// [`MeshError::Inconsistent`] with the first fault.
     pub fn check(&self) -> Result<(), MeshError> {
         let fault = |problem: String| MeshError::Inconsistent {
             mesh: self.origin.clone(),

@@ -4,12 +4,12 @@ use crate::math::vector::{dot, norm, sub};
 use crate::mesh::vector::{between, centre, distance};
 use crate::mesh::{Facet, Mesh};
 
-/// A flat piece of a facet; in 2-D only the first two corners count.
+/// A flat piece of a facet; in 2-D only the first two corners are used.
 pub(crate) type Piece<const D: usize> = [[f64; D]; 3];
 
 impl<const D: usize> Mesh<D> {
-    /// A facet's pieces: itself, or four triangles about the mean of a
-    /// quadrilateral's nodes, as contact sees it.
+    /// Returns the pieces of a facet: the facet itself, or the four triangles about the mean of a
+    /// quadrilateral's nodes, as in contact.
     pub(super) fn pieces(&self, facet: Facet) -> impl Iterator<Item = Piece<D>> {
         let nodes = self.facet_nodes(facet);
         let count = nodes.len();
@@ -20,7 +20,7 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// The pieces of a facet with these corners.
+/// Returns the pieces of a facet with these corners.
 pub(super) fn pieces_of<const D: usize>(
     corners: &[[f64; D]],
 ) -> impl Iterator<Item = Piece<D>> + use<D> {
@@ -35,8 +35,8 @@ pub(super) fn pieces_of<const D: usize>(
     })
 }
 
-/// A vector normal to a piece, outward for the element whose facet it is; its
-/// length is that of the segment, or twice the area of the triangle.
+/// Returns a normal vector of a piece, outward from the element of the facet. Its length is the
+/// length of the segment, or twice the area of the triangle.
 pub(super) fn normal<const D: usize>(piece: &Piece<D>) -> [f64; D] {
     let [a, b] = [1, 2].map(|i| sub(&piece[i], &piece[0]));
     std::array::from_fn(|i| match (D, i) {
@@ -49,13 +49,13 @@ pub(super) fn normal<const D: usize>(piece: &Piece<D>) -> [f64; D] {
     })
 }
 
-/// Distance from a point to a piece.
+/// Returns the distance from a point to a piece.
 pub(crate) fn distance_to<const D: usize>(piece: &Piece<D>, point: [f64; D]) -> f64 {
     let [a, b, c] = *piece;
     if D == 2 {
         return distance_to_segment(a, b, point);
     }
-    // The foot of the perpendicular, from the normal equations.
+    // Foot of the perpendicular, from the normal equations.
     let [u, v, w] = [b, c, point].map(|p| sub(&p, &a));
     let (uu, uv, vv, uw, vw) = (
         dot(&u, &u),
@@ -84,8 +84,8 @@ fn distance_to_segment<const D: usize>(a: [f64; D], b: [f64; D], point: [f64; D]
     distance(between(a, b, share.clamp(0.0, 1.0)), point)
 }
 
-/// Where a segment passes through a piece, with the margin `reach` around it:
-/// the share of the segment. One that only reaches up to the piece does not.
+/// Returns the fraction of a segment at which it passes through a piece that is extended by the
+/// margin `reach`. `None` if it does not pass through or only reaches the piece.
 pub(super) fn crossing<const D: usize>(
     piece: &Piece<D>,
     [a, b]: [[f64; D]; 2],

@@ -1,4 +1,4 @@
-//! A raw mesh, indexed for cutting blocks out of it.
+//! A raw mesh, indexed so that blocks can be cut out of it.
 
 use std::collections::BTreeMap;
 
@@ -7,18 +7,18 @@ use crate::mesh::error::nearest;
 use crate::mesh::facet::sorted;
 use crate::mesh::{BlockFault, CellKind, Element, MeshError, RawMesh};
 
-/// A raw mesh and what lies where in it.
+/// A raw mesh with its cells and groups sorted for look-up.
 pub(super) struct MeshSource {
     pub(super) raw: RawMesh,
     /// Cells of full dimension by group set, in the order of the file.
     cells: Vec<Vec<SourceCell>>,
-    /// Sorted nodes and group set of every facet that lies in a group, sorted.
+    /// Sorted nodes and group set of every facet that is in a group, sorted.
     facets: Vec<([u32; 4], u32)>,
-    /// Points and the groups of lower dimension than facets that they lie in, sorted.
+    /// Points with their groups of lower dimension than facets, sorted.
     points: Vec<(u32, u32)>,
-    /// Edges of curves in space, the lower point first, and their groups, sorted.
+    /// Edges of curves in 3-D, lower point first, and their groups, sorted.
     edges: Vec<([u32; 2], u32)>,
-    /// Whether a point belongs to a facet in a group: a quick refusal.
+    /// True for points of a facet in a group: a quick rejection.
     on_facet: Vec<bool>,
 }
 
@@ -77,10 +77,10 @@ impl MeshSource {
         Ok(source)
     }
 
-    /// The cells of a physical group, or all of them.
+    /// Returns the cells of a physical group, or all cells.
     ///
     /// # Errors
-    /// If there is no such group, or nothing in it.
+    /// If there is no such group, or if it is empty.
     pub(super) fn select(
         &self,
         group: Option<&str>,
@@ -115,7 +115,7 @@ impl MeshSource {
         })
     }
 
-    /// Indices of the groups of cells called `name`.
+    /// Returns the indices of the groups of cells called `name`.
     fn groups_named(&self, name: &str, dimension: usize) -> Result<Vec<u32>, BlockFault> {
         let all = || (0_u32..).zip(&self.raw.groups);
         let named = all().filter(|(_, group)| group.name == name);
@@ -143,7 +143,7 @@ impl MeshSource {
         }
     }
 
-    /// Groups of the facet on these points.
+    /// Returns the groups of the facet on these points.
     pub(super) fn facet_groups<'a>(
         &'a self,
         nodes: impl Iterator<Item = u32> + Clone,
@@ -160,7 +160,7 @@ impl MeshSource {
         same.flat_map(|&(_, set)| self.raw.group_sets[set as usize].iter().copied())
     }
 
-    /// Groups of points, and in 3-D of curves, that a point lies in.
+    /// Returns the groups of points, and in 3-D of curves, that contain a point.
     pub(super) fn point_groups(&self, point: u32) -> impl Iterator<Item = u32> {
         let start = self.points.partition_point(|&(other, _)| other < point);
         let same = self.points[start..]
@@ -169,12 +169,13 @@ impl MeshSource {
         same.map(|&(_, group)| group)
     }
 
-    /// Whether groups of curves in space have edges.
+    /// True if groups of curves in 3-D have edges.
     pub(super) fn has_curves(&self) -> bool {
         !self.edges.is_empty()
     }
 
-    /// Edges of curves in space from a point to one with a higher number: that, and a group.
+    /// Returns the edges of curves in 3-D from a point to one with a higher number, as (other
+    /// point, group).
     pub(super) fn curves_from(&self, point: u32) -> impl Iterator<Item = (u32, u32)> {
         let start = self.edges.partition_point(|&([a, _], _)| a < point);
         let same = self.edges[start..]
@@ -183,7 +184,7 @@ impl MeshSource {
         same.map(|&([_, b], group)| (b, group))
     }
 
-    /// The file's numbers of points that no element uses.
+    /// Returns the file's numbers of points that no element uses.
     pub(super) fn unused_points(&self) -> Vec<u64> {
         let mut unused = vec![true; self.raw.points.len()];
         for cell in self.cells.iter().flatten() {
@@ -198,7 +199,8 @@ impl MeshSource {
             .collect()
     }
 
-    /// Raw groups by name and dimension: those that share both are one.
+    /// Returns the raw groups by name and dimension; those with equal name and dimension form one
+    /// group.
     pub(super) fn group_names(&self) -> BTreeMap<(&str, usize), Vec<u32>> {
         let mut names: BTreeMap<_, Vec<u32>> = BTreeMap::new();
         for (index, group) in (0..).zip(&self.raw.groups) {
@@ -211,7 +213,7 @@ impl MeshSource {
     }
 }
 
-/// What a physical group of this dimension consists of.
+/// Returns the word for the parts of a physical group of this dimension.
 pub(super) fn extent_name(dimension: usize) -> &'static str {
     match dimension {
         0 => "points",

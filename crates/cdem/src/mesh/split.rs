@@ -1,4 +1,4 @@
-//! Cutting a mesh into parts that become blocks.
+//! Splits a mesh into parts that become blocks.
 
 use std::ops::Range;
 
@@ -6,8 +6,8 @@ use crate::mesh::assemble::SourceCell;
 use crate::mesh::{Element, Mesh};
 use crate::scene::Split;
 
-/// Sorts `cells` by part and returns the cells of each; parts come in the
-/// order of their first cells.
+/// Sorts `cells` by part and returns the range of each part. Parts are in the order of their first
+/// cells.
 pub(super) fn parts(
     split: Split,
     cells: &mut [SourceCell],
@@ -21,7 +21,7 @@ pub(super) fn parts(
 }
 
 impl<const D: usize> Mesh<D> {
-    /// Number of parts of a block that share no nodes.
+    /// Returns the number of parts of a block that share no nodes with each other.
     pub(crate) fn part_count(&self, block: usize) -> usize {
         let block = &self.blocks[block];
         let elements = block.elements.start as usize..block.elements.end as usize;
@@ -36,13 +36,13 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-/// Parts connected through shared nodes.
+/// Returns the parts connected through shared nodes.
 fn components(cells: &mut [SourceCell], node_count: usize) -> Vec<Range<usize>> {
     let mut joined = Joined::new(node_count);
     for cell in &*cells {
         joined.join_all(&cell.element, 0);
     }
-    // A component's number is that of its first cell.
+    // The number of a component is that of its first cell.
     let mut first = vec![u32::MAX; node_count];
     let mut keyed: Vec<(u32, SourceCell)> = Vec::with_capacity(cells.len());
     for (number, &cell) in (0..).zip(&*cells) {
@@ -72,7 +72,7 @@ impl Joined {
         Self((0..node_count as u32).collect())
     }
 
-    /// Joins the nodes of an element, which are counted from `first`.
+    /// Joins the nodes of an element; node numbers count from `first`.
     fn join_all(&mut self, element: &Element, first: u32) {
         for pair in element.nodes().windows(2) {
             self.join(pair[0] - first, pair[1] - first);

@@ -1,9 +1,9 @@
-//! Whether a mesh is one: what all code that is given a [`Mesh`] counts on.
+//! Checks the invariants of a [`Mesh`] on which all other code relies.
 
 use crate::mesh::{Facet, Mesh};
 
 impl<const D: usize> Mesh<D> {
-    /// What is wrong with it as the mesh of a scene of so many blocks, if anything: one that is
+    /// Returns the first broken invariant of the mesh for a scene with `sources` blocks. A mesh
     /// read from files and [assembled](fn@crate::mesh::assemble) is sound.
     pub(crate) fn fault(&self, sources: usize) -> Option<&'static str> {
         let rules: [(bool, &'static str); 5] = [
@@ -20,7 +20,7 @@ impl<const D: usize> Mesh<D> {
         broken.map(|(_, what)| what)
     }
 
-    /// Nodes and elements belong to one block each, and follow each other block by block.
+    /// True if nodes and elements belong to one block each and are in the order of the blocks.
     fn has_blocks(&self, sources: usize) -> bool {
         let (mut node, mut element) = (0, 0);
         let follow = self.blocks.iter().all(|block| {
@@ -66,7 +66,7 @@ impl<const D: usize> Mesh<D> {
 mod tests {
     use crate::mesh::{Element, ElementKind, Facet, Group, Mesh};
 
-    /// Two triangles, each a block.
+    /// Returns a mesh of two triangles; each is a block.
     fn mesh() -> Mesh<2> {
         let block = |name: &str, first: u32| crate::mesh::Block {
             name: name.to_owned(),

@@ -2,17 +2,17 @@
 
 use crate::math::vector::{norm, sub};
 
-/// a + t·(b − a).
+/// Returns a + t·(b − a).
 pub(super) fn between<const D: usize>(a: [f64; D], b: [f64; D], t: f64) -> [f64; D] {
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }
 
-/// |a − b|.
+/// Returns |a − b|.
 pub(super) fn distance<const D: usize>(a: [f64; D], b: [f64; D]) -> f64 {
     norm(&sub(&a, &b))
 }
 
-/// Mean of the points; the origin if there is none.
+/// Returns the mean of the points; the origin if there is none.
 pub(super) fn centre<const D: usize>(points: impl Iterator<Item = [f64; D]>) -> [f64; D] {
     let mut sum = [0.0; D];
     let mut count = 0.0_f64;
@@ -23,7 +23,7 @@ pub(super) fn centre<const D: usize>(points: impl Iterator<Item = [f64; D]>) -> 
     sum.map(|s| s / count.max(1.0))
 }
 
-/// Lower and upper corner of the smallest box around the points.
+/// Returns the lower and upper corner of the smallest box around the points.
 pub(super) fn bounds<const D: usize>(
     points: impl Iterator<Item = [f64; D]>,
 ) -> ([f64; D], [f64; D]) {

@@ -1,13 +1,13 @@
-//! The largest of what nodes have, block by block.
+//! Largest nodal values in each block.
 
 use rayon::prelude::*;
 
 use crate::math::parallel::NODES_AT_ONCE;
 
-/// The largest of `N` numbers of each node, none below 0, found for each block on all threads.
+/// The largest of `N` numbers of each node, none below 0, for each block, computed on all threads.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockMax<const N: usize> {
-    /// Of nodes in a row of the same block, for some nodes after the other.
+    /// For each chunk of nodes: block and largest values of each run of nodes of one block.
     of_nodes: Vec<Vec<(u32, [f64; N])>>,
     of_blocks: Vec<[f64; N]>,
 }
@@ -22,8 +22,8 @@ impl<const N: usize> Default for BlockMax<N> {
 }
 
 impl<const N: usize> BlockMax<N> {
-    /// Finds them for so many `blocks`, of the nodes whose blocks `block_of` lists; 0 where a
-    /// block has none of them.
+    /// Computes the largest values of `blocks` blocks. `block_of` lists the block of each node, and
+    /// `of` gives the numbers of a node. The result is 0 for a block without nodes.
     pub(crate) fn find(
         &mut self,
         block_of: &[u32],
@@ -54,13 +54,13 @@ impl<const N: usize> BlockMax<N> {
         &self.of_blocks
     }
 
-    /// As they were found last.
+    /// Returns the result of the last [`Self::find`].
     pub(crate) fn of_blocks(&self) -> &[[f64; N]] {
         &self.of_blocks
     }
 }
 
-/// The larger of two numbers, place by place. What is not a number is not lost.
+/// Returns the larger of two numbers, entry by entry. A NaN is kept.
 #[inline]
 fn larger<const N: usize>(one: [f64; N], other: [f64; N]) -> [f64; N] {
     std::array::from_fn(|n| {
@@ -78,13 +78,13 @@ mod tests {
 
     #[test]
     fn blocks_get_the_largest_of_their_nodes_however_many_these_are() {
-        // Some blocks lie in one part of the nodes, one in several, one has none.
+        // Some blocks lie in one chunk of nodes, one lies in several, one has no nodes.
         let counts = [3, 2 * NODES_AT_ONCE + 7, 0, 1, NODES_AT_ONCE];
         let block_of: Vec<u32> = (0..).zip(counts).flat_map(|(b, n)| vec![b; n]).collect();
         let mut random = fastrand::Rng::with_seed(11);
         let numbers: Vec<f64> = block_of.iter().map(|_| 1.0 + random.f64()).collect();
         let mut largest = BlockMax::default();
-        // Less in the second round: nothing of the first may be left.
+        // The second round has smaller values: nothing of the first may remain.
         for share in [1.0, 0.5] {
             let of = |node: u32| [share * numbers[node as usize], 2.0];
             let found = largest.find(&block_of, counts.len(), of);

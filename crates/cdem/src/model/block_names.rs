@@ -1,12 +1,12 @@
-//! Names of blocks in a scene, and the parts of the mesh that they mean. How
-//! many parts a split gives, the mesh alone knows.
+//! Block names in a scene, and the parts of the mesh that they refer to. Only the mesh knows the
+//! number of parts of a split block.
 
 use crate::mesh::Mesh;
 use crate::model::ModelError;
 use crate::scene::{BoundaryTarget, KeyPath, Problem, Scene, is_part, suggestion};
 
-/// The blocks of the mesh that `name` means: the one of that name, or all parts
-/// of the scene's block of that name.
+/// Returns the blocks of the mesh that `name` refers to: the block of that name, or all parts of
+/// the scene's block of that name.
 pub(crate) fn parts<const D: usize>(
     scene: &Scene,
     mesh: &Mesh<D>,
@@ -18,7 +18,7 @@ pub(crate) fn parts<const D: usize>(
         .map(|(number, _)| number)
 }
 
-/// Refuses names of blocks that mean no part of the mesh.
+/// Returns an error for block names that refer to no part of the mesh.
 pub(crate) fn refuse_unknown<const D: usize>(
     scene: &Scene,
     mesh: &Mesh<D>,
@@ -37,7 +37,7 @@ pub(crate) fn refuse_unknown<const D: usize>(
     }
 }
 
-/// All names of blocks that a scene refers to, and where.
+/// Returns all block names in a scene, with their keys.
 fn references(scene: &Scene) -> Vec<(KeyPath, &str)> {
     let root = KeyPath::root();
     let mut found = Vec::new();

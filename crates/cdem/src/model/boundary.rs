@@ -1,4 +1,4 @@
-//! Prescribed velocities: held components of nodes, and what they do.
+//! Prescribed velocities: prescribed components of nodes and their values.
 
 use crate::math::vector::{cross, dot, pad, scale, sub, truncate};
 use crate::mesh::MeshError;
@@ -13,7 +13,7 @@ pub(crate) struct PrescribedMotion {
 }
 
 impl PrescribedMotion {
-    /// `boundary` on `nodes`.
+    /// Creates the motion `boundary` of `nodes`.
     pub(crate) fn new(boundary: &Boundary, nodes: Vec<u32>) -> Self {
         Self {
             nodes,
@@ -21,12 +21,12 @@ impl PrescribedMotion {
         }
     }
 
-    /// Whether it acts on a step that begins at `time`.
+    /// True if the motion acts in a step that begins at `time`.
     pub(crate) fn acts(&self, time: f64) -> bool {
         time >= self.boundary.start && self.boundary.end.is_none_or(|end| time < end)
     }
 
-    /// Components that it holds.
+    /// Returns the components that it prescribes.
     pub(crate) fn components<const D: usize>(&self) -> [bool; D] {
         match &self.boundary.motion {
             Motion::Velocity(components) => std::array::from_fn(|c| components[c].is_some()),
@@ -34,7 +34,7 @@ impl PrescribedMotion {
         }
     }
 
-    /// A component that both hold at some time, and not to the same velocity.
+    /// Returns a component that both motions prescribe at some time with different velocities.
     pub(crate) fn contradicts<const D: usize>(&self, other: &Self) -> Option<usize> {
         let begins_before_end = |a: &Boundary, b: &Boundary| b.end.is_none_or(|end| a.start < end);
         let (a, b) = (&self.boundary, &other.boundary);
@@ -49,7 +49,7 @@ impl PrescribedMotion {
         (0..D).find(|&c| held[0][c] && held[1][c] && !same(c))
     }
 
-    /// Sets the held components of a velocity to their value at `time`.
+    /// Sets the prescribed components of a velocity to their values at `time`.
     pub(crate) fn start<const D: usize>(
         &self,
         time: f64,
@@ -75,8 +75,8 @@ impl PrescribedMotion {
         }
     }
 
-    /// Sets the held components of the velocity of a node at `position` so
-    /// that it ends where the exact motion takes it over `[time, time + drift]`.
+    /// Sets the prescribed components of the velocity of a node at `position`. After `[time, time +
+    /// drift]` the node is where the exact motion takes it.
     pub(crate) fn set<const D: usize>(
         &self,
         (time, drift): (f64, f64),
@@ -98,7 +98,7 @@ impl PrescribedMotion {
             } => {
                 let angle = angular_velocity.integral(time, time + drift);
                 let arm = sub(&pad(position), point);
-                // Rodrigues: the chord from here to the turned place.
+                // Rodrigues: the chord from the position to the rotated position.
                 let around = cross(axis, &arm);
                 let across = sub(&scale(dot(axis, &arm), axis), &arm);
                 let chord: [f64; 3] = std::array::from_fn(|c| {
@@ -111,10 +111,10 @@ impl PrescribedMotion {
 }
 
 impl<const D: usize> Model<D> {
-    /// Prescribed motions of a scene on the nodes of the mesh.
+    /// Returns the prescribed motions of a scene on the nodes of the mesh.
     ///
     /// # Errors
-    /// When a group is unknown, a block is fixed, or two motions contradict each other.
+    /// If a group is unknown, a block is fixed, or two motions contradict each other.
     pub(crate) fn prescribed_motions(
         &self,
         scene: &Scene,
@@ -179,8 +179,7 @@ impl<const D: usize> Model<D> {
         Ok(())
     }
 
-    /// Takes the components that are prescribed from `time` on out of the
-    /// equations of motion.
+    /// Takes the components that are prescribed from `time` on out of the equations of motion.
     pub(crate) fn set_prescribed_nodes(&mut self, time: f64) {
         let mut held = vec![[false; D]; self.mesh.nodes.len()];
         for (number, block) in self.blocks.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Why a scene and its mesh make no model.
+//! Errors of building a model from a scene and its mesh.
 
 use thiserror::Error;
 
@@ -7,22 +7,22 @@ use crate::math::format::short;
 use crate::mesh::MeshError;
 use crate::scene::Problem;
 
-/// Why a scene and its mesh make no model.
+/// The reason why a scene and its mesh give no model.
 #[derive(Clone, Debug, Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A group that the scene names is not there or not usable.
+    /// A group that the scene names is missing or unusable.
     #[error("{source}")]
     Group {
         /// Key of the scene, e.g. `boundary[0].group`.
         key: String,
-        /// What is wrong.
+        /// The error.
         source: MeshError,
     },
-    /// What was given for a mesh is none.
+    /// The mesh data are not a valid mesh.
     #[error("the mesh is not whole: {0}")]
     Unsound(&'static str),
-    /// Names of blocks that mean no part of the mesh.
+    /// Block names that refer to no part of the mesh.
     #[error("{}", list(.0))]
     UnknownBlocks(Vec<Problem>),
     /// A load needs facets.
@@ -36,7 +36,7 @@ pub enum ModelError {
         /// Name of the group.
         group: String,
     },
-    /// Prescribed and fixed at once.
+    /// A block is both prescribed and fixed.
     #[error(
         "block \"{block}\" is fixed and cannot follow a boundary condition; drop `fixed`, or the boundary condition"
     )]
@@ -46,12 +46,12 @@ pub enum ModelError {
         /// Name of the block.
         block: String,
     },
-    /// Masses cannot be made.
+    /// The masses cannot be computed.
     #[error("{source}")]
     Mass {
         /// Key of the scene, e.g. `block[2].mass`.
         key: String,
-        /// What is wrong.
+        /// The error.
         source: MassError,
     },
     /// Blocks overlap at the start.
@@ -62,49 +62,49 @@ pub enum ModelError {
         if *depth <= RAISABLE * edge { ", or raise `contact.tolerance`" } else { "" }
     )]
     Overlap {
-        /// Key of the scene: the second of the two.
+        /// Key of the scene for the second of the two blocks.
         key: String,
-        /// Names of the two.
+        /// Names of the two blocks.
         blocks: [String; 2],
-        /// Where, m.
+        /// Point of the overlap, m.
         at: [f64; 3],
-        /// How deep, m.
+        /// Penetration, m.
         depth: f64,
-        /// How deep they may, m.
+        /// Contact tolerance, m.
         tolerance: f64,
         /// Smallest boundary edge, m.
         edge: f64,
     },
-    /// Points touch that are an edge apart.
+    /// The contact tolerance joins points that are an edge apart.
     #[error(
         "{} m is more than {} m, half of the smallest boundary edge: nodes would \
          touch that are an edge apart; choose less, or leave it out",
         short(*tolerance), short(0.5 * edge)
     )]
     Tolerance {
-        /// Distance within which points touch, m.
+        /// Contact tolerance, m.
         tolerance: f64,
         /// Smallest boundary edge, m.
         edge: f64,
     },
-    /// Two boundary conditions want different things of a node.
+    /// Two boundary conditions give a node different velocities.
     #[error(
         "it gives node {node} of block \"{block}\" another velocity than boundary[{earlier}] does, \
          along {axis}; take the node out of one group, or leave out that component"
     )]
     Contradiction {
-        /// Key of the scene: the later of the two.
+        /// Key of the scene for the later of the two.
         key: String,
-        /// Number of the earlier boundary condition.
+        /// Index of the earlier boundary condition.
         earlier: usize,
-        /// Number of the node in its block.
+        /// Index of the node in its block.
         node: u32,
         /// Name of the block.
         block: String,
         /// x, y or z.
         axis: char,
     },
-    /// An element that no step is short enough for.
+    /// No step is short enough for an element.
     #[error(
         "block \"{block}\", element {element} at {}: no step is short enough for it (its limit comes \
          to {} s); its material is too stiff, too light or too damped: check the units of \
@@ -116,14 +116,14 @@ pub enum ModelError {
         key: String,
         /// Name of the block.
         block: String,
-        /// Number of the element in its block.
+        /// Index of the element in its block.
         element: u32,
         /// Its first node, m.
         at: [f64; 3],
         /// Its stable step, s.
         limit: f64,
     },
-    /// An element needs more levels than there are.
+    /// An element needs a finer level than there is.
     #[error(
         "block \"{block}\", element {element} at {} is stable up to {} s only: level {needed} \
          of a step of {} s, and there are 16; take a smaller `time.step`, or mend the mesh \
@@ -133,7 +133,7 @@ pub enum ModelError {
     TooFine {
         /// Name of the block.
         block: String,
-        /// Number of the element in its block.
+        /// Index of the element in its block.
         element: u32,
         /// Its first node, m.
         at: [f64; 3],
@@ -141,7 +141,7 @@ pub enum ModelError {
         limit: f64,
         /// The level it needs.
         needed: u32,
-        /// The coarsest step, s.
+        /// The coarse step, s.
         step: f64,
     },
     /// The run would take more steps than can be counted.
@@ -150,14 +150,14 @@ pub enum ModelError {
         short(*count), short(*step), short(*end)
     )]
     TooManySteps {
-        /// Steps.
+        /// Number of steps.
         count: f64,
-        /// Their length, s.
+        /// Length of a step, s.
         step: f64,
         /// End of the run, s.
         end: f64,
     },
-    /// A start that no body can have; its energy may not be a number.
+    /// A start velocity that no body can have; its energy may not be a number.
     #[error(
         "block \"{block}\" starts at {} m/s, faster than light; check the units of \
          `velocity` and `angular_velocity`, and of what is prescribed at t = 0",
@@ -168,32 +168,32 @@ pub enum ModelError {
         key: String,
         /// Name of the block.
         block: String,
-        /// Its fastest node, m/s.
+        /// Speed of its fastest node, m/s.
         speed: f64,
     },
-    /// Nothing to run.
+    /// All blocks are fixed.
     #[error("the scene has no block that may move")]
     NothingMoves,
 }
 
-/// Share of the smallest boundary edge up to which a deeper overlap may be meant:
-/// the tolerance of a mesh that fits badly.
+/// Fraction of the smallest boundary edge. A penetration up to it may be intended, as the contact
+/// tolerance of meshes that do not fit exactly.
 const RAISABLE: f64 = 0.1;
 
-/// A line for each problem.
+/// Returns one line for each problem.
 fn list(problems: &[Problem]) -> String {
     let lines = problems.iter().map(Problem::to_string);
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// A point as text.
+/// Returns a point as text.
 fn place(at: &[f64; 3]) -> String {
     crate::mesh::coordinates(at)
 }
 
 impl ModelError {
-    /// The key of the scene that is to blame, where there is one: a path such
-    /// as `boundary[0].group`. Unknown blocks have theirs in their problems.
+    /// Returns the key of the scene that caused the error, if there is one: a path such as
+    /// `boundary[0].group`. The keys of unknown blocks are in their problems.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         match self {

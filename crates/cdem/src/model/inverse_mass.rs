@@ -1,5 +1,5 @@
-//! From impulses to velocities: M⁻¹, lumped or dense by block, with the
-//! prescribed components of nodes held.
+//! The inverse mass matrix M⁻¹: it turns impulses into velocities. It is lumped or dense by block,
+//! and zero for prescribed components.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -10,17 +10,18 @@ struct Dense<const D: usize> {
     size: usize,
     /// n×n, kg.
     matrix: Vec<f64>,
-    /// n×n inverses, zero in the rows of held nodes; symmetric to the bit. Components that are
-    /// held alike share one: mostly all of them.
+    /// n×n inverses, zero in the rows of prescribed nodes, symmetric to the bit. Components that
+    /// are prescribed at the same nodes use the same inverse; mostly all of them do.
     inverses: Vec<Vec<f64>>,
-    /// Which of these is that of each component.
+    /// Index into `inverses` for each component.
     inverse_of: [usize; D],
-    /// Held components of its nodes, for which the inverse is; none before the first.
+    /// Prescribed components of its nodes, for which the inverses hold. Empty before the first call
+    /// of [`Self::set_prescribed`].
     held: Vec<[bool; D]>,
 }
 
 impl<const D: usize> Dense<D> {
-    /// A block whose nodes begin at `first`, not yet to be used.
+    /// Creates a block whose nodes begin at `first`. It has no inverse yet.
     fn new(first: usize, matrix: Vec<f64>) -> Self {
         Self {
             first,
@@ -32,7 +33,8 @@ impl<const D: usize> Dense<D> {
         }
     }
 
-    /// Takes `held` components out of the inverse: made anew only where these are others.
+    /// Takes the prescribed components `held` out of the inverses. Computes the inverses again only
+    /// if `held` has changed.
     fn set_prescribed(&mut self, held: &[[bool; D]]) {
         if self.held == held {
             return;
@@ -51,19 +53,19 @@ impl<const D: usize> Dense<D> {
         self.held = held.to_vec();
     }
 
-    /// Inverse of a component.
+    /// Returns the inverse for a component.
     #[inline]
     fn inverse(&self, component: usize) -> &[f64] {
         &self.inverses[self.inverse_of[component]]
     }
 
-    /// Column of the inverse in a component: it is a row.
+    /// Returns a column of the inverse for a component. By symmetry it is stored as a row.
     #[inline]
     fn column(&self, node: usize, component: usize) -> &[f64] {
         &self.inverse(component)[node * self.size..][..self.size]
     }
 
-    /// Inverse of the rows and columns that are not held, zero in the others.
+    /// Returns the inverse of the free rows and columns, with zeros in the prescribed ones.
     fn inverse_without(&self, is_held: impl Fn(usize) -> bool) -> Vec<f64> {
         let n = self.size;
         let free: Vec<usize> = (0..n).filter(|&a| !is_held(a)).collect();
@@ -89,24 +91,26 @@ impl<const D: usize> Dense<D> {
 pub(crate) struct InverseMass<const D: usize> {
     /// Lumped or fitted mass of each node, kg (row sums in dense blocks).
     mass: Vec<f64>,
-    /// 1/kg by component; 0 where the node is held.
+    /// Inverse mass of each node by component, 1/kg; 0 where the component is prescribed.
     inverse: Vec<[f64; D]>,
     dense: Vec<Dense<D>>,
-    /// Index into `dense` of each node, or `LUMPED`; and the most nodes that one has.
+    /// Index into `dense` of each node, or `LUMPED`; and the largest number of nodes in a dense
+    /// block (1 if there is none).
     dense_of: Vec<u32>,
     most_coupled: usize,
-    /// Components of nodes that are held, and how often that has changed.
+    /// Prescribed components of each node, and the number of times that they have been set.
     prescribed: Vec<[bool; D]>,
     changes: u64,
 }
 
 const LUMPED: u32 = u32::MAX;
 
-/// Nodes of a dense block that are kicked side by side.
+/// Number of nodes of a dense block that are kicked in one SIMD loop.
 const ABREAST: usize = 8;
 
 impl<const D: usize> InverseMass<D> {
-    /// `dense`: first node and n×n mass matrix of each block that has one.
+    /// Creates the matrix with all components free. `dense` lists the first node and the n×n mass
+    /// matrix of each dense block.
     pub(crate) fn new(mass: Vec<f64>, dense: Vec<(usize, Vec<f64>)>) -> Self {
         let mut inertia = Self {
             inverse: Vec::new(),
@@ -125,9 +129,9 @@ impl<const D: usize> InverseMass<D> {
         inertia
     }
 
-    /// Goes on with other nodes of these masses, kg; to be held then. `dense`: first node
-    /// before and now, and n×n mass matrix, of each block that has one. Those that had it
-    /// before keep their inverse.
+    /// Replaces the nodes by others with these masses, kg. Call [`Self::set_prescribed`]
+    /// afterwards. `dense` lists for each dense block its first node before and now, and its n×n
+    /// mass matrix. A block that was dense before keeps its inverses.
     pub(crate) fn remesh<'a>(
         &mut self,
         mass: Vec<f64>,
@@ -154,7 +158,7 @@ impl<const D: usize> InverseMass<D> {
         self.dense.push(dense);
     }
 
-    /// Takes `held` components of nodes out of the equations of motion.
+    /// Takes the prescribed components `held` of the nodes out of the equations of motion.
     pub(crate) fn set_prescribed(&mut self, held: &[[bool; D]]) {
         self.prescribed.clear();
         self.prescribed.extend(held);
@@ -167,39 +171,39 @@ impl<const D: usize> InverseMass<D> {
         }
     }
 
-    /// Mass of the nodes, kg.
+    /// Returns the masses of the nodes, kg.
     pub(crate) fn mass(&self) -> &[f64] {
         &self.mass
     }
 
-    /// Memory of the dense matrices and their inverses, bytes.
+    /// Returns the memory of the dense matrices and their inverses, bytes.
     pub(crate) fn dense_memory(&self) -> usize {
         let matrices = |dense: &Dense<D>| (1 + dense.inverses.len()) * dense.size * dense.size;
         size_of::<f64>() * self.dense.iter().map(matrices).sum::<usize>()
     }
 
-    /// Whether the node belongs to a block with a dense matrix.
+    /// True if the node belongs to a block with a dense matrix.
     pub(crate) fn is_dense(&self, node: usize) -> bool {
         self.dense_of[node] != LUMPED
     }
 
-    /// Components of a node that are held.
+    /// Returns the prescribed components of a node.
     pub(crate) fn prescribed(&self, node: usize) -> [bool; D] {
         self.prescribed[node]
     }
 
-    /// Whether all components of a node are held.
+    /// True if all components of a node are prescribed.
     pub(crate) fn is_prescribed(&self, node: usize) -> bool {
         self.prescribed[node] == [true; D]
     }
 
-    /// How often other components than before have been held.
+    /// Returns the number of times that prescribed components have been set.
     pub(crate) fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// Gives a held node a velocity, and its neighbours in a dense block what
-    /// that does to them.
+    /// Sets the velocity of a prescribed node. In a dense block the other nodes get the change of
+    /// velocity that the mass matrix couples to it.
     pub(crate) fn set(&self, node: usize, wanted: &[f64; D], velocity: &mut [[f64; D]]) {
         let change: [f64; D] = std::array::from_fn(|c| wanted[c] - velocity[node][c]);
         if let Some(dense) = self.dense_at(node) {
@@ -212,12 +216,12 @@ impl<const D: usize> InverseMass<D> {
         velocity[node] = *wanted;
     }
 
-    /// The block with a dense matrix that a node belongs to, if it does.
+    /// Returns the dense block of a node, if it has one.
     fn dense_at(&self, node: usize) -> Option<&Dense<D>> {
         self.dense.get(self.dense_of[node] as usize)
     }
 
-    /// Nodes that an impulse on `node` sets in motion.
+    /// Returns the nodes whose velocity an impulse on `node` changes.
     pub(crate) fn coupled(&self, node: usize) -> std::ops::Range<usize> {
         match self.dense_at(node) {
             Some(dense) => dense.first..dense.first + dense.size,
@@ -225,13 +229,13 @@ impl<const D: usize> InverseMass<D> {
         }
     }
 
-    /// 1/kg by component of a node of lumped mass, 0 where it is held.
+    /// Returns the inverse mass of a lumped node by component, 1/kg; 0 where prescribed.
     pub(crate) fn alone(&self, node: usize) -> &[f64; D] {
         &self.inverse[node]
     }
 
-    /// Column of M⁻¹ of a node, 1/kg: the velocity in a component of each node that is
-    /// [coupled](Self::coupled) to it for a unit impulse in that.
+    /// Returns a column of M⁻¹, 1/kg: the velocities of the nodes [coupled](Self::coupled) to
+    /// `node`, in `component`, after a unit impulse on `node` in that component.
     pub(crate) fn column(&self, node: usize, component: usize) -> &[f64] {
         match self.dense_at(node) {
             None => &self.inverse[node][component..=component],
@@ -239,7 +243,8 @@ impl<const D: usize> InverseMass<D> {
         }
     }
 
-    /// The first component in which the [column](Self::column) of a node is that in this one.
+    /// Returns the first component whose [column](Self::column) for this node equals that of
+    /// `component`.
     pub(crate) fn first_alike(&self, node: usize, component: usize) -> usize {
         let dense = self.dense_at(node);
         let is_alike = |dense: &Dense<D>, other: &usize| {
@@ -249,12 +254,12 @@ impl<const D: usize> InverseMass<D> {
         found.unwrap_or(component)
     }
 
-    /// The most nodes that one mass matrix couples.
+    /// Returns the largest number of nodes that one mass matrix couples.
     pub(crate) fn most_coupled(&self) -> usize {
         self.most_coupled
     }
 
-    /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
+    /// velocity ← velocity + M⁻¹·(impulse on one node, N·s).
     pub(crate) fn push(&self, node: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
         match self.dense_at(node) {
             None => {
@@ -274,8 +279,8 @@ impl<const D: usize> InverseMass<D> {
         }
     }
 
-    /// velocity ← velocity + M⁻¹·impulse for nodes that follow each other from `first` on, all
-    /// or none of a block with a dense matrix.
+    /// velocity ← velocity + M⁻¹·impulse for consecutive nodes from `first` on. A dense block is
+    /// included whole or not at all.
     pub(crate) fn kick(&self, first: usize, impulse: &[[f64; D]], velocity: &mut [[f64; D]]) {
         if self.dense.is_empty() {
             let masses = impulse.iter().zip(&self.inverse[first..]);
@@ -294,8 +299,8 @@ impl<const D: usize> InverseMass<D> {
         });
     }
 
-    /// Gives the free components of the nodes from `first` on the velocities that these
-    /// momenta ask for, N·s, beside some others, m/s, of which they are none.
+    /// Sets the free components of the velocities of nodes from `first` on to `beside` +
+    /// M⁻¹·`momenta`. The momenta, N·s, do not include the velocities `beside`, m/s.
     pub(crate) fn solve(
         &self,
         first: usize,
@@ -317,12 +322,12 @@ impl<const D: usize> InverseMass<D> {
         }
     }
 
-    /// Momentum M·v that belongs to `node`, N·s.
+    /// Returns the momentum of `node`, N·s: its row of M·v.
     pub(crate) fn momentum(&self, node: usize, velocity: &[[f64; D]]) -> [f64; D] {
         self.weighted(node, |node| velocity[node])
     }
 
-    /// Row of M of `node` times a vector `of` each node.
+    /// Returns the row of M of `node` times the vectors that `of` gives for the nodes.
     pub(crate) fn weighted(&self, node: usize, of: impl Fn(usize) -> [f64; D]) -> [f64; D] {
         match self.dense_at(node) {
             None => of(node).map(|v| self.mass[node] * v),
@@ -341,10 +346,10 @@ impl<const D: usize> InverseMass<D> {
     }
 }
 
-/// Nodes that get impulses, with whatever instructions the machine has.
+/// An impulse on consecutive nodes, compiled for the SIMD instructions of the machine.
 struct ImpulseKick<'a, const D: usize> {
     inertia: &'a InverseMass<D>,
-    /// Number of the first; all or none of a dense block.
+    /// Index of the first node. A dense block is included whole or not at all.
     first: usize,
     impulse: &'a [[f64; D]],
     velocity: &'a mut [[f64; D]],
@@ -381,7 +386,8 @@ impl<const D: usize> WithSimd for ImpulseKick<'_, D> {
     }
 }
 
-/// Kicks `N` nodes of a block with a dense matrix, the first of which has a number in it.
+/// Adds the impulses to `N` nodes of a dense block; `first` is the index of the first one in the
+/// block.
 #[inline(always)]
 fn kick_abreast<const D: usize, const N: usize>(
     dense: &Dense<D>,
@@ -405,8 +411,8 @@ fn kick_abreast<const D: usize, const N: usize>(
     }
 }
 
-/// What contact impulses do in a kick: M⁻¹, less what mass-proportional damping
-/// α takes from them in its middle, 1/(1 + ½αΔ).
+/// The response to contact impulses in a kick: M⁻¹ times the factor 1/(1 + ½αΔ) of
+/// mass-proportional damping α, which acts in the middle of the kick.
 #[derive(Clone, Copy)]
 pub(crate) struct KickMobility<'a, const D: usize> {
     pub(crate) inertia: &'a InverseMass<D>,
@@ -418,13 +424,13 @@ pub(crate) struct KickMobility<'a, const D: usize> {
 }
 
 impl<const D: usize> KickMobility<'_, D> {
-    /// What damping leaves of an impulse on a node.
+    /// Returns the fraction of an impulse on a node that damping leaves.
     pub(crate) fn damping_factor(&self, node: u32) -> f64 {
         let alpha = self.damping[self.block_of[node as usize] as usize];
         1.0 / (1.0 + 0.5 * alpha * self.interval)
     }
 
-    /// velocity ← velocity + M⁻¹·(impulse on one node), N·s.
+    /// velocity ← velocity + M⁻¹·(impulse on one node, N·s), reduced by damping.
     pub(crate) fn push(&self, node: u32, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
         let share = self.damping_factor(node);
         let impulse = impulse.map(|x| share * x);
@@ -436,8 +442,8 @@ impl<const D: usize> KickMobility<'_, D> {
 mod tests {
     use super::*;
 
-    /// A kick gives the bits of impulses on one node after the other, of blocks of fewer and of
-    /// more nodes than go side by side, some held.
+    /// A kick gives the same bits as impulses on one node after the other. The blocks have fewer
+    /// and more nodes than [`ABREAST`], and some components are prescribed.
     #[test]
     fn a_kick_is_a_push_on_each_node_in_turn() {
         let mut random = fastrand::Rng::with_seed(3);
@@ -475,7 +481,7 @@ mod tests {
                     inertia.push(node, impulse, &mut pushed);
                 }
                 assert_eq!(kicked, pushed);
-                // The same in pieces that end where blocks do.
+                // The same in pieces that end at block limits.
                 kicked.clone_from(&start);
                 for [first, end] in [[0, 1], [1, 12], [12, 24], [24, mass.len()]] {
                     inertia.kick(first, &impulse[first..end], &mut kicked[first..end]);

@@ -1,26 +1,26 @@
-//! Where the nodes are and how they move.
+//! Positions and velocities of the nodes.
 
 use crate::model::positions::Positions;
 
 /// Speed of light in vacuum, m/s: no node is faster.
 pub(crate) const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
-/// Displacements and velocities of all nodes: what a step changes.
+/// Displacements and velocities of all nodes, which a step changes.
 pub(crate) struct NodalMotion<'a, const D: usize> {
     /// Rest positions, m.
     pub(crate) rest: &'a [[f64; D]],
     /// Displacements, m.
     pub(crate) displacement: &'a mut [[f64; D]],
-    /// What round-off has kept from the displacements, m.
+    /// Rounding errors of the displacements, m, for compensated sums.
     pub(crate) compensation: &'a mut [[f64; D]],
     /// Velocities, m/s.
     pub(crate) velocity: &'a mut [[f64; D]],
 }
 
-/// Displacement of a node and what round-off has kept from it, m, and its velocity, m/s.
+/// Displacement of a node and its rounding error, m, and velocity of the node, m/s.
 pub(crate) type NodeState<const D: usize> = [[f64; D]; 3];
 
-/// A copy of all that [`NodalMotion`] changes.
+/// A copy of the arrays that [`NodalMotion`] changes.
 pub(crate) struct MotionCopy<const D: usize> {
     displacement: Vec<[f64; D]>,
     compensation: Vec<[f64; D]>,
@@ -28,7 +28,7 @@ pub(crate) struct MotionCopy<const D: usize> {
 }
 
 impl<const D: usize> MotionCopy<D> {
-    /// Nodes with these rest positions, m, with what they do here.
+    /// Borrows the copy as the motion of nodes with these rest positions, m.
     pub(crate) fn motion<'a>(&'a mut self, rest: &'a [[f64; D]]) -> NodalMotion<'a, D> {
         NodalMotion {
             rest,
@@ -40,7 +40,7 @@ impl<const D: usize> MotionCopy<D> {
 }
 
 impl<const D: usize> NodalMotion<'_, D> {
-    /// What becomes of the nodes elsewhere.
+    /// Returns a copy of displacements, rounding errors and velocities.
     pub(crate) fn copied(&self) -> MotionCopy<D> {
         MotionCopy {
             displacement: self.displacement.to_vec(),
@@ -49,7 +49,7 @@ impl<const D: usize> NodalMotion<'_, D> {
         }
     }
 
-    /// How a node moves.
+    /// Returns displacement, rounding error and velocity of a node.
     pub(crate) fn state(&self, node: u32) -> NodeState<D> {
         let node = node as usize;
         [
@@ -59,7 +59,7 @@ impl<const D: usize> NodalMotion<'_, D> {
         ]
     }
 
-    /// Has it move so.
+    /// Sets displacement, rounding error and velocity of a node.
     pub(crate) fn set_state(&mut self, node: u32, state: NodeState<D>) {
         let node = node as usize;
         [
@@ -69,12 +69,12 @@ impl<const D: usize> NodalMotion<'_, D> {
         ] = state;
     }
 
-    /// Current positions.
+    /// Returns the current positions.
     pub(crate) fn positions(&self) -> Positions<'_, D> {
         Positions::new(self.rest, self.displacement)
     }
 
-    /// Moves `nodes` for `duration` at constant velocities.
+    /// Moves `nodes` for `duration`, s, at constant velocities.
     pub(crate) fn drift(&mut self, nodes: &[u32], duration: f64) {
         for &node in nodes {
             let node = node as usize;
@@ -85,8 +85,8 @@ impl<const D: usize> NodalMotion<'_, D> {
     }
 }
 
-/// Moves a node for `duration` at a constant velocity, in compensated sums: plain ones drift 1e-11
-/// over a million substeps.
+/// Moves a node for `duration`, s, at a constant velocity. The sums are compensated: plain ones
+/// drift 1e-11 over a million substeps.
 #[inline]
 pub(crate) fn drift_node<const D: usize>(
     displacement: &mut [f64; D],

@@ -4,35 +4,35 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::vector::{Sum, dot, pad};
 
-/// Sums since t = 0: work, J, and the impulse of all external forces, N·s.
+/// Sums since t = 0: work and losses, J, and the impulse of all external forces, N·s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     pub(crate) external_work: f64,
     pub(crate) gravity_work: f64,
     pub(crate) damping_loss: f64,
     pub(crate) correction_loss: f64,
-    /// What changes of time levels take of the energy as it is measured, and what goes with
-    /// sub-elements that are given up.
+    /// Change of the measured energy by changes of time levels, and energy lost with refined
+    /// elements that are removed.
     pub(crate) remesh_loss: f64,
     pub(crate) impulse: Sum<3>,
 }
 
-/// Which sum an impulse belongs to.
+/// The account that an impulse belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ImpulseAccount {
     /// Loads and reactions of prescribed motion.
     External,
     /// Gravity.
     Gravity,
-    /// Damping by forces from outside: mass-proportional and local.
+    /// Damping by external forces: mass-proportional and local.
     Damping,
-    /// Damping inside the body: it has no resultant.
+    /// Damping inside the body. It has no resultant.
     Viscosity,
 }
 
 impl Ledger {
-    /// Books an impulse on a node whose velocity goes from the one to the other
-    /// by all impulses of the substep: its work is J·(before + after)/2.
+    /// Books an impulse on a node. All impulses of the substep take its velocity from `before` to
+    /// `after`, so the work is J·(before + after)/2.
     pub(crate) fn book<const D: usize>(
         &mut self,
         account: ImpulseAccount,
@@ -50,7 +50,7 @@ impl Ledger {
         }
     }
 
-    /// Adds another ledger, `share` times.
+    /// Adds another ledger times `share`.
     pub(crate) fn add(&mut self, share: f64, other: &Self) {
         self.external_work += share * other.external_work;
         self.gravity_work += share * other.gravity_work;
@@ -61,12 +61,12 @@ impl Ledger {
     }
 }
 
-/// At which velocity the impulses of a kick do their work.
+/// Velocity at which the impulses of a kick do their work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum WorkVelocity {
-    /// The mean of those before and after: the whole kick.
+    /// Mean of the velocities before and after the kick: for the whole kick.
     #[default]
     Mean,
-    /// That before: what of it belongs to the interval before.
+    /// Velocity before the kick: for the part of the kick that belongs to the interval before.
     Before,
 }

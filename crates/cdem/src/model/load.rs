@@ -7,17 +7,16 @@ use crate::scene::{Load, LoadKind, Scene};
 
 /// A load on its facets.
 pub(crate) struct SurfaceLoad<const D: usize> {
-    /// Nodes of the facets, outward.
+    /// Nodes of each facet, ordered so that its normal points outward.
     facets: Vec<Vec<u32>>,
-    /// Area vectors of the nodes' shares at rest, magnitude m², one a facet
-    /// node (traction).
+    /// Tributary area at rest of each node of each facet, m² (for traction).
     shares: Vec<Vec<f64>>,
     load: Load,
     thickness: f64,
 }
 
 impl<const D: usize> SurfaceLoad<D> {
-    /// The load on the given facets.
+    /// Creates the load on the given facets.
     pub(crate) fn new(load: &Load, facets: Vec<Vec<u32>>, mesh: &Mesh<D>, thickness: f64) -> Self {
         let at_rest = |facet: &Vec<u32>| {
             let points: Vec<[f64; 3]> = facet
@@ -38,12 +37,12 @@ impl<const D: usize> SurfaceLoad<D> {
         }
     }
 
-    /// Has it push otherwise from now on.
+    /// Replaces the pressure or traction from now on.
     pub(crate) fn become_kind(&mut self, kind: LoadKind) {
         self.load.kind = kind;
     }
 
-    /// Whether the load is another at `end` than at `start`, s.
+    /// True if the load at `end` differs from that at `start`, s.
     pub(crate) fn changes(&self, start: f64, end: f64) -> bool {
         let acts =
             |time: f64| time >= self.load.start && self.load.end.is_none_or(|end| time < end);
@@ -57,8 +56,7 @@ impl<const D: usize> SurfaceLoad<D> {
         acts(start) != acts(end) || acts(end) && varies
     }
 
-    /// Calls `push(node, force)` with the nodal forces, N, at `time`; `at`
-    /// gives current positions.
+    /// Calls `push(node, force)` with the nodal forces, N, at `time`; `at` gives current positions.
     pub(crate) fn forces(
         &self,
         time: f64,
@@ -94,9 +92,9 @@ impl<const D: usize> SurfaceLoad<D> {
     }
 }
 
-/// Outward area vector ∫N_a n dA of each node of a facet: an edge (times
-/// `thickness`), a triangle or a quadrilateral; exact for warped ones too. Of nodes that there
-/// are not, whatever.
+/// Returns the outward area vector ∫N_a n dA of each node of a facet: an edge (times `thickness`),
+/// a triangle or a quadrilateral. It is exact for warped facets too. Entries beyond the nodes of
+/// the facet have no meaning.
 fn area_shares(points: &[[f64; 3]], thickness: f64) -> [[f64; 3]; 4] {
     match points {
         [a, b] => {
@@ -133,10 +131,10 @@ fn quadrilateral_shares(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
 }
 
 impl<const D: usize> Model<D> {
-    /// Surface loads of a scene on the facets of the mesh.
+    /// Returns the surface loads of a scene on the facets of the mesh.
     ///
     /// # Errors
-    /// When a group is unknown, or none of its facets can move.
+    /// If a group is unknown, or none of its facets can move.
     pub(crate) fn surface_loads(&self, scene: &Scene) -> Result<Vec<SurfaceLoad<D>>, ModelError> {
         let mut loads = Vec::new();
         for (number, load) in scene.load.iter().enumerate() {
@@ -164,7 +162,7 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Thickness of the blocks, m; 1 in space.
+/// Returns the thickness of the blocks, m; 1 in 3-D.
 pub(crate) fn thickness<const D: usize>(scene: &Scene) -> f64 {
     if D == 2 { scene.thickness } else { 1.0 }
 }
@@ -182,7 +180,7 @@ mod tests {
             [0.0, 3.0, 0.0],
         ];
         for share in area_shares(&square, 1.0) {
-            // A quarter of 6 m², along +z; three products of round-off.
+            // A quarter of 6 m², along +z; the tolerance allows round-off of three products.
             assert!((share[2] - 1.5).abs() < 1e-14 && share[0] == 0.0 && share[1] == 0.0);
         }
         let triangle = area_shares(&square[..3], 1.0);

@@ -1,4 +1,4 @@
-//! The model: arrays that a step reads and changes.
+//! The model and the state: the arrays that a step reads and changes.
 
 pub(crate) mod block_max;
 pub(crate) mod block_names;
@@ -27,35 +27,36 @@ use crate::model::load::SurfaceLoad;
 use crate::model::positions::Positions;
 use crate::scene::{Damping, Problem, Scene, Schedule};
 
-/// What a step does not change, but a change of mesh does; the arrays of [`State`] are what
-/// it does.
+/// Mesh, elements, masses and loads. A step changes only the history of the elements and the
+/// prescribed components in them; a change of mesh changes all. [`State`] stores the arrays that a
+/// step changes.
 pub(crate) struct Model<const D: usize> {
     pub(crate) mesh: Mesh<D>,
-    /// Elements by shape and kinematics; they keep their own stress history.
+    /// Elements by shape and kinematics. Each set stores the stress history of its elements.
     pub(crate) sets: Vec<Box<dyn ElementSet<D>>>,
-    /// Set and number within it of each element of the mesh.
+    /// Set of each element of the mesh, and its index in that set.
     pub(crate) numbering: ElementNumbering,
     pub(crate) inertia: InverseMass<D>,
     pub(crate) blocks: Vec<BlockData>,
-    /// Block of each node.
+    /// Index of the block of each node.
     pub(crate) block_of: Vec<u32>,
     pub(crate) gravity: Schedule<Vec<f64>>,
     pub(crate) loads: Vec<SurfaceLoad<D>>,
     pub(crate) boundaries: Vec<PrescribedMotion>,
-    /// The coarsest step, s, and the number of steps of the run.
+    /// The coarse step, s, and the number of coarse steps of the run.
     pub(crate) step: f64,
     pub(crate) step_count: u64,
     /// End of the run, s.
     pub(crate) end: f64,
-    /// Level of each element by its own stable step.
+    /// Time level of each element by its own stable step.
     pub(crate) base_level: Vec<u8>,
-    /// Largest stable step of an element and smallest, s.
+    /// Largest and smallest stable step of an element, s.
     pub(crate) limits: [f64; 2],
-    /// What the user should look at before a run.
+    /// Warnings that the user should read before a run.
     pub(crate) warnings: Vec<Problem>,
 }
 
-/// What the model knows of a block beside its mesh.
+/// Properties of a block that its mesh does not hold.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockData {
     pub(crate) material: usize,
@@ -65,11 +66,11 @@ pub(crate) struct BlockData {
     pub(crate) inertia_error: f64,
 }
 
-/// What a step changes. A restart needs it, and what the elements, the contacts, the second
-/// scale and the impulses of the last kick keep.
+/// The arrays that a step changes. A restart needs them, and also the stored data of the elements,
+/// the contacts and the adaptivity, and the impulses of the last kick.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State<const D: usize> {
-    /// Coarse steps made.
+    /// Number of coarse steps made.
     pub(crate) number: u64,
     #[serde(with = "serde_pod")]
     pub(crate) displacement: Vec<[f64; D]>,
@@ -77,19 +78,19 @@ pub(crate) struct State<const D: usize> {
     pub(crate) compensation: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
     pub(crate) velocity: Vec<[f64; D]>,
-    /// Interval before the last kick of each element and node, s: 0 before
-    /// the first, so that a run begins with half a kick.
+    /// Interval before the last kick of each element and node, s. It is 0 before the first kick, so
+    /// that a run begins with half a kick.
     #[serde(with = "serde_pod")]
     pub(crate) element_interval: Vec<f64>,
     #[serde(with = "serde_pod")]
     pub(crate) node_interval: Vec<f64>,
-    /// Contact force of the last kick, N, where local damping asks for it.
+    /// Contact force of the last kick, N, stored only where local damping needs it.
     #[serde(with = "serde_pod")]
     pub(crate) contact_force: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Model<D> {
-    /// Nodes and state as one thing that moves.
+    /// Borrows the nodes and the state as one [`NodalMotion`].
     pub(crate) fn motion<'a>(&'a self, state: &'a mut State<D>) -> NodalMotion<'a, D> {
         NodalMotion {
             rest: &self.mesh.nodes,
@@ -99,7 +100,7 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    /// Centre of mass of a block, `at` giving the nodes' positions.
+    /// Returns the centre of mass of a block, m. `at` gives the positions of the nodes.
     pub(crate) fn centre(&self, block: usize, at: impl Fn(usize) -> [f64; D]) -> [f64; D] {
         let mut sum = [0.0; D];
         let mut mass = 0.0;
@@ -111,34 +112,34 @@ impl<const D: usize> Model<D> {
         sum.map(|x| x / mass)
     }
 
-    /// Current positions.
+    /// Returns the current positions.
     pub(crate) fn positions<'a>(&'a self, state: &'a State<D>) -> Positions<'a, D> {
         Positions::new(&self.mesh.nodes, &state.displacement)
     }
 
-    /// Whether the block of a node never moves.
+    /// True if the block of a node is fixed.
     pub(crate) fn is_fixed(&self, node: u32) -> bool {
         self.blocks[self.block_of[node as usize] as usize].fixed
     }
 
-    /// Damping of the block of a node.
+    /// Returns the damping of the block of a node.
     pub(crate) fn damping_of(&self, node: usize) -> &Damping {
         &self.blocks[self.block_of[node] as usize].damping
     }
 
-    /// Nodes of a block.
+    /// Returns the nodes of a block.
     pub(crate) fn nodes(&self, block: usize) -> std::ops::Range<usize> {
         let range = &self.mesh.blocks[block].nodes;
         range.start as usize..range.end as usize
     }
 
-    /// Elements of a block.
+    /// Returns the elements of a block.
     pub(crate) fn elements(&self, block: usize) -> std::ops::Range<usize> {
         let range = &self.mesh.blocks[block].elements;
         range.start as usize..range.end as usize
     }
 
-    /// Strain energy of all elements that may deform, J.
+    /// Returns the strain energy of the elements of all blocks that are not fixed, J.
     pub(crate) fn strain_energy(&self, displacement: &[[f64; D]]) -> f64 {
         let mut sum = 0.0;
         for set in &self.sets {
@@ -151,8 +152,8 @@ impl<const D: usize> Model<D> {
         sum
     }
 
-    /// Cauchy stress of each element of the mesh, averaged over its current volume: xx yy zz
-    /// xy yz zx, Pa.
+    /// Returns the Cauchy stress of each element of the mesh, averaged over its current volume: xx
+    /// yy zz xy yz zx, Pa.
     pub(crate) fn stresses(&self, displacement: &[[f64; D]]) -> Vec<[f64; 6]> {
         let mut stresses = vec![[0.0; 6]; self.mesh.elements.len()];
         for set in &self.sets {
@@ -161,7 +162,7 @@ impl<const D: usize> Model<D> {
         stresses
     }
 
-    /// Strain energy of the elements of a block, J.
+    /// Returns the strain energy of the elements of a block, J.
     pub(crate) fn strain_energy_of(&self, block: usize, displacement: &[[f64; D]]) -> f64 {
         let elements = self.elements(block).map(|e| self.numbering.of(e));
         elements
@@ -170,7 +171,7 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Block of each node.
+/// Returns the block of each node.
 pub(crate) fn block_of<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
     let mut block_of = vec![0; mesh.nodes.len()];
     for (number, block) in mesh.blocks.iter().enumerate() {
@@ -179,7 +180,7 @@ pub(crate) fn block_of<const D: usize>(mesh: &Mesh<D>) -> Vec<u32> {
     block_of
 }
 
-/// What the elements of a block of the scene are made of.
+/// Returns the material and the kinematics of the elements of a block of the scene.
 pub(crate) fn block_properties(scene: &Scene, source: usize) -> BlockProperties {
     let block = &scene.block[source];
     let material = scene

@@ -2,22 +2,22 @@
 
 use crate::math::vector::{add, add_scaled};
 
-/// Current positions, m: rest positions plus displacements, and what constant
-/// velocities have added since.
+/// Current positions, m: rest positions plus displacements, plus the way of a drift at constant
+/// velocities.
 #[derive(Clone, Copy)]
 pub(crate) struct Positions<'a, const D: usize> {
     rest: &'a [[f64; D]],
-    /// Empty where all nodes are at rest.
+    /// Empty if all nodes are at rest.
     displacement: &'a [[f64; D]],
-    /// Velocities, m/s, and for how long, s.
+    /// Velocities, m/s, and the time since the displacements, s.
     drift: Option<(&'a [[f64; D]], f64)>,
 }
 
 impl<'a, const D: usize> Positions<'a, D> {
-    /// Positions from rest positions and displacements.
+    /// Creates positions from rest positions and displacements.
     ///
     /// # Panics
-    /// If there are not as many of both.
+    /// If the two differ in length.
     pub(crate) fn new(rest: &'a [[f64; D]], displacement: &'a [[f64; D]]) -> Self {
         assert_eq!(rest.len(), displacement.len());
         Self {
@@ -26,7 +26,7 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// Rest positions.
+    /// Creates rest positions.
     pub(crate) fn at_rest(rest: &'a [[f64; D]]) -> Self {
         Self {
             rest,
@@ -35,7 +35,7 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// Where the nodes will be after `time` at constant velocities.
+    /// Returns the positions after `time`, s, at constant velocities.
     pub(crate) fn after(self, velocity: &'a [[f64; D]], time: f64) -> Self {
         Self {
             drift: Some((velocity, time)),
@@ -43,7 +43,8 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// A share of the way from here to where the nodes are `later` in the same drift.
+    /// Returns the positions at the fraction `share` of the way to the positions `later` in the
+    /// same drift.
     pub(crate) fn towards(self, later: Self, share: f64) -> Self {
         let time = |of: Self| of.drift.map_or(0.0, |(_, time)| time);
         let [from, to] = [self, later].map(time);
@@ -54,7 +55,7 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// Position of a node.
+    /// Returns the position of a node.
     #[inline]
     pub(crate) fn at(&self, node: u32) -> [f64; D] {
         let node = node as usize;

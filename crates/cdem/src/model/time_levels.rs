@@ -1,15 +1,14 @@
-//! Asynchronous power-of-two levels (design, section 3).
+//! Asynchronous power-of-two time levels (design, section 3).
 //!
-//! An element of level l takes steps of Δt/2^l. Every element that shares a
-//! node with a finer one is raised to the finer one's level: one buffer layer.
-//! Nodes that a contact or a dense mass matrix joins count as one node.
+//! An element of level l takes steps of Δt/2^l. Every element that shares a node with a finer one
+//! is raised to the finer level: one buffer layer. Nodes that a contact or a dense mass matrix
+//! joins count as one node.
 
-/// The finest level a scene may need.
+/// The finest level that a scene may need.
 pub(crate) const MAX_LEVEL: u8 = 16;
 
-/// Level of a stable step `limit`, s, when the coarsest step is `step`:
-/// the smallest l with step/2^l ≤ limit. `None` beyond [`MAX_LEVEL`], and where
-/// the limit is not positive.
+/// Returns the level of a stable step `limit`, s, for the coarse step `step`, s: the smallest l
+/// with step/2^l ≤ limit. `None` beyond [`MAX_LEVEL`], and if the limit is not positive.
 pub(crate) fn level_of(step: f64, limit: f64) -> Option<u8> {
     if limit.is_nan() || limit <= 0.0 {
         return None;
@@ -19,27 +18,27 @@ pub(crate) fn level_of(step: f64, limit: f64) -> Option<u8> {
     (level <= f64::from(MAX_LEVEL)).then_some(level as u8)
 }
 
-/// Sets of nodes that count as one.
+/// Disjoint sets of nodes. The nodes of a set count as one node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// `count` nodes, each alone.
+    /// Creates sets of one node each for `count` nodes.
     pub(crate) fn new(count: usize) -> Self {
         Self {
             parent: (0..count as u32).collect(),
         }
     }
 
-    /// Begins anew with `count` nodes, each alone.
+    /// Resets to sets of one node each for `count` nodes.
     pub(crate) fn reset(&mut self, count: usize) {
         self.parent.clear();
         self.parent.extend(0..count as u32);
     }
 
-    /// The representative of `node`'s set: its smallest member.
+    /// Returns the representative of the set of `node`: its smallest member.
     pub(crate) fn root(&self, mut node: u32) -> u32 {
         while self.parent[node as usize] != node {
             node = self.parent[node as usize];
@@ -47,7 +46,7 @@ impl DisjointSets {
         node
     }
 
-    /// Makes the sets of two nodes one.
+    /// Unites the sets of two nodes.
     pub(crate) fn join(&mut self, a: u32, b: u32) {
         let roots = [self.shorten(a), self.shorten(b)];
         let root = roots[0].min(roots[1]);
@@ -56,8 +55,8 @@ impl DisjointSets {
         }
     }
 
-    /// The representative of `node`'s set, with a path to it of half the length:
-    /// it takes next to no time however sets have been made.
+    /// Returns the representative of the set of `node` and halves the path to it, so that a look-up
+    /// is cheap in any order of unions.
     fn shorten(&mut self, node: u32) -> u32 {
         let mut node = node as usize;
         while self.parent[node] as usize != node {
@@ -68,9 +67,9 @@ impl DisjointSets {
         node as u32
     }
 
-    /// Makes every look-up to come one step long.
+    /// Makes every path one step long.
     pub(crate) fn flatten(&mut self) {
-        // A parent is smaller than its child, so it has been done before.
+        // A parent is smaller than its child, so its own path is already flat.
         for node in 0..self.parent.len() {
             self.parent[node] = self.parent[self.parent[node] as usize];
         }
@@ -80,14 +79,15 @@ impl DisjointSets {
 /// Levels of elements and nodes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Levels {
-    /// One an element of the mesh.
+    /// Level of each element of the mesh.
     pub(crate) element: Vec<u8>,
-    /// One a node: the finest of its elements and of the nodes it is joined to.
+    /// Level of each node: the finest of its elements and of the nodes joined to it.
     pub(crate) node: Vec<u8>,
 }
 
 impl Levels {
-    /// Those of elements whose own (`base`) are all the same, whatever is joined.
+    /// Returns the levels if the own levels (`base`) of all elements are the same. Joined nodes
+    /// then make no difference.
     pub(crate) fn uniform(base: &[u8], node_count: usize) -> Option<Self> {
         let (&first, rest) = base.split_first()?;
         rest.iter().all(|&level| level == first).then(|| Self {
@@ -97,10 +97,10 @@ impl Levels {
     }
 }
 
-/// Levels in use from the elements' own (`base`): one pass of raising; and
-/// elements at joined nodes go as fine as these. Nodes in contact are pressed
-/// together by the forces of elements: of elements that act every other substep
-/// only, they would part in one and collide in the next.
+/// Returns the levels in use from the own levels (`base`) of the elements. One pass raises the
+/// buffer layer. Then elements at joined nodes take the finest level there. The reason: element
+/// forces press nodes in contact together. If an element acted in every other substep only, the
+/// nodes would separate in one substep and collide in the next.
 pub(crate) fn assign<'a>(
     base: &[u8],
     nodes_of: impl Fn(usize) -> &'a [u32],
@@ -160,7 +160,7 @@ mod tests {
             joins in proptest::collection::vec((0..30_u32, 0..30_u32), 0..40),
         ) {
             let mut joined = DisjointSets::new(30);
-            // Smallest node reached, by handing it on until nothing changes.
+            // Smallest node of each set, found by propagation until nothing changes.
             let mut smallest: Vec<u32> = (0..30).collect();
             for &(a, b) in &joins {
                 joined.join(a, b);
@@ -208,8 +208,8 @@ mod tests {
 
     #[test]
     fn elements_on_both_sides_of_joined_nodes_have_one_level() {
-        // Three bars in a row, the last finer: its level goes through the middle
-        // one, of one element, and on to the nearest element of the first.
+        // Three bars in a row. The last one is finer. Its level spreads through the middle bar,
+        // which has one element, to the nearest element of the first bar.
         let nodes: Vec<[u32; 2]> = vec![[0, 1], [1, 2], [3, 4], [5, 6], [6, 7]];
         let mut joined = DisjointSets::new(8);
         joined.join(2, 3);

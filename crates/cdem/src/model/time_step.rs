@@ -1,5 +1,4 @@
-//! The coarse step and the level of each element, from their stable steps
-//! (design, section 3).
+//! The coarse step and the time level of each element, from their stable steps (design, section 3).
 
 use std::ops::Range;
 
@@ -13,24 +12,24 @@ use crate::model::time_levels::{self, DisjointSets, level_of};
 use crate::model::{BlockData, ModelError};
 use crate::scene::Scene;
 
-/// Steps that a run may have at most: beyond, their number is no exact float.
+/// Largest number of steps of a run. Beyond it the number is no exact float.
 const MAX_STEPS: f64 = 9e15;
 
-/// Safety at most of what a step near the limit would harm. An element whose
-/// level changes pumps energy there (a thousand changes: 1 % at 0.5, growth
-/// without bound at 0.8). And a block of few nodes has all its vibrations near
-/// the limit, 16 to 24 % too fast at safety 0.8 to 0.9, 5 % at 0.5.
+/// Upper bound of the safety where a step near the stability limit does harm. There, an element
+/// whose level changes adds energy (a thousand changes: 1 % at 0.5, growth without bound at 0.8).
+/// And a block of few nodes has all its vibrations near the limit: 16 to 24 % too fast at safety
+/// 0.8 to 0.9, 5 % at 0.5.
 pub(crate) const CAREFUL: f64 = 0.5;
 
-/// Elements that a thread takes at once.
+/// Number of elements that a thread takes at once.
 const SHARE: usize = 256;
 
-/// How fast elements may go.
+/// Stable steps of the elements, from which the coarse step and the levels are chosen.
 pub(crate) struct TimeStepChoice {
-    /// Stable step of each element, s: its own, or that of its block where the
-    /// mass matrix is dense; infinite in fixed blocks.
+    /// Stable step of each element, s: its own, or that of its block if the mass matrix is dense.
+    /// Infinite in fixed blocks.
     limit: Vec<f64>,
-    /// Share of it that is used.
+    /// Safety of each element: the fraction of the stable step in use.
     share: Vec<f64>,
     safety: f64,
     /// Elements of the blocks that move and whose mass matrix is dense.
@@ -38,10 +37,10 @@ pub(crate) struct TimeStepChoice {
 }
 
 impl TimeStepChoice {
-    /// Stable steps of the elements of all blocks.
+    /// Computes the stable steps of the elements of all blocks.
     ///
     /// # Errors
-    /// Where an element has none that is a positive number.
+    /// If the stable step of an element is not a positive number.
     pub(crate) fn new<const D: usize>(
         mesh: &Mesh<D>,
         sets: &[Box<dyn ElementSet<D>>],
@@ -93,7 +92,7 @@ impl TimeStepChoice {
         Ok(pace)
     }
 
-    /// Elements that may move have a stable step.
+    /// Returns an error if an element of a moving block has no positive, finite stable step.
     fn refuse_unstable<const D: usize>(
         &self,
         mesh: &Mesh<D>,
@@ -118,8 +117,9 @@ impl TimeStepChoice {
         Ok(())
     }
 
-    /// Steps that elements will take, up to powers of two, s. Blocks in contact
-    /// share the finest level among them: small ones wholly, and mostly.
+    /// Returns the steps that elements will take, up to powers of two, s. Blocks in contact take
+    /// the finest level among them. Blocks with dense matrices are small and mostly in contact, so
+    /// all of them take the finest step among them.
     fn taken(&self) -> Vec<f64> {
         let steps = self.limit.iter().zip(&self.share);
         let mut steps: Vec<f64> = steps.map(|(limit, share)| limit * share).collect();
@@ -132,7 +132,7 @@ impl TimeStepChoice {
         steps
     }
 
-    /// Largest and smallest stable step of what moves, s.
+    /// Returns the largest and the smallest stable step of moving blocks, s.
     pub(crate) fn extremes(&self) -> [f64; 2] {
         let finite = self.limit.iter().filter(|limit| limit.is_finite());
         finite.fold([0.0_f64, f64::INFINITY], |[high, low], &limit| {
@@ -140,7 +140,7 @@ impl TimeStepChoice {
         })
     }
 
-    /// Shortest stable step in each block, s; infinite in fixed ones.
+    /// Returns the smallest stable step in each block, s; infinite in fixed ones.
     pub(crate) fn shortest<const D: usize>(&self, mesh: &Mesh<D>) -> Vec<f64> {
         let shortest = |block: &Block| {
             let elements = block.elements.start as usize..block.elements.end as usize;
@@ -150,7 +150,7 @@ impl TimeStepChoice {
         mesh.blocks.iter().map(shortest).collect()
     }
 
-    /// The coarse step, s, and the number of steps; fills in the scene's.
+    /// Chooses the coarse step, s, and the number of steps, and writes the step to the scene.
     pub(crate) fn choose_step(&self, scene: &mut Scene) -> Result<(f64, u64), ModelError> {
         let end = scene.time.end;
         let cheapest = || cheapest_step(self.taken());
@@ -169,7 +169,7 @@ impl TimeStepChoice {
         Ok((step, count as u64))
     }
 
-    /// Level of each element by its own stable step.
+    /// Returns the level of each element by its own stable step.
     pub(crate) fn levels<const D: usize>(
         mut self,
         mesh: &Mesh<D>,
@@ -181,8 +181,7 @@ impl TimeStepChoice {
             let nodes = mesh.nodes.len();
             let own = |e: usize| mesh.elements[e].nodes();
             let used = time_levels::assign(&levels, own, nodes, &DisjointSets::new(nodes)).element;
-            // Finest level of the surface of each block: what a contact may
-            // raise the others to.
+            // Finest level on the boundary of each block: contact may raise other elements to it.
             let finest: Vec<u8> = mesh
                 .blocks
                 .iter()
@@ -235,7 +234,7 @@ impl TimeStepChoice {
     }
 }
 
-/// Whether an element has a node on the surface of its block.
+/// Returns true for each element that has a node on the boundary of its block.
 fn surface_elements<const D: usize>(mesh: &Mesh<D>) -> Vec<bool> {
     let mut on_surface = vec![false; mesh.nodes.len()];
     for &facet in &*mesh.boundary_facets() {
@@ -254,13 +253,13 @@ fn surface_elements<const D: usize>(mesh: &Mesh<D>) -> Vec<bool> {
         .collect()
 }
 
-/// The coarse step, s, up to the largest of `allowed`, for which elements are
-/// updated least often in a second: by levels alone, without the buffer layer.
-/// Levels being powers of two, steps within one octave are all there are.
+/// Returns the coarse step, s, of at most the largest of `allowed`, that needs the fewest element
+/// updates per second. It counts levels alone, without the buffer layer. Levels are powers of two,
+/// so only the steps within one octave differ.
 fn cheapest_step(mut allowed: Vec<f64>) -> f64 {
     let largest = allowed.iter().copied().fold(0.0, f64::max);
-    // Each element's step in the octave below the largest, and the substeps
-    // that it takes of that.
+    // Step of each element, doubled into the octave below the largest, and its substeps per such
+    // step.
     let mut weight = 0.0;
     let mut octave: Vec<(f64, f64)> = Vec::with_capacity(allowed.len());
     for step in allowed.drain(..) {
@@ -277,7 +276,7 @@ fn cheapest_step(mut allowed: Vec<f64>) -> f64 {
     let mut best = (f64::INFINITY, largest);
     let mut start = 0;
     while start < octave.len() {
-        // Those below this step need twice the substeps, those at it do not.
+        // Elements below this step need twice the substeps; those at it do not.
         let step = octave[start].0;
         let cost = weight / step;
         if cost <= best.0 * (1.0 + 1e-12) {
@@ -298,13 +297,13 @@ mod tests {
     #[test]
     fn the_cheapest_step_spares_the_many_a_finer_level() {
         assert_eq!(cheapest_step(vec![1.0]), 1.0);
-        // One stiffer by a hair than the rest: all at its step.
+        // One element is slightly stiffer than the rest: all take its step.
         assert_eq!(cheapest_step(vec![1.0, 0.99, 0.99]), 0.99);
-        // One much stiffer: it takes two substeps.
+        // One element is much stiffer: it takes two substeps.
         assert_eq!(cheapest_step(vec![1.0, 1.0, 1.0, 0.6]), 1.0);
-        // An octave down is as good: 0.5 is two substeps of 1.
+        // An octave lower costs the same: 0.5 is two substeps of 1.
         assert_eq!(cheapest_step(vec![1.0, 0.5, 0.25]), 1.0);
-        // Nine at 0.49 are at 0.98 with two substeps.
+        // Nine elements at 0.49 take two substeps of 0.98.
         let mut many = vec![0.49; 9];
         many.push(1.0);
         assert_eq!(cheapest_step(many), 0.98);

@@ -1,4 +1,4 @@
-//! Which places of which blocks are refined, and how finely.
+//! Refinement zones: their places and element sizes, and the overlays built for them.
 
 use std::collections::BTreeMap;
 
@@ -16,61 +16,59 @@ use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::zone::{GENTLE, GRADING, Zone};
 use crate::scene::Zone as Extent;
 
-/// Coarse steps between two looks whether any zone is needed no more: each change of mesh
-/// costs energy, so they are seldom (design, section 3).
+/// Coarse steps between two checks for zones that are no longer needed. Each change of mesh costs
+/// energy, so the checks are rare (design, section 3).
 const SHED: u64 = 8;
 
-/// Levels that simplices cut from an element, with the careful steps that they take, may be
-/// above it before they are halved: a step of 0.3 of its own, as of the worst shape of
-/// bisected tetrahedra, half of that.
+/// Levels by which simplices cut from an element may lie above it before they are halved. The worst
+/// shape of bisected tetrahedra has 0.3 of the element's step, and careful steps are half of that.
 const STEEPER: u32 = 3;
 
-/// Mass of a node inside a face of its block, and of one on a straight edge in space, over
-/// that of one inside the block.
+/// Mass of a node inside a face of its block, and of one on a straight edge in 3-D, over that of a
+/// node inside the block.
 const ON_FACE: f64 = 0.5;
 const ON_EDGE: f64 = 0.25;
 
-/// Covers that a thread makes in a row, in the plane and in space: one in the plane takes no
-/// longer than waking a thread.
+/// Overlays per task, in 2-D and 3-D. One in 2-D takes no longer than waking a thread.
 const IN_A_ROW: [usize; 2] = [8, 1];
 
-/// All overlays, and the zones that they are made for.
+/// All overlays, and the zones for which they are built.
 pub(crate) struct Adaptivity<const D: usize> {
     pub(crate) base_model: BaseModel<D>,
     pub(super) energy_loss: f64,
     pub(super) max_level: u32,
     extent: Extent,
-    /// How far each block is across, m.
+    /// Extent of each block, m: the diagonal of its bounding box.
     pub(super) widths: Vec<f64>,
     pub(super) zones: Vec<Vec<Zone<D>>>,
-    /// How many of these each cover has, and those that it could not have.
+    /// Number of zones that the overlay of each block has, and the zones that it could not have.
     pub(super) zones_made: Vec<usize>,
     pub(super) zones_refused: Vec<Vec<Zone<D>>>,
-    /// What has kept each block from having the last of those.
+    /// For each block, the limit that refused the last of those zones.
     pub(super) why_refused: Vec<RefinementLimit>,
     pub(super) refined_blocks: Vec<Option<RefinedBlock<D>>>,
-    /// The last coarse step for which each block may have any.
+    /// The last coarse step in which each block may have zones.
     pub(super) kept_until: Vec<u64>,
-    /// Blocks of which zones have come that their cover does not have.
+    /// Blocks with new zones that their overlay does not have yet.
     pub(super) waiting: Vec<usize>,
-    /// Energy that changes of level, and of positions, have made in each block, J.
+    /// Energy that changes of level and position corrections have made in each block, J.
     pub(super) energy_debts: Vec<f64>,
-    /// Blocks that do not move, or only as is prescribed.
+    /// For each block, true if it is fixed or all its nodes are prescribed.
     pub(super) at_rest: Vec<bool>,
-    /// Of pairs of blocks that collide.
+    /// History of the impacts of block pairs.
     pub(super) impact_history: ImpactHistory,
 }
 
-/// Another cover for a block, and the zones that it is made for.
+/// A new overlay for a block, or its removal, and the zones for which it is built.
 pub(crate) struct BlockChange<const D: usize> {
     pub(crate) block: usize,
     pub(crate) refined_block: Option<RefinedBlock<D>>,
-    /// Displacements of its nodes then, m, where these are fewer.
+    /// Displacements of its nodes after a coarsening, m.
     pub(crate) displacement: Option<Vec<[f64; D]>>,
     zones: Vec<Zone<D>>,
 }
 
-/// Another cover for a block in the place of an old one, if there can be one.
+/// Builds a new overlay for a block in place of an old one, if possible.
 type RefineBlock<const D: usize> = fn(
     &BaseModel<D>,
     usize,
@@ -79,7 +77,7 @@ type RefineBlock<const D: usize> = fn(
 ) -> Result<Option<RefinedBlock<D>>, RefinementLimit>;
 
 impl<const D: usize> Adaptivity<D> {
-    /// Of blocks that are as they were.
+    /// Returns the adaptivity of blocks without refinement.
     pub(crate) fn new(foundation: BaseModel<D>) -> Self {
         let contact = &foundation.scene.contact;
         let count = foundation.mesh.blocks.len();
@@ -113,35 +111,35 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// The cover of each block that has one.
+    /// Returns the refined block of each block that has an overlay.
     pub(crate) fn refined_blocks(&self) -> &[Option<RefinedBlock<D>>] {
         &self.refined_blocks
     }
 
-    /// The mesh of all blocks with their covers.
+    /// Returns the mesh of all blocks with their overlays.
     pub(crate) fn mesh(&self) -> Mesh<D> {
         let overlays = self.refined_blocks.iter();
         let overlays = overlays.map(|cover| cover.as_ref().map(|cover| &cover.overlay));
         refined(&self.base_model.mesh, &overlays.collect::<Vec<_>>())
     }
 
-    /// Size of the elements before refinement among which those of `roots` are, m.
+    /// Returns the size of the largest base element among `roots`, m.
     pub(crate) fn base_size(&self, roots: impl Iterator<Item = u32>) -> f64 {
         let size = |root: u32| self.base_model.size(root);
         roots.map(size).fold(0.0, f64::max)
     }
 
-    /// How often elements among those of `roots` may be halved before there is no time level
-    /// for them.
+    /// Returns how many halvings the elements among `roots` allow before there is no time level for
+    /// them.
     pub(crate) fn halvings(&self, roots: impl Iterator<Item = u32>) -> u32 {
         let level = |root: u32| u32::from(self.base_model.level[root as usize]) + STEEPER;
         let finest = roots.map(level).max().unwrap_or_default();
         u32::from(MAX_LEVEL).saturating_sub(finest)
     }
 
-    /// Mass of a node at a place of a block before refinement, kg: of a node number of the
-    /// block that is there, its own; where there is none, that of one inside a face, or on an
-    /// edge in space, among elements like those of `roots`.
+    /// Returns the mass of the base-mesh node at a point, kg. If there is none, returns the typical
+    /// mass of a node inside a face (in 3-D, on an edge if `is_edge`) among elements like those of
+    /// `roots`.
     pub(crate) fn base_mass(
         &self,
         block: usize,
@@ -163,18 +161,18 @@ impl<const D: usize> Adaptivity<D> {
         self.base_model.material(block).p_wave_speed()
     }
 
-    /// Whether a block does not move, or only as is prescribed.
+    /// Returns true if a block is fixed or all its nodes are prescribed.
     pub(crate) fn is_still(&self, block: usize) -> bool {
         self.at_rest[block]
     }
 
-    /// Says of each block whether it does not move, or only as is prescribed.
+    /// Sets, for each block, if it is fixed or all its nodes are prescribed.
     pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
         self.at_rest.clear();
         self.at_rest.extend(still);
     }
 
-    /// Blocks that owe some.
+    /// Returns the blocks with an energy debt.
     pub(crate) fn blocks_in_debt(&self) -> Vec<usize> {
         let blocks = 0..self.energy_debts.len();
         blocks
@@ -182,31 +180,31 @@ impl<const D: usize> Adaptivity<D> {
             .collect()
     }
 
-    /// Energy that a block owes, J.
+    /// Returns the energy debt of a block, J.
     pub(crate) fn energy_debt(&self, block: usize) -> f64 {
         self.energy_debts[block]
     }
 
-    /// A change of level, or of positions, has made so much energy in a block, J.
+    /// Adds energy that a change of level or a position correction has made in a block, J.
     pub(crate) fn add_energy_debt(&mut self, block: usize, energy: f64) {
         self.energy_debts[block] += energy;
     }
 
-    /// What such changes have taken from blocks in a coarse step is lost: no later one may give
-    /// it back, when it would be a gain out of nowhere.
+    /// Drops the energy that such changes have taken from blocks in a coarse step. A later change
+    /// must not give it back: that would be a gain from nothing.
     pub(crate) fn forget_credit(&mut self) {
         for debt in &mut self.energy_debts {
             *debt = debt.max(0.0);
         }
     }
 
-    /// Time that compression waves take across a block, s.
+    /// Returns the transit time of compression waves across a block, s.
     pub(crate) fn crossing(&self, block: usize) -> f64 {
         self.widths[block] / self.wave_speed(block)
     }
 
-    /// Asks for elements of some `sizes`, m, where two blocks are to meet, flush or not,
-    /// until a step; where these are no smaller than what is there without, for nothing.
+    /// Requests elements of these `sizes`, m, on both sides of a predicted impact until the step
+    /// `until`. Sizes that are no smaller than those of the base mesh request nothing.
     pub(crate) fn request_zone(
         &mut self,
         encounter: &ImpactPrediction<D>,
@@ -240,7 +238,7 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// A zone on one side of an encounter.
+    /// Returns the zone on one side of a predicted impact.
     pub(super) fn zone(
         &self,
         encounter: &ImpactPrediction<D>,
@@ -261,8 +259,9 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// Keeps the zones around a place of a block until a step; of a contact that has slid
-    /// out of them, so far in all and in a step, m, the finest goes with it.
+    /// Keeps the zones around a place of a block until the step `until`. If the contact has slid
+    /// out of all of them (by `slip` in all and in a step, m), a copy of the finest one is added
+    /// there.
     pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], slip: [f64; 2], until: u64) {
         let (mut is_inside, mut left) = (false, None::<Zone<D>>);
         for zone in &mut self.zones[block] {
@@ -286,19 +285,18 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// Keeps the impact of two blocks that includes a touch of some energy, J, until a step;
-    /// returns its energy.
+    /// Records an impact of two blocks until the step `until`, with the energy of one of its
+    /// touches, J. Returns the energy of the impact.
     pub(crate) fn record_impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
         self.impact_history.energy(blocks, energy, until)
     }
 
-    /// Keeps the zones of a block until a step, as far as they are kept themselves.
+    /// Allows zones of a block until the step `until`, if they are needed so long.
     pub(crate) fn keep_until(&mut self, block: usize, until: u64) {
         self.kept_until[block] = self.kept_until[block].max(until);
     }
 
-    /// Keeps how deep the impact of two blocks is to be refined, as seen at a time, s, with a
-    /// speed, m/s.
+    /// Records the refinement target of the impact of two blocks, with time, s, and speed, m/s.
     pub(crate) fn due_blocks(
         &mut self,
         blocks: [u32; 2],
@@ -308,8 +306,8 @@ impl<const D: usize> Adaptivity<D> {
         self.impact_history.look(blocks, depth, seen);
     }
 
-    /// What the user should know: which collisions were foreseen to lose more than
-    /// `energy_loss`, and why.
+    /// Returns warnings for the user: the impacts predicted to lose more than `energy_loss`, and
+    /// the reasons.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let name = |block: usize| &self.base_model.mesh.blocks[block].name;
         let limited = self.impact_history.limited().into_iter().map(|(limit, found)| {
@@ -357,9 +355,9 @@ impl<const D: usize> Adaptivity<D> {
         limited.collect()
     }
 
-    /// The covers that may change before coarse step `number`: more zones where they have
-    /// been asked for; now and then, if it is the `first` look of the step, fewer where they
-    /// are needed no more.
+    /// Returns the overlays that may change before coarse step `number`: finer ones for blocks with
+    /// new zones, and, if this is the `first` call of a step, every [`SHED`] steps coarser ones for
+    /// blocks with zones that are no longer needed.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
         self.impact_history.end(number);
         let mut waiting = std::mem::take(&mut self.waiting);
@@ -389,8 +387,8 @@ impl<const D: usize> Adaptivity<D> {
         differ
     }
 
-    /// Other covers of blocks, each independent of the others, and what keeps blocks from
-    /// having one.
+    /// Builds new overlays of blocks, each independent of the others. Returns the changes, and the
+    /// limits of the blocks that cannot have one.
     fn refined_blocks_for(
         &self,
         zones: Vec<(usize, Vec<Zone<D>>)>,
@@ -426,7 +424,7 @@ impl<const D: usize> Adaptivity<D> {
         (changes, refused)
     }
 
-    /// The zones that are still needed, of blocks of which some are not.
+    /// Returns the zones that are still needed, for blocks with zones that are not.
     fn left(&self, number: u64) -> Vec<(usize, Vec<Zone<D>>)> {
         let blocks = self.zones.iter().zip(&self.kept_until).enumerate();
         let left = blocks.filter_map(|(block, (zones, &stays))| {
@@ -437,7 +435,7 @@ impl<const D: usize> Adaptivity<D> {
         left.collect()
     }
 
-    /// Whether a change is one.
+    /// Returns true if the overlay of a block changes.
     fn differs(&self, change: &BlockChange<D>) -> bool {
         let old = self.refined_blocks[change.block].as_ref();
         let [old, new] =
@@ -445,14 +443,14 @@ impl<const D: usize> Adaptivity<D> {
         old != new
     }
 
-    /// The cover of a block has these zones.
+    /// Records the zones that the overlay of a block has.
     fn take_zones(&mut self, block: usize, zones: Vec<Zone<D>>) {
         self.zones_made[block] = zones.len();
         self.zones[block] = zones;
         self.zones_refused[block].clear();
     }
 
-    /// Gives a block another cover; returns the old one.
+    /// Sets the overlay of a block; returns the old one.
     pub(crate) fn exchange(&mut self, change: BlockChange<D>) -> Option<RefinedBlock<D>> {
         self.take_zones(change.block, change.zones);
         std::mem::replace(&mut self.refined_blocks[change.block], change.refined_block)

@@ -15,12 +15,12 @@ impl<'a, const D: usize> BaseMesh<'a, D> {
         Self { mesh, around }
     }
 
-    /// Number of its nodes.
+    /// Returns the number of nodes.
     pub(super) fn node_count(&self) -> u32 {
         self.mesh.nodes.len() as u32
     }
 
-    /// Rest position of a node, m.
+    /// Returns the rest position of a node, m.
     pub(super) fn point(&self, node: u32) -> [f64; D] {
         self.mesh.nodes[node as usize]
     }
@@ -29,7 +29,7 @@ impl<'a, const D: usize> BaseMesh<'a, D> {
         &self.mesh.elements[number as usize]
     }
 
-    /// The elements that have an edge.
+    /// Returns the elements that have an edge.
     pub(super) fn at_edge(&self, [a, b]: [u32; 2]) -> impl Iterator<Item = u32> {
         let around = self.around.of(a).iter().copied();
         around.filter(move |&number| {
@@ -45,7 +45,7 @@ impl<'a, const D: usize> BaseMesh<'a, D> {
         })
     }
 
-    /// The element on the other side of a facet, by its place among those of the shape.
+    /// Returns the element on the other side of a facet; `facet` is the local number of the facet.
     pub(super) fn across(&self, number: u32, facet: usize) -> Option<u32> {
         let element = self.element(number);
         let facet = element.kind.facets()[facet].iter();

@@ -1,4 +1,4 @@
-//! What overlays are made over.
+//! The base model, over which overlays are built.
 
 use crate::contact::surface::Surface;
 use crate::element::mass::Masses;
@@ -20,7 +20,7 @@ use crate::refinement::{BaseMesh, composite_mesh};
 use crate::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
-/// The blocks as they were before refinement.
+/// The blocks before refinement.
 pub(crate) struct BaseModel<const D: usize> {
     pub(crate) scene: Scene,
     pub(crate) mesh: Mesh<D>,
@@ -31,12 +31,12 @@ pub(crate) struct BaseModel<const D: usize> {
     around: Adjacency,
     materials: Vec<Elastic>,
     properties: Vec<BlockProperties>,
-    /// Coarse step, s, over the share of their stable step that new elements use.
+    /// Coarse step, s, over the fraction of their stable step that new elements use.
     step: f64,
 }
 
 impl<const D: usize> BaseModel<D> {
-    /// `level` is that of each element, of coarse steps of `step` seconds.
+    /// Builds the base model; `level` is that of each element for coarse steps of `step` seconds.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
@@ -61,8 +61,8 @@ impl<const D: usize> BaseModel<D> {
         }
     }
 
-    /// Level of a new element of angular frequency `omega`, rad/s, in a block; `None` where
-    /// it would need a finer one than there is.
+    /// Returns the level of a new element of angular frequency `omega`, rad/s, in a block; `None`
+    /// if it would need a finer level than there is.
     pub(super) fn level(&self, block: usize, omega: f64) -> Option<u8> {
         level_of(
             self.step,
@@ -70,13 +70,13 @@ impl<const D: usize> BaseModel<D> {
         )
     }
 
-    /// A block with an overlay where anything is `wanted` smaller.
+    /// Builds the overlay of a block, if any element is `wanted` smaller.
     pub(super) fn overlay(&self, block: usize, wanted: RefinementRequest<D>) -> Option<Overlay<D>> {
         let base = BaseMesh::new(&self.mesh, &self.around);
         (self.space.overlay)(base, &self.mesh, block, wanted)
     }
 
-    /// Masses of the nodes of a block with a cover or without one, kg.
+    /// Returns the nodal masses of a block, refined or not, kg.
     pub(crate) fn nodal_masses<'a>(
         &'a self,
         block: usize,
@@ -89,7 +89,7 @@ impl<const D: usize> BaseModel<D> {
         }
     }
 
-    /// Size of the largest element of a block, m.
+    /// Returns the size of the largest element of a block, m.
     pub(super) fn largest_size(&self, block: usize) -> f64 {
         let elements = self.mesh.blocks[block].elements.clone();
         elements
@@ -97,13 +97,13 @@ impl<const D: usize> BaseModel<D> {
             .fold(0.0, f64::max)
     }
 
-    /// Size of an element, m.
+    /// Returns the size of an element, m.
     pub(super) fn size(&self, element: u32) -> f64 {
         size(&self.corners(element))
     }
 
-    /// Mass of the cell of squares or cubes that an element is a part of, kg: of elements
-    /// like it, a node inside the block has as much.
+    /// Returns the mass of the square or cubic cell that an element is a part of, kg. A node inside
+    /// a block of such elements has this mass.
     pub(super) fn cell_mass(&self, block: usize, element: u32) -> f64 {
         let kind = self.mesh.elements[element as usize].kind;
         let parts = match kind {
@@ -119,12 +119,12 @@ impl<const D: usize> BaseModel<D> {
         nodes.map(|&node| self.mesh.nodes[node as usize]).collect()
     }
 
-    /// Mass of a block over its volume, kg/m^D.
+    /// Returns the mass of a block over its volume, kg/m^D.
     fn density(&self, block: usize) -> f64 {
         thickness::<D>(&self.scene) * self.material(block).density
     }
 
-    /// λ, in the plane of its stress or strain, and μ of a block, Pa.
+    /// Returns λ (in 2-D, that of plane stress or plane strain) and μ of a block, Pa.
     pub(crate) fn lame(&self, block: usize) -> [f64; 2] {
         let material = self.material(block);
         let lambda = if D == 2 {
@@ -135,28 +135,28 @@ impl<const D: usize> BaseModel<D> {
         [lambda, material.shear_modulus]
     }
 
-    /// Material of a block.
+    /// Returns the material of a block.
     pub(crate) fn material(&self, block: usize) -> &Elastic {
         &self.materials[self.properties[block].material]
     }
 
-    /// The surface of a mesh of all blocks, for contact within `tolerance`, m.
+    /// Builds the boundary of a mesh of all blocks, for contact within `tolerance`, m.
     pub(crate) fn surface(&self, mesh: &Mesh<D>, tolerance: f64) -> Box<dyn Surface<D>> {
         (self.space.surface)(mesh, thickness::<D>(&self.scene), tolerance)
     }
 
-    /// Elements of a mesh of one block of these.
+    /// Builds the elements of a mesh of one block.
     pub(super) fn sets(&self, block: usize, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
         self.build(&self.properties[block..=block], mesh)
     }
 
-    /// Elements of a mesh of all blocks.
+    /// Builds the elements of a mesh of all blocks.
     pub(crate) fn all_sets(&self, mesh: &Mesh<D>) -> Vec<Box<dyn ElementSet<D>>> {
         self.build(&self.properties, mesh)
     }
 
-    /// Strain energy of a block with a cover or without one, J, that has been deformed in
-    /// one go, and turned then.
+    /// Returns the strain energy of a block, refined or not, J, after a deformation in one
+    /// increment followed by a rotation.
     pub(crate) fn strain_energy(
         &self,
         block: usize,
@@ -185,8 +185,8 @@ impl<const D: usize> BaseModel<D> {
     }
 }
 
-/// Displacements, m, without the rotation of the body: incremental elements take it for the
-/// path of a deformation.
+/// Returns the displacements, m, without the rotation of the body. Incremental elements would take
+/// it for a path of deformation.
 fn turned_back<const D: usize>(points: &[[f64; D]], displacement: &[[f64; D]]) -> Vec<[f64; D]> {
     let count = points.len() as f64;
     let mean = |field: &[[f64; D]]| {

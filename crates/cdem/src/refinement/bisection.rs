@@ -1,27 +1,27 @@
-//! Simplices that know how they will be bisected.
+//! Simplices with the marks that determine their bisection.
 
-/// Which of two edges is the longer, equal ones told apart by their nodes: a key to
-/// sort by. All elements at an edge must find the same.
+/// Sort key for the length of an edge; nodes break ties. All elements at an edge must find the same
+/// order.
 pub(crate) type EdgeLength = (i64, [u32; 2]);
 
-/// A simplex with the edge that it is bisected at, and what its halves inherit.
+/// A simplex with its refinement edge and the marks that its halves inherit.
 ///
-/// The trees of neighbours fit: what is chosen for a face depends on that face alone.
+/// The trees of neighbours conform, because the marks of a face depend on that face alone.
 pub(crate) trait BisectedSimplex: Copy {
-    /// A simplex of the base mesh, marked at its longest edges.
+    /// Builds a simplex of the base mesh, marked at its longest edges.
     fn new(nodes: &[u32], length: impl Fn([u32; 2]) -> EdgeLength) -> Self;
 
-    /// Its nodes, in an order of positive volume.
+    /// Returns its nodes, in an order of positive volume.
     fn nodes(&self) -> &[u32];
 
-    /// The edge at which it is bisected, the smaller number first.
+    /// Returns the edge at which it is bisected, the smaller number first.
     fn refinement_edge(&self) -> [u32; 2];
 
-    /// Its halves, when `middle` is the node in the middle of that edge: first the
-    /// one that keeps the smaller node.
+    /// Returns its halves, with `middle` the node in the middle of that edge. The half that keeps
+    /// the smaller node comes first.
     fn halves(&self, middle: u32) -> [Self; 2];
 
-    /// All its edges, the smaller number first.
+    /// Returns all its edges, the smaller number first.
     fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
         let nodes = self.nodes();
         let pairs = (0..nodes.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
@@ -29,8 +29,8 @@ pub(crate) trait BisectedSimplex: Copy {
     }
 }
 
-/// A triangle, bisected by newest-vertex bisection (Mitchell 1991, ACM Transactions
-/// on Mathematical Software 17): its descendants have at most four shapes.
+/// A triangle with newest-vertex bisection (Mitchell 1991, ACM Transactions on Mathematical
+/// Software 17). Its descendants have at most four shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BisectedTriangle {
     nodes: [u32; 3],
@@ -68,19 +68,18 @@ impl BisectedSimplex for BisectedTriangle {
     }
 }
 
-/// A tetrahedron, bisected as Arnold, Mukherjee and Pouly (2000, SIAM Journal on
-/// Scientific Computing 22) do: every face has a marked edge, two have the same, the
-/// refinement edge. The base mesh may be any; the descendants of a tetrahedron have
-/// finitely many shapes.
+/// A tetrahedron, bisected after Arnold, Mukherjee and Pouly (2000, SIAM Journal on Scientific
+/// Computing 22). Every face has a marked edge; two faces have the same one, the refinement edge.
+/// Any base mesh is allowed. The descendants of a tetrahedron have finitely many shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BisectedTetrahedron {
     nodes: [u32; 4],
     /// Corners of the refinement edge.
     edge: [u8; 2],
-    /// Of the face at the first of these and not at the second, and of the face at
-    /// the second: the corner that is not on the marked edge.
+    /// For the face at the first of these without the second, and for the face at the second: the
+    /// corner that is not on the marked edge.
     off: [u8; 2],
-    /// Its parent had all marked edges in one plane, and came of one that had not.
+    /// True if its parent had all marked edges in one plane, and the parent's parent had not.
     planar_parent: bool,
 }
 
@@ -120,14 +119,14 @@ impl BisectedSimplex for BisectedTetrahedron {
 }
 
 impl BisectedTetrahedron {
-    /// The half that keeps one end of the refinement edge.
+    /// Returns the half that keeps one end of the refinement edge.
     fn half(&self, end: usize, middle: u32) -> Self {
         let (kept, replaced) = (self.edge[end], self.edge[1 - end]);
         let mut nodes = self.nodes;
         nodes[replaced as usize] = middle;
-        // The marked edge of the face that stays whole is bisected next. Faces cut
-        // in two are marked opposite to the new node; so is the new face, but where
-        // that would make all marks of a third generation lie in a plane.
+        // The marked edge of the face that stays whole is bisected next. Faces cut in two are
+        // marked opposite to the new node. So is the new face, unless all marks of a third
+        // generation would then lie in a plane.
         let off = self.off[end];
         let [c, d] = others(self.edge);
         let corners = [kept, c, d];
@@ -150,18 +149,18 @@ impl BisectedTetrahedron {
     }
 }
 
-/// An edge by its nodes, the smaller first.
+/// Returns an edge by its nodes, the smaller first.
 fn edge([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The corners of a tetrahedron beside two.
+/// Returns the other two corners of a tetrahedron.
 fn others(pair: [u8; 2]) -> [u8; 2] {
     let mut rest = (0..4_u8).filter(|i| !pair.contains(i));
     [(); 2].map(|()| rest.next().unwrap_or_default())
 }
 
-/// The corner of a triangle opposite to its longest edge.
+/// Returns the corner of a triangle opposite to its longest edge.
 fn opposite_to_longest(
     nodes: &[u32],
     corners: [u8; 3],

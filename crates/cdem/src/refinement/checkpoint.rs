@@ -1,4 +1,4 @@
-//! The second scale in a checkpoint.
+//! Adaptivity in a checkpoint.
 
 use std::borrow::Cow;
 
@@ -12,15 +12,15 @@ use crate::refinement::indicator::RefinementLimit;
 use crate::refinement::refined_block::{MOST_THROUGHOUT, RefinedBlock};
 use crate::refinement::zone::Zone;
 
-/// What the second scale keeps from step to step: the fields of [`Adaptivity`]. A cover is
-/// made anew of the zones that it has.
+/// The restart state of adaptivity: the fields of [`Adaptivity`]. An overlay is rebuilt from its
+/// zones.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedScale<'a, const D: usize> {
     zones: Cow<'a, [Vec<Zone<D>>]>,
     zones_made: Cow<'a, [usize]>,
     zones_refused: Cow<'a, [Vec<Zone<D>>]>,
     why_refused: Cow<'a, [RefinementLimit]>,
-    /// How often all elements of each block that has a cover are halved.
+    /// Number of halvings of all elements, for each refined block.
     throughout: Vec<Option<i32>>,
     kept_until: Cow<'a, [u64]>,
     waiting: Cow<'a, [usize]>,
@@ -30,7 +30,7 @@ pub(crate) struct SavedScale<'a, const D: usize> {
 }
 
 impl<const D: usize> Adaptivity<D> {
-    /// What a checkpoint holds of it.
+    /// Returns the state that a checkpoint stores.
     pub(crate) fn saved(&self) -> SavedScale<'_, D> {
         let throughout = |refined_block: &Option<RefinedBlock<D>>| {
             refined_block.as_ref().map(RefinedBlock::throughout)
@@ -49,10 +49,10 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// Goes on with what was saved.
+    /// Continues from a saved state.
     ///
     /// # Errors
-    /// When that is not of these blocks.
+    /// If the saved state is not of these blocks.
     pub(crate) fn restore(&mut self, saved: SavedScale<D>) -> Result<(), ResumeError> {
         self.check(&saved)?;
         let blocks = saved.throughout.par_iter().enumerate();
@@ -79,7 +79,7 @@ impl<const D: usize> Adaptivity<D> {
         Ok(())
     }
 
-    /// Whether all that is saved is of these blocks.
+    /// Checks that the saved state is of these blocks.
     fn check(&self, saved: &SavedScale<D>) -> Result<(), ResumeError> {
         let count = self.refined_blocks.len();
         let lists = [

@@ -1,4 +1,4 @@
-//! The mesh of all blocks, with overlays over some of them.
+//! The composite mesh of all blocks, with overlays over some of them.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -6,18 +6,17 @@ use std::ops::Range;
 use crate::mesh::{Block, Element, ElementOrigins, Facet, Group, GroupInterior, Known, Mesh};
 use crate::refinement::overlay::Overlay;
 
-/// Where the facets of the base mesh have gone.
+/// Maps facets of the base mesh to the composite mesh.
 struct Facets<'a, const D: usize> {
     base: &'a Mesh<D>,
     overlays: &'a [Option<&'a Overlay<D>>],
     mesh: &'a Mesh<D>,
-    /// Elements in the place of each of the base mesh.
+    /// Elements in place of each element of the base mesh.
     of: &'a [Range<u32>],
 }
 
-/// `base` with an overlay over each block that has one: a mesh like any other. The nodes
-/// of a block that the base mesh has come first and in the same order, then the new
-/// ones; so its elements.
+/// Returns `base` with an overlay over each block that has one, as an ordinary mesh. The base nodes
+/// of a block come first and in the same order, then the new ones. Elements have the same order.
 pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overlay<D>>]) -> Mesh<D> {
     let mut making = CompositeMesh {
         mesh: Mesh {
@@ -56,7 +55,7 @@ pub(crate) fn refined<const D: usize>(base: &Mesh<D>, overlays: &[Option<&Overla
     mesh
 }
 
-/// The mesh of one block alone, with its overlay, if any.
+/// Returns the mesh of one block alone, with its overlay, if any.
 pub(super) fn of_block<const D: usize>(
     base: &Mesh<D>,
     block: usize,
@@ -75,11 +74,11 @@ pub(super) fn of_block<const D: usize>(
     }
 }
 
-/// A mesh in the making.
+/// A composite mesh under construction.
 struct CompositeMesh<const D: usize> {
     mesh: Mesh<D>,
     parts: ElementOrigins,
-    /// Elements in the place of each of the base mesh, from the `first` on.
+    /// Elements in place of each element of the base mesh, beginning with `first`.
     of: Vec<Range<u32>>,
     first: u32,
 }
@@ -139,8 +138,8 @@ impl<const D: usize> Facets<'_, D> {
         blocks.partition_point(|block| block.nodes.end <= node)
     }
 
-    /// A group as it is now: new nodes in its elements, on its facets and on its edges belong
-    /// to it, and new facets on its facets.
+    /// Returns a group on the composite mesh: new nodes in its elements, on its facets and on its
+    /// edges belong to it, and new facets on its facets.
     fn group(&self, group: &Group) -> Group {
         let now = |&node: &u32| {
             let block = self.block_of(node);
@@ -167,7 +166,7 @@ impl<const D: usize> Facets<'_, D> {
         }
     }
 
-    /// New nodes on edges of the base mesh.
+    /// Returns the new nodes on edges of the base mesh.
     fn on_edges(&self, edges: &[[u32; 2]]) -> Vec<u32> {
         let edges: HashSet<[u32; 2]> = edges.iter().copied().collect();
         let mut nodes = Vec::new();
@@ -189,7 +188,7 @@ impl<const D: usize> Facets<'_, D> {
         nodes
     }
 
-    /// What these facets of the base mesh are now, sorted.
+    /// Returns the facets in place of these facets of the base mesh, sorted.
     fn all(&self, of: &[Facet]) -> Vec<Facet> {
         let mut facets = Vec::with_capacity(of.len());
         for &facet in of {
@@ -199,7 +198,7 @@ impl<const D: usize> Facets<'_, D> {
         facets
     }
 
-    /// Adds what a facet of the base mesh is now.
+    /// Adds the facets in place of a facet of the base mesh.
     fn add(&self, facet: Facet, facets: &mut Vec<Facet>) {
         let corners: Vec<u32> = self.base.facet_nodes(facet).collect();
         let block = self.block_of(corners[0]);

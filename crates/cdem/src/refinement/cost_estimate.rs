@@ -1,4 +1,4 @@
-//! What a collision will cost, before there is one.
+//! Estimate of the cost of a collision in advance.
 
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mesh::Element;
@@ -8,22 +8,22 @@ use crate::refinement::composite_mesh;
 use crate::refinement::indicator::ImpactPrediction;
 use crate::refinement::refined_block::RefinedBlock;
 
-/// Speed of the collision that is foreseen, m/s.
+/// Speed of the assumed collision, m/s.
 pub(crate) const FORESEEN_SPEED: f64 = 1.0;
 
-/// A block in a collision.
+/// Estimated cost of a block in a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct CostEstimate {
     pub(crate) block: usize,
-    /// Its elements then; `None` where it cannot be refined.
+    /// Number of its elements then; `None` if it cannot be refined.
     pub(crate) elements: Option<usize>,
-    /// Their updates in a coarse step, and those of the block as it is.
+    /// Element updates in a coarse step, with refinement and without.
     pub(crate) updates: [u64; 2],
 }
 
 impl<const D: usize> Adaptivity<D> {
-    /// What becomes of the heaviest block that moves where its corner hits its like, head on
-    /// and at [`FORESEEN_SPEED`].
+    /// Estimates the cost of the heaviest moving block if its corner hits an equal block head on at
+    /// [`FORESEEN_SPEED`].
     pub(crate) fn foresee(&self) -> Option<CostEstimate> {
         let base_model = &self.base_model;
         let mass = |block: usize| -> f64 {
@@ -35,7 +35,7 @@ impl<const D: usize> Adaptivity<D> {
         let masses = moving.map(|block| (block, mass(block)));
         let (block, mass) = masses.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let encounter = self.corner_hit(block);
-        // Two of mass m that meet head on have ½·(m/2)·v² to lose.
+        // Two blocks of mass m that meet head on can lose ½·(m/2)·v².
         let energy = 0.25 * mass * FORESEEN_SPEED * FORESEEN_SPEED;
         let sizes = self.depth(std::slice::from_ref(&encounter), energy).sizes;
         let zone = self.zone(&encounter, 0, sizes[0][0], false, 0);
@@ -55,8 +55,8 @@ impl<const D: usize> Adaptivity<D> {
         })
     }
 
-    /// Updates of the elements of a block in a coarse step, with a cover or without one, and
-    /// how many these are.
+    /// Returns the number of element updates of a block in a coarse step, and the number of its
+    /// elements.
     fn updates(&self, block: usize, refined_block: Option<&RefinedBlock<D>>) -> [u64; 2] {
         let base_model = &self.base_model;
         let overlay = refined_block.map(|refined_block| &refined_block.overlay);
@@ -79,7 +79,7 @@ impl<const D: usize> Adaptivity<D> {
         [updates, mesh.elements.len() as u64]
     }
 
-    /// A block that is about to touch its like with its node that is farthest from its middle.
+    /// Returns the impact of a block on an equal one with the node farthest from its middle.
     fn corner_hit(&self, block: usize) -> ImpactPrediction<D> {
         let base_model = &self.base_model;
         let nodes = base_model.mesh.blocks[block].nodes.clone();

@@ -1,4 +1,4 @@
-//! Trees of halves over the elements that are refined.
+//! Trees of halves over the refined elements.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -8,8 +8,8 @@ use crate::refinement::base_mesh::BaseMesh;
 use crate::refinement::bisection::{BisectedSimplex, EdgeLength};
 use crate::refinement::simplex_split;
 
-/// Nodes of the base mesh or new ones, in the middle of which a new node lies at rest:
-/// the ends of an edge, or the corners of a quadrilateral or of an element.
+/// Parents of a new node, base or new nodes; at rest it lies at their mean. They are the ends of an
+/// edge, or the corners of a quadrilateral or of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Parents {
     nodes: [u32; 8],
@@ -17,7 +17,7 @@ pub(crate) struct Parents {
 }
 
 impl Parents {
-    /// In any order.
+    /// Builds the parents from nodes in any order.
     pub(super) fn new(of: &[u32]) -> Self {
         let mut nodes = [u32::MAX; 8];
         nodes[..of.len()].copy_from_slice(of);
@@ -26,41 +26,41 @@ impl Parents {
         Self { nodes, count }
     }
 
-    /// The nodes, each of the same weight.
+    /// Returns the nodes, all of equal weight.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes[..self.count as usize]
     }
 }
 
-/// A simplex that has come of an element.
+/// A simplex that comes from an element.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leaf<'a, C> {
     /// Its nodes.
     pub(crate) cell: &'a C,
-    /// The element that it has come of.
+    /// The element that it comes from.
     pub(crate) root: u32,
-    /// Share of its volume that it stands for: 1, or ½ where two simplices lie in each
-    /// other (see [`simplex_split`]).
+    /// Fraction of its volume that it stands for: 1, or ½ where two simplices overlap (see
+    /// [`simplex_split`]).
     pub(crate) weight: f64,
-    /// Of what part of that.
+    /// The part of the root element that it is.
     pub(crate) lineage: Lineage,
 }
 
-/// Which part of an element a simplex is.
+/// The part of an element that a simplex is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Lineage {
-    /// The piece of the element that it has grown from.
+    /// The piece of the element from which it is bisected.
     piece: u16,
-    /// Which half it is of which half, and so on, from the highest bit on.
+    /// Choice of half in each generation, from the highest bit on.
     path: u64,
-    /// How often it has been bisected.
+    /// Number of bisections.
     generation: u8,
 }
 
-/// Facets of an element have fewer pieces.
+/// Upper bound of the number of pieces over a facet.
 const MOST_PIECES: u16 = 8;
 
-/// Pieces of half of the weight have numbers on from this.
+/// First number of the pieces of half weight.
 const HALVES: u16 = 64;
 
 impl Lineage {
@@ -72,7 +72,7 @@ impl Lineage {
         }
     }
 
-    /// That of a half, the first or the second. Beyond 64 generations both are one.
+    /// Returns the lineage of the first or the second half. Beyond 64 generations both are equal.
     fn half(self, second: bool) -> Self {
         let bit = 1_u64.checked_shl(63_u32.saturating_sub(u32::from(self.generation)));
         let bit = bit.filter(|_| second && self.generation < 64);
@@ -83,7 +83,7 @@ impl Lineage {
         }
     }
 
-    /// Whether another is it, or a part of it.
+    /// Returns true if `other` is the same part or lies in it.
     pub(crate) fn holds(&self, other: &Self) -> bool {
         let length = u32::from(self.generation.min(64));
         let differ = (self.path ^ other.path)
@@ -93,46 +93,46 @@ impl Lineage {
     }
 }
 
-/// Elements that are refined, and what they have become.
+/// The refined elements and the trees over them.
 #[derive(Clone, Debug)]
 pub(crate) struct Forest<const D: usize, C> {
-    /// Nodes of the base mesh come before the new ones.
+    /// Number of base nodes; the new nodes follow them.
     node_count: u32,
-    /// Of the new nodes, with their rest positions, m.
+    /// Parents of the new nodes, and their rest positions, m.
     parents: Vec<Parents>,
     points: Vec<[f64; D]>,
-    /// Elements of the base mesh that were looked at, with their first trees.
+    /// Root elements of the base mesh, with their first trees.
     roots: Vec<(u32, u32)>,
-    /// Halves come in pairs, after what they are the halves of.
+    /// Halves come in pairs, after the tree that they halve.
     trees: Vec<Tree<C>>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Tree<C> {
     cell: C,
-    /// The element that it has grown from.
+    /// The element that it comes from.
     root: u32,
     origin: TreeOrigin,
     lineage: Lineage,
-    /// The first of its halves, if it is bisected; 0: it is not.
+    /// Index of the first half if it is bisected, else 0.
     halves: u32,
 }
 
-/// What a tree has grown from.
+/// Origin of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TreeOrigin {
-    /// An element as it was.
+    /// A whole element.
     Element,
     /// A piece of an element.
     Piece,
-    /// One of two pieces that lie in each other before an element that is whole.
+    /// One of two overlapping pieces of half weight next to the whole element `before`.
     Half { before: u32 },
 }
 
 impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
-    /// The coarsest mesh of halves that conforms and in which no simplex is `wanted`
-    /// smaller, asked with its corners and the element that it has come of; `seeds` are the
-    /// elements of the base mesh to ask about.
+    /// Builds the coarsest conforming mesh of halves in which no simplex is `wanted` smaller.
+    /// `wanted` gets its corners and its root element; `seeds` are the elements of the base mesh to
+    /// check.
     pub(crate) fn new(
         base: BaseMesh<D>,
         seeds: &[u32],
@@ -150,19 +150,18 @@ impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
             if growth.asked.is_empty() {
                 return growth.forest;
             }
-            // Pieces of an element are others once one beside it is in pieces.
+            // The pieces of an element change if its neighbour is split into pieces.
             planted = growth.planted;
             planted.extend(growth.asked);
         }
     }
 
-    /// Between what the new nodes lie, which are numbered on from those of the base
-    /// mesh.
+    /// Returns the parents of the new nodes, which are numbered after the base nodes.
     pub(crate) fn parents(&self) -> &[Parents] {
         &self.parents
     }
 
-    /// Elements of the base mesh that are replaced.
+    /// Returns the replaced elements of the base mesh.
     pub(crate) fn roots(&self) -> impl Iterator<Item = u32> {
         let replaced = |&&(_, tree): &&(u32, u32)| !self.trees[tree as usize].is_untouched();
         self.roots
@@ -171,7 +170,7 @@ impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
             .map(|&(element, _)| element)
     }
 
-    /// The simplices that replace them.
+    /// Returns the simplices that replace them.
     pub(crate) fn leaves(&self) -> impl Iterator<Item = Leaf<'_, C>> {
         let leaves = self.trees.iter().filter(|tree| tree.halves == 0);
         leaves.filter(|tree| !tree.is_untouched()).map(|tree| Leaf {
@@ -185,7 +184,7 @@ impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
         })
     }
 
-    /// Rest position of a node, m.
+    /// Returns the rest position of a node, m.
     pub(crate) fn point(&self, base: BaseMesh<D>, node: u32) -> [f64; D] {
         match node.checked_sub(self.node_count) {
             None => base.point(node),
@@ -195,24 +194,24 @@ impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
 }
 
 impl<C> Tree<C> {
-    /// Whether it is an element as it was.
+    /// Returns true if it is a whole base element.
     fn is_untouched(&self) -> bool {
         self.halves == 0 && self.lineage.generation == 0 && self.origin == TreeOrigin::Element
     }
 }
 
-/// A forest in the making.
+/// A forest under construction.
 struct Growth<'a, const D: usize, W, C> {
     base: BaseMesh<'a, D>,
     wanted: &'a W,
     forest: Forest<D, C>,
-    /// New nodes by what they lie between.
+    /// New nodes by their parents.
     middles: HashMap<Parents, u32>,
     /// Elements that are roots.
     planted: BTreeSet<u32>,
-    /// Elements that must be so too, for which all must be done again.
+    /// Elements that must become roots too; the forest is then rebuilt.
     asked: BTreeSet<u32>,
-    /// Trees without halves: to be asked about, and those that are small enough.
+    /// Trees without halves: those to check, and those that are small enough.
     pending: Vec<u32>,
     leaves: Vec<u32>,
 }
@@ -263,7 +262,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
         }
     }
 
-    /// Makes an element the root of one tree, or of those of its pieces.
+    /// Makes an element the root of one tree, or of one tree per piece.
     fn plant(&mut self, element: u32) {
         let Element { kind, .. } = *self.base.element(element);
         let nodes = self.base.element(element).nodes();
@@ -319,7 +318,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
         (self.wanted)(&corners, tree.root)
     }
 
-    /// Whether a neighbour is bisected at an edge that it shares.
+    /// Returns true if a neighbour is bisected at a common edge.
     fn has_middle(&self, tree: u32) -> bool {
         let mut edges = self.forest.trees[tree as usize].cell.edges();
         edges.any(|edge| self.middles.contains_key(&Parents::new(&edge)))
@@ -347,7 +346,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
         }
     }
 
-    /// The node between others, a new one if there is none yet.
+    /// Returns the node at the mean of its parents; adds it if it is new.
     fn middle(&mut self, parents: Parents) -> u32 {
         let forest = &mut self.forest;
         if let Some(&node) = self.middles.get(&parents) {
@@ -363,7 +362,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
         node
     }
 
-    /// Makes all elements at an edge of the base mesh roots: it is bisected.
+    /// Makes all elements at a bisected edge of the base mesh roots.
     fn bring_in(&mut self, edge: [u32; 2]) {
         if edge[1] >= self.forest.node_count {
             return;

@@ -1,4 +1,4 @@
-//! Collisions for as long as they last, and what those that lose too much were kept from.
+//! Current impacts, and the limits of those that lose too much.
 
 use std::collections::BTreeMap;
 
@@ -6,46 +6,47 @@ use serde::{Deserialize, Serialize};
 
 use crate::refinement::indicator::{RefinementLimit, RefinementTarget};
 
-/// Collisions of pairs of blocks.
+/// Impacts of pairs of blocks.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct ImpactHistory {
     going: BTreeMap<[u32; 2], PastImpact>,
-    /// Those that have ended and lost more than is wanted, by what kept them from less.
+    /// Ended impacts that lost more than wanted, by their limit.
     limited: BTreeMap<RefinementLimit, LimitedImpacts>,
 }
 
-/// A collision.
+/// An impact.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct PastImpact {
-    /// Most that a touch in it has had, J.
+    /// Largest energy of a touch in it, J.
     energy: f64,
-    /// The last coarse step of it.
+    /// Its last coarse step.
     until: u64,
-    /// Most that its touches were to lose at a look, J, and what kept them from less.
+    /// Largest predicted loss of its touches, J, and the limit at that time.
     loss: f64,
     limit: Option<RefinementLimit>,
-    /// When it was looked at then, s, and how fast it was, m/s.
+    /// Time, s, and speed, m/s, of that prediction.
     time: f64,
     speed: f64,
-    /// A block of it that could not be refined, and why.
+    /// A block of it that could not be refined, and the reason.
     refused: Option<(u32, RefinementLimit)>,
 }
 
-/// Collisions that lose more than is wanted, for one reason.
+/// Impacts that lose more than wanted, for one reason.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct LimitedImpacts {
     pub(super) count: u64,
-    /// The first of them: its blocks, when, s, and how fast, m/s.
+    /// The first of them: its blocks, time, s, and speed, m/s.
     pub(super) blocks: [u32; 2],
     pub(super) time: f64,
     pub(super) speed: f64,
-    /// What it was to lose of its energy.
+    /// Its predicted loss over its energy.
     pub(super) share: f64,
 }
 
 impl ImpactHistory {
-    /// Energy of the impact of two blocks that includes a touch of some energy, J, and goes
-    /// on until a step: what opens and closes again in it is no impact of its own.
+    /// Returns the energy of the impact of two blocks, J, after a touch of this `energy`, and
+    /// continues it until the step `until`. Contacts that open and close again in it are no new
+    /// impact.
     pub(super) fn energy(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
         let impact = self.going.entry(blocks).or_insert(PastImpact {
             energy,
@@ -61,8 +62,8 @@ impl ImpactHistory {
         impact.energy
     }
 
-    /// Keeps how deep an impact was to be refined at a time, s, and a speed, m/s: of all
-    /// looks, that of the largest loss.
+    /// Records the refinement target of an impact at a time, s, and a speed, m/s, if its loss is
+    /// the largest so far.
     pub(super) fn look(
         &mut self,
         blocks: [u32; 2],
@@ -77,7 +78,8 @@ impl ImpactHistory {
         }
     }
 
-    /// Keeps which of some blocks, sorted, could not be refined for their impacts, and why.
+    /// Records which of some `blocks`, sorted, could not be refined for their impacts, and the
+    /// reasons.
     pub(super) fn refine(&mut self, blocks: &[usize], refused: &BTreeMap<usize, RefinementLimit>) {
         for (pair, impact) in &mut self.going {
             for &block in pair {
@@ -93,21 +95,21 @@ impl ImpactHistory {
         }
     }
 
-    /// Keeps that a block could not be refined for the impact of two, and why.
+    /// Records that a block could not be refined for the impact of two blocks, and the reason.
     pub(super) fn refuse(&mut self, [a, b]: [u32; 2], block: usize, limit: RefinementLimit) {
         if let Some(impact) = self.going.get_mut(&[a.min(b), a.max(b)]) {
             impact.refused = Some((block as u32, limit));
         }
     }
 
-    /// Whether all are of so many blocks.
+    /// Returns true if all block numbers are below `blocks`.
     pub(super) fn are_of(&self, blocks: usize) -> bool {
         let limited = self.limited.values().map(|limited| &limited.blocks);
         let mut all = self.going.keys().chain(limited).flatten();
         all.all(|&block| (block as usize) < blocks)
     }
 
-    /// Ends those that do not go on until a step.
+    /// Ends the impacts whose last step is before `number`.
     pub(super) fn end(&mut self, number: u64) {
         let Self { going, limited } = self;
         going.retain(|blocks, impact| {
@@ -119,7 +121,7 @@ impl ImpactHistory {
         });
     }
 
-    /// Those that lose more than is wanted, by what keeps them from less.
+    /// Returns the impacts that lose more than wanted, by their limit.
     pub(super) fn limited(&self) -> BTreeMap<RefinementLimit, LimitedImpacts> {
         let mut limited = self.limited.clone();
         for (blocks, impact) in &self.going {
@@ -130,7 +132,7 @@ impl ImpactHistory {
 }
 
 impl PastImpact {
-    /// Counts it where it loses too much.
+    /// Counts the impact if it loses too much.
     fn count(&self, blocks: [u32; 2], limited: &mut BTreeMap<RefinementLimit, LimitedImpacts>) {
         let Some(limit) = self.refused.map(|(_, limit)| limit).or(self.limit) else {
             return;

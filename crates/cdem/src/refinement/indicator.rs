@@ -1,92 +1,92 @@
-//! How finely two blocks are refined where they are about to touch (design, section 6).
+//! The refinement indicator: element sizes for two blocks that are about to touch (design, section
+//! 6).
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::vector::{dot, norm, scale, sub};
 use crate::refinement::adaptivity::Adaptivity;
 
-/// Halvings of the coarser side after which both are as fine as they may be, however they
-/// differ: there are no more time levels.
+/// Number of halvings of the coarser side after which both sides are as fine as possible, whatever
+/// their difference: there are no more time levels.
 const LEVELS: u32 = 64;
 
-/// Layers of small elements between what touches and elements that are larger by as much as
-/// they may, about.
+/// Approximate number of layers of small elements between the contact and the largest elements that
+/// the grading allows.
 const LAYERS: f64 = 8.0;
 
-/// Elements of a block at one touch, about, from which on it is made no finer: of faces that
-/// meet flush in space, each halving would take four times as many.
+/// Approximate number of elements of a block at one touch beyond which it is not refined further.
+/// For faces that meet flush in 3-D, each halving would take four times as many.
 const CROWD: f64 = 8192.0;
 
-/// Size of elements that are pressed on at a point, over that of their block and the
-/// approach over the speed of compression waves, at least. Strain grows towards the point
-/// as one over the distance: that of smaller elements would leave what is elastic.
+/// Lower bound of the size of elements under a point load, over block size times approach speed
+/// over the speed of compression waves. Strain grows towards the point as one over the distance: in
+/// smaller elements it would leave the elastic range.
 const PRESSED: f64 = 8.0;
 
-/// Size of elements over the way of compression waves in the time of damping in proportion to
-/// stiffness, at least: smaller ones, damped within a wave, need steps as the square of their
-/// size. It is a bound of cost: a corner would be damped a little less on them. Over the size of
-/// the elements before refinement no more than that is asked for, so that each may be halved
-/// twice.
+/// Lower bound of the element size over the path of compression waves in the time of
+/// stiffness-proportional damping. Smaller elements, damped within one wave, need steps
+/// proportional to the square of their size. It is a bound of cost: a corner would be damped a
+/// little less on them. The bound is at most the second constant times the base size, so that each
+/// element may be halved twice.
 const DAMPED: f64 = 0.5;
 const DAMPED_OF_SIZE: f64 = 0.25;
 
-/// Distance between touches over the size of the elements there before refinement, from
-/// which on blocks meet flush.
+/// Distance between touches, over the base size of the elements there, beyond which blocks meet
+/// flush.
 const FLUSH: f64 = 0.25;
 
-/// A touch that is about to be, of two blocks.
+/// A predicted touch of two blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct ImpactPrediction<const D: usize> {
     pub(crate) blocks: [usize; 2],
-    /// Whether no encounter before it is of the same node of the first block.
+    /// True if no earlier prediction has the same node of the first block.
     pub(crate) is_first_of_node: bool,
-    /// Where at rest, m.
+    /// Material points of both sides, at rest, m.
     pub(crate) places: [[f64; D]; 2],
-    /// Where, m, along which unit vector and how fast the two come nearer, m/s.
+    /// Contact point, m, unit normal, and approach speed, m/s.
     pub(crate) point: [f64; D],
     pub(crate) normal: [f64; D],
     pub(crate) speed: f64,
-    /// What is left of the coarse step after they touch, s: for that long their points are
-    /// one in it.
+    /// Rest of the coarse step after the touch, s: the time for which the points are unified in it.
     pub(crate) unified: f64,
-    /// Size of the elements there as they were before refinement, m.
+    /// Base size of the elements there, m.
     pub(crate) sizes: [f64; 2],
-    /// How often these may be halved before there is no time level for them.
+    /// Number of halvings that these allow before there is no time level for them.
     pub(crate) halvings: [u32; 2],
-    /// What mass a node there had then, kg.
+    /// Mass of a node of the base mesh there, kg.
     pub(crate) masses: [f64; 2],
 }
 
-/// How finely two blocks are to be refined at each of their encounters.
+/// Refinement of two blocks at each of their predicted touches.
 pub(crate) struct RefinementTarget {
-    /// Sizes of elements on both sides of each, m.
+    /// Sizes of elements on both sides of each touch, m.
     pub(crate) sizes: Vec<[f64; 2]>,
-    /// What the touches lose then, J.
+    /// Energy that the touches lose with these sizes, J.
     pub(crate) loss: f64,
-    /// What keeps them from losing as little as is wanted.
+    /// The reason why they lose more than wanted, if they do.
     pub(crate) limit: Option<RefinementLimit>,
 }
 
-/// What keeps elements from being as small as is wanted. Where each side of an encounter has
-/// its own reason, the first in this order is told.
+/// Reason why elements are not as small as wanted. If the two sides of a touch have different
+/// reasons, the first in this order is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) enum RefinementLimit {
-    /// Finer ones would be strained beyond what is elastic: [`PRESSED`].
+    /// Smaller ones would be strained beyond the elastic range: [`PRESSED`].
     Speed,
-    /// Finer ones would need much shorter steps for their damping: [`DAMPED`].
+    /// Smaller ones would need much shorter steps for their damping: [`DAMPED`].
     Damping,
     /// `max_level`.
     Level,
     /// There are no more time levels.
     Step,
-    /// What touches is so long or wide that there would be too many: [`CROWD`].
+    /// The contact is so long or wide that there would be too many: [`CROWD`].
     Crowd,
-    /// Finer meshes have no masses that keep the moments of inertia.
+    /// No masses of a finer mesh keep the moments of inertia.
     Masses,
 }
 
 impl<const D: usize> ImpactPrediction<D> {
-    /// How long and, in space, how wide what touches is, m.
+    /// Returns the length and, in 3-D, the width of the contact, m.
     fn extents(all: &[Self]) -> [f64; 2] {
         let Some(first) = all.first() else {
             return [0.0; 2];
@@ -105,8 +105,8 @@ impl<const D: usize> ImpactPrediction<D> {
         [length, width]
     }
 
-    /// Whether some are of faces that meet flush: not all at one place or, in space, along
-    /// one line.
+    /// Returns true if faces meet flush: the touches are not all at one place or, in 3-D, along one
+    /// line.
     pub(crate) fn are_flush(all: &[Self]) -> bool {
         let least = all
             .first()
@@ -116,8 +116,8 @@ impl<const D: usize> ImpactPrediction<D> {
     }
 }
 
-/// About how many elements of some `size`, m, and what leads to them are around what is so
-/// long and so wide, m: some layers of two triangles or six tetrahedra a cell.
+/// Returns the approximate number of elements of this `size`, m, and of those that grade to them,
+/// for a contact of these extents, m: some layers with two triangles or six tetrahedra per cell.
 fn crowd<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
     let [across, wide] = extents.map(|extent| extent / size + LAYERS);
     if D == 2 {
@@ -128,9 +128,9 @@ fn crowd<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
 }
 
 impl<const D: usize> Adaptivity<D> {
-    /// How finely two blocks are to be refined where they meet, so that of the energy of
-    /// their impact, J, the touches lose no more than is wanted (design, section 6): both to
-    /// the same transit time of compression waves.
+    /// Returns the element sizes with which the touches of two blocks lose no more than the wanted
+    /// fraction of the `energy` of their impact, J (design, section 6). Both sides have the same
+    /// transit time of compression waves.
     pub(crate) fn depth(
         &self,
         encounters: &[ImpactPrediction<D>],
@@ -176,8 +176,8 @@ impl<const D: usize> Adaptivity<D> {
         RefinementTarget { sizes, loss, limit }
     }
 
-    /// Sizes of the elements on both sides whose transit times are those of the slower,
-    /// halved so often, m; none more often than it may be, or than it bears.
+    /// Returns the element sizes on both sides, m, whose transit time is that of the slower side
+    /// after `level` halvings. No size is below its least value or above its base size.
     fn sizes(&self, encounter: &ImpactPrediction<D>, level: u32, pressed: f64) -> [f64; 2] {
         let ImpactPrediction { blocks, sizes, .. } = encounter;
         let speed = blocks.map(|block| self.wave_speed(block));
@@ -191,8 +191,8 @@ impl<const D: usize> Adaptivity<D> {
         })
     }
 
-    /// The least size of elements on one side of an encounter, m, and why; where they may not be
-    /// halved once, their own.
+    /// Returns the least size of elements on one side of a predicted touch, m, and its reason. If
+    /// they may not be halved once, that is the base size.
     fn least_size(
         &self,
         encounter: &ImpactPrediction<D>,
@@ -218,7 +218,7 @@ impl<const D: usize> Adaptivity<D> {
         (least, limit)
     }
 
-    /// Why elements of the least `sizes`, m, are no smaller where they lose most.
+    /// Returns the reason why the `sizes`, m, cannot be smaller at the touch that loses most.
     fn limit(
         &self,
         encounters: &[ImpactPrediction<D>],
@@ -233,8 +233,8 @@ impl<const D: usize> Adaptivity<D> {
         limits.min()
     }
 
-    /// What the points of two blocks lose that become one, J: as seen from that of the two
-    /// of which more nodes do.
+    /// Returns the energy that the touches lose as their points become unified, J: the larger of
+    /// the sums over the nodes of either block.
     fn loss(&self, encounters: &[ImpactPrediction<D>], sizes: &[[f64; 2]]) -> f64 {
         let of = |block: usize| {
             let touches = encounters.iter().zip(sizes);
@@ -245,7 +245,7 @@ impl<const D: usize> Adaptivity<D> {
         f64::max(of(a), of(b))
     }
 
-    /// What two points lose that become one, (5) of the paper, J.
+    /// Returns the energy that two points lose as they become unified, (5) of the paper, J.
     fn loss_at(&self, encounter: &ImpactPrediction<D>, sizes: &[f64; 2]) -> f64 {
         let inverse = |side: usize| {
             if self.is_still(encounter.blocks[side]) {

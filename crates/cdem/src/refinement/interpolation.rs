@@ -1,4 +1,4 @@
-//! New nodes inside elements that are no simplices, as fields vary in these.
+//! Interpolation at new nodes inside non-simplex elements by their shape functions.
 
 use std::collections::HashMap;
 
@@ -6,16 +6,16 @@ use crate::element::{shape, tensor};
 use crate::math::vector::{add, add_scaled, dot, scale, sub};
 use crate::mesh::Element;
 
-/// An element that is refined, and where new nodes lie in it.
+/// A refined non-simplex element, with the reference coordinates of new nodes.
 pub(super) struct ElementInterpolation<'a, const D: usize> {
-    /// Its corners, by their numbers in the block.
+    /// The element, with its node numbers in the block.
     element: Element,
-    /// Of all nodes of the block, m.
+    /// Rest positions of all nodes of the block, m.
     points: &'a [[f64; D]],
-    /// Nodes of the block before, and between which others the new ones lie.
+    /// Number of base nodes of the block, and the parents of the new ones.
     base_count: usize,
     parents: &'a [Vec<u32>],
-    /// Where nodes are on the reference element.
+    /// Reference coordinates of nodes.
     places: HashMap<u32, [f64; 3]>,
 }
 
@@ -38,9 +38,9 @@ impl<'a, const D: usize> ElementInterpolation<'a, D> {
         }
     }
 
-    /// What each corner has in the value of a field at a node in it: by its shape
-    /// functions where the node is on the reference element, and by the mean gradient from
-    /// there on, so that what varies linearly in space does so.
+    /// Returns the weight of each corner in the value of a field at a node. The weights are the
+    /// shape functions at the node's reference coordinates, plus the gradient at the centre times
+    /// the remaining distance. So a field that is linear in space is interpolated exactly.
     pub(super) fn weights(&mut self, node: u32) -> Vec<(u32, f64)> {
         let place = self.place(node);
         let there = shape::shape(self.element.kind, place);
@@ -73,7 +73,7 @@ impl<'a, const D: usize> ElementInterpolation<'a, D> {
             .collect()
     }
 
-    /// Shape functions in the middle.
+    /// Returns the shape functions at the centre.
     fn middle(&self) -> shape::ShapeFunctions {
         let kind = self.element.kind;
         let count = kind.node_count();
@@ -82,7 +82,7 @@ impl<'a, const D: usize> ElementInterpolation<'a, D> {
         shape::shape(kind, scale(1.0 / count as f64, &sum))
     }
 
-    /// Where a node is on the reference element: in the middle of its parents.
+    /// Returns the reference coordinates of a node: the mean of its parents'.
     fn place(&mut self, node: u32) -> [f64; 3] {
         if let Some(&place) = self.places.get(&node) {
             return place;

@@ -1,28 +1,28 @@
-//! Masses of the new nodes: the same moments as what they replace.
+//! Fit of the masses of the new nodes to the moments of the replaced elements.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Mass of some nodes with their first and second moments: a rigid or linear field of
-/// velocities has the same momenta and energy with all masses that share them.
+/// Mass of some nodes with first and second moments. All masses with the same moments give a rigid
+/// or linear velocity field the same momenta and energy.
 #[derive(Clone, Debug)]
 pub(crate) struct Moments<const D: usize> {
     frame: PrincipalFrame<D>,
-    /// Of 1, the coordinates in the frame, and their products.
+    /// Sums over the mass of 1, of the coordinates in the frame, and of their products.
     values: DVector<f64>,
 }
 
-/// Coordinates in which some masses have their centre at the origin and the unit tensor
-/// for second moments over mass: however flat a body is, it is as good as round in them.
+/// Coordinates in which some masses have their centre at the origin and the unit tensor of second
+/// moments over mass. In them a flat body is as well conditioned as a round one.
 #[derive(Clone, Debug)]
 struct PrincipalFrame<const D: usize> {
     centre: [f64; D],
     axes: DMatrix<f64>,
 }
 
-/// A function below this share of the largest is none that the nodes can tell apart.
+/// Fraction of the largest eigenvalue below which the nodes cannot resolve a function.
 const RANK: f64 = 1e-10;
 
-/// Share of the mass that a moment may lack and be right: round-off.
+/// Fraction of the mass by which a moment may be off: round-off.
 const LACK: f64 = 1e-12;
 
 impl<const D: usize> PrincipalFrame<D> {
@@ -46,7 +46,7 @@ impl<const D: usize> PrincipalFrame<D> {
         }
     }
 
-    /// 1 and the coordinates of a point.
+    /// Returns 1 and the coordinates of a point.
     fn linear(&self, point: &[f64; D]) -> Vec<f64> {
         let along = |k: usize| {
             (0..D)
@@ -58,7 +58,7 @@ impl<const D: usize> PrincipalFrame<D> {
 }
 
 impl<const D: usize> Moments<D> {
-    /// None yet, to be carried by nodes at `points` of about these `masses`, kg.
+    /// Returns zero moments, to be carried by nodes at `points` of about these `masses`, kg.
     pub(crate) fn new(points: &[[f64; D]], masses: &[f64]) -> Self {
         Self {
             frame: PrincipalFrame::new(points, masses),
@@ -66,7 +66,7 @@ impl<const D: usize> Moments<D> {
         }
     }
 
-    /// Counts ρ∫N_a N_b of two nodes, kg; of a point mass with itself.
+    /// Adds ρ∫N_a N_b of two nodes, kg; for a point mass both are the same point.
     pub(crate) fn add(&mut self, mass: f64, a: &[f64; D], b: &[f64; D]) {
         let [a, b] = [a, b].map(|point| self.frame.linear(point));
         let mut values = self.values.iter_mut();
@@ -79,14 +79,14 @@ impl<const D: usize> Moments<D> {
         }
     }
 
-    /// Factors on the `masses`, kg, of nodes at `points` that give them these moments,
-    /// none below `least`: those nearest to 1 in the mean square over the mass, but that
-    /// a factor once found too low stays at `least`. `None` where the nodes are too few.
+    /// Returns the factors on the `masses`, kg, of nodes at `points` that give them these moments,
+    /// none below `least`. They are the nearest to 1 in the mass-weighted mean square, except that
+    /// a factor once found too low stays at `least`. Returns `None` if the nodes are too few.
     ///
-    /// Where nodes are many it is 1 + a quadratic polynomial that is small of second
-    /// order in their distance. A polynomial alone would need a tetrahedron to be cut
-    /// into 1024 before it leaves the corners 0.3 of their masses; with this bound 64
-    /// are enough, and in the plane 16 triangles: each halved twice throughout.
+    /// With many nodes the factor is 1 plus a quadratic polynomial that is of second order in their
+    /// distance. A polynomial alone would need a tetrahedron cut into 1024 before it leaves the
+    /// corners 0.3 of their masses. With this bound 64 are enough, and 16 triangles in 2-D: two
+    /// halvings of all elements.
     pub(crate) fn fit(&self, points: &[[f64; D]], masses: &[f64], least: f64) -> Option<Vec<f64>> {
         let functions = self.functions(points);
         let mut is_low = vec![false; points.len()];
@@ -100,7 +100,7 @@ impl<const D: usize> Moments<D> {
                 }
             };
             let factors: Vec<f64> = (0..points.len()).map(factor).collect();
-            // What would have too little keeps the least, and all others are fitted again.
+            // Nodes with too little mass keep the least factor, and all others are fitted again.
             let lower = factors.iter().map(|&factor| factor < least);
             let lower: Vec<bool> = lower.collect();
             if !lower.contains(&true) {
@@ -113,7 +113,7 @@ impl<const D: usize> Moments<D> {
         }
     }
 
-    /// Products of the linear functions (columns) at nodes (rows).
+    /// Returns the products of the linear functions (columns) at nodes (rows).
     fn functions(&self, points: &[[f64; D]]) -> DMatrix<f64> {
         let products: Vec<_> = (0..=D).flat_map(|k| (0..=k).map(move |l| (k, l))).collect();
         let linear = points.iter().map(|point| self.frame.linear(point));
@@ -124,8 +124,8 @@ impl<const D: usize> Moments<D> {
         })
     }
 
-    /// What must be added to factors of 1, or of `least` where they are low, to have the
-    /// moments: the least of it in the mean square. Of no meaning where they are low.
+    /// Returns the changes of the factors that give the moments, smallest in the mean square. They
+    /// start from 1, or from `least` for low factors, whose entries have no meaning.
     fn change(
         &self,
         functions: &DMatrix<f64>,

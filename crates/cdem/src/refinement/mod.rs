@@ -1,10 +1,10 @@
-//! The second scale: elements bisected around places of contact (design, section
-//! 6; \[Li2015\], section 5).
+//! Adaptivity, the second scale: elements are bisected around contact points (design, section 6;
+//! \[Li2015\], section 5).
 //!
-//! A [`Forest`](forest::Forest) holds what has become of the elements of a block that are refined,
-//! each the root of a tree of halves. It is made anew from the base mesh and from
-//! what is wanted of it, so it depends on these alone and not on earlier forests;
-//! without wishes it is empty, and the mesh is the base mesh again.
+//! A [`Forest`](forest::Forest) holds the refined elements of a block; each is the root of a tree
+//! of halves. It is rebuilt from the base mesh and the requested sizes, so it depends on these
+//! alone and not on earlier forests. Without requests it is empty, and the mesh is the base mesh
+//! again.
 
 pub(crate) mod adaptivity;
 pub(crate) mod base_mesh;

@@ -1,4 +1,4 @@
-//! A block with some of its elements replaced.
+//! The overlay of a block: new elements in place of some base elements.
 
 use crate::element::tensor;
 use crate::math::vector::{add, scale};
@@ -10,35 +10,35 @@ use crate::refinement::interpolation::ElementInterpolation;
 use crate::refinement::simplex_split;
 use crate::refinement::zone::size;
 
-/// The mesh of a block over its base mesh: the elements that replace others, and the
-/// new nodes. Nodes are numbered within the block, new ones on from those of the base.
+/// The elements of a block that replace elements of its base mesh, and the new nodes. Nodes are
+/// numbered within the block; new nodes follow those of the base mesh.
 #[derive(Clone, Debug)]
 pub(crate) struct Overlay<const D: usize> {
-    /// Nodes of the block before.
+    /// Number of base nodes of the block.
     pub(crate) base_count: usize,
     /// Rest positions of all nodes, m.
     pub(crate) points: Vec<[f64; D]>,
-    /// The nodes between which each new node lies, all of the same weight.
+    /// Parents of each new node; it lies at their mean.
     pub(super) parents: Vec<Vec<u32>>,
-    /// The element in which each new node lies, of those that are no simplices.
+    /// For each new node in a non-simplex element, that element.
     pub(super) inside: Vec<Option<InteriorNode>>,
-    /// The nodes before between which each new node lies, its parents being in turn.
+    /// Base nodes between which each new node lies, found through its parents.
     pub(super) hulls: Vec<Vec<u32>>,
-    /// Elements of the mesh that are replaced, ascending.
+    /// Replaced elements of the mesh, ascending.
     pub(crate) replaced: Vec<u32>,
-    /// What replaces them, in the same order.
+    /// The elements that replace them, in the same order.
     pub(crate) elements: Vec<SubElement>,
 }
 
-/// Whether an element with corners there, m, is to be smaller, which has come of an element
-/// of the mesh.
+/// Returns true if an element with these corners, m, is to be smaller; the number is that of its
+/// root element of the mesh.
 pub(crate) type RefinementRequest<'a, const D: usize> = &'a dyn Fn(&[[f64; D]], u32) -> bool;
 
-/// Overlays a block of the mesh, where anything is wanted smaller.
+/// Builds the overlay of a block of the mesh, if any element is to be smaller.
 pub(crate) type MakeOverlay<const D: usize> =
     fn(BaseMesh<D>, &Mesh<D>, usize, RefinementRequest<D>) -> Option<Overlay<D>>;
 
-/// Overlays of triangles.
+/// Builds overlays of triangles.
 pub(crate) fn plane_overlay(
     base: BaseMesh<2>,
     mesh: &Mesh<2>,
@@ -48,7 +48,7 @@ pub(crate) fn plane_overlay(
     overlay::<2, BisectedTriangle>(base, mesh, block, wanted)
 }
 
-/// Overlays of tetrahedra.
+/// Builds overlays of tetrahedra.
 pub(crate) fn solid_overlay(
     base: BaseMesh<3>,
     mesh: &Mesh<3>,
@@ -69,30 +69,30 @@ fn overlay<const D: usize, C: BisectedSimplex>(
     Overlay::new(mesh, base, block, &forest)
 }
 
-/// A node in an element that is no simplex.
+/// A node in a non-simplex element.
 #[derive(Clone, Debug)]
 pub(super) struct InteriorNode {
     pub(super) root: u32,
-    /// What its corners have in the value of a field there.
+    /// Weights of the corners in the value of a field at the node.
     pub(super) weights: Vec<(u32, f64)>,
 }
 
-/// A simplex in the place of an element, or of a part of it.
+/// A simplex in place of an element or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SubElement {
     pub(crate) element: Element,
-    /// The element of the mesh that it has come of.
+    /// The element of the mesh from which it comes.
     pub(crate) root: u32,
-    /// Share of its volume that it stands for.
+    /// Fraction of its volume that it stands for.
     pub(crate) weight: f64,
-    /// Which part of that it is.
+    /// The part of the root element that it is.
     pub(crate) lineage: Lineage,
-    /// How often its size is half of that of the element.
+    /// Number of halvings in size from the root element.
     pub(crate) halvings: u8,
 }
 
 impl<const D: usize> Overlay<D> {
-    /// What a forest in one block has become, if that is anything.
+    /// Builds the overlay of one block from a forest; `None` if no element is replaced.
     pub(crate) fn new<C: BisectedSimplex>(
         mesh: &Mesh<D>,
         base: BaseMesh<D>,
@@ -147,8 +147,8 @@ impl<const D: usize> Overlay<D> {
         (!overlay.replaced.is_empty()).then_some(overlay)
     }
 
-    /// Where new nodes lie in elements that are no simplices, of a block whose nodes in the
-    /// mesh begin at `first`.
+    /// Finds the new nodes in non-simplex elements. The nodes of the block in the mesh begin at
+    /// `first`.
     fn all_inside(&self, mesh: &Mesh<D>, first: u32) -> Vec<Option<InteriorNode>> {
         let mut found = vec![None; self.parents.len()];
         for parts in self.elements.chunk_by(|one, other| one.root == other.root) {
@@ -173,12 +173,12 @@ impl<const D: usize> Overlay<D> {
         found
     }
 
-    /// Whether an element of the mesh is replaced.
+    /// Returns true if an element of the mesh is replaced.
     pub(super) fn replaces(&self, element: u32) -> bool {
         self.replaced.binary_search(&element).is_ok()
     }
 
-    /// Whether a node lies on a facet, by the nodes of that in the base mesh.
+    /// Returns true if a node lies on a facet, given by its nodes of the base mesh.
     pub(super) fn lies_on(&self, node: u32, facet: &[u32]) -> bool {
         match (node as usize).checked_sub(self.base_count) {
             None => facet.contains(&node),
@@ -186,7 +186,7 @@ impl<const D: usize> Overlay<D> {
         }
     }
 
-    /// Gradients of the shape functions of each element, 1/m, and its volume, m^D, the
+    /// Returns, for each element, the gradients of the shape functions, 1/m, and the volume, m^D,
     /// weight included.
     pub(super) fn gradients(&self) -> impl Iterator<Item = (Vec<[f64; D]>, f64)> + '_ {
         self.elements.iter().map(|sub| {
@@ -205,7 +205,7 @@ impl<const D: usize> Overlay<D> {
         })
     }
 
-    /// Mean gradient of a field of vectors over the volume, a row a component.
+    /// Returns the volume mean of the gradient of a vector field, one row per component.
     pub(super) fn mean_gradient(&self, field: &[[f64; D]]) -> Vec<[f64; D]> {
         let whole: f64 = self.volumes().sum();
         let mut mean = vec![[0.0; D]; D];
@@ -220,12 +220,12 @@ impl<const D: usize> Overlay<D> {
         mean
     }
 
-    /// Volume of each element, m^D, the weight included.
+    /// Returns the volume of each element, m^D, weight included.
     pub(super) fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
         self.gradients().map(|(_, volume)| volume)
     }
 
-    /// Row sums of the mass matrix of the new elements, kg, for a `density`, kg/m^D.
+    /// Returns the row sums of the mass matrix of the new elements, kg, for a `density`, kg/m^D.
     #[cfg(test)]
     pub(super) fn lumped(&self, density: f64) -> Vec<f64> {
         let mut masses = vec![0.0; self.points.len()];
@@ -238,7 +238,7 @@ impl<const D: usize> Overlay<D> {
     }
 }
 
-/// How often the size of a part with corners there, m, is half of that of an element, but for
+/// Returns the number of halvings in size from an element to a part with these corners, up to
 /// round-off.
 pub(super) fn halvings<const D: usize>(mesh: &Mesh<D>, element: u32, corners: &[[f64; D]]) -> u8 {
     let nodes = mesh.elements[element as usize].nodes().iter();
@@ -246,7 +246,7 @@ pub(super) fn halvings<const D: usize>(mesh: &Mesh<D>, element: u32, corners: &[
     ((size(&whole) / size(corners)).log2() + 1e-6) as u8
 }
 
-/// The first `count` nodes between which new ones lie, by the parents of these.
+/// Returns, for each new node, those of the first `count` nodes between which it lies.
 fn hulls(count: usize, parents: &[Vec<u32>]) -> Vec<Vec<u32>> {
     let mut hulls: Vec<Vec<u32>> = Vec::with_capacity(parents.len());
     for parents in parents {

@@ -1,4 +1,4 @@
-//! What a change of mesh leaves as it was.
+//! Quantities that a change of mesh preserves.
 
 use crate::element::tests::kinds;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub};
@@ -17,20 +17,20 @@ use nalgebra::{DMatrix, DVector};
 struct Case<const D: usize> {
     ground: Ground<D>,
     overlay: Overlay<D>,
-    /// Masses of the overlay, fitted.
+    /// Fitted masses of the overlay.
     masses: Vec<f64>,
     /// The largest factor of the fit.
     largest: f64,
 }
 
-/// Least share of its lumped mass that a node is left.
+/// Least fraction of its lumped mass that a node keeps.
 const LEAST: f64 = 0.3;
 
 /// Lamé constants, Pa.
 const LAME: [f64; 2] = [0.7, 1.0];
 
 impl<const D: usize> Case<D> {
-    /// Halved twice throughout, and more about a point.
+    /// Builds a simplex with two halvings of all elements, and more around a point.
     fn new<C: BisectedSimplex>(rng: &mut Rng) -> Self {
         let ground = Ground::<D>::simplex(rng);
         let nodes = &ground.mesh.nodes;
@@ -64,7 +64,7 @@ impl<const D: usize> Case<D> {
         }
     }
 
-    /// The simplex as it was.
+    /// Returns the consistent mass matrix of the simplex before refinement.
     fn whole(&self) -> DMatrix<f64> {
         let count = self.ground.mesh.nodes.len();
         let mut matrix = DMatrix::zeros(count, count);
@@ -75,7 +75,7 @@ impl<const D: usize> Case<D> {
     }
 }
 
-/// Momentum of a node, with a matrix of masses.
+/// Returns the momentum of a node, with a mass matrix.
 fn momentum<const D: usize>(masses: &DMatrix<f64>) -> impl Fn(usize, &[[f64; D]]) -> [f64; D] + '_ {
     |node, velocity| {
         let mut sum = [0.0; D];
@@ -86,7 +86,7 @@ fn momentum<const D: usize>(masses: &DMatrix<f64>) -> impl Fn(usize, &[[f64; D]]
     }
 }
 
-/// Entries of the consistent mass matrix of a simplex.
+/// Returns the entries of the consistent mass matrix of a simplex.
 fn consistent<const D: usize>(
     nodes: &[[f64; D]],
     overlay: &Overlay<D>,
@@ -117,8 +117,8 @@ fn moved<const D: usize>(points: &[[f64; D]], by: &[[f64; D]]) -> Vec<[f64; D]> 
     points.iter().zip(by).map(|(x, u)| add(x, u)).collect()
 }
 
-/// Refinement of a simplex keeps the momenta and the energy of any linear field; what
-/// is there after it goes back to the simplex with both momenta, and without more energy.
+/// Refinement of a simplex preserves the momenta and the energy of any linear field. The state on
+/// the fine mesh returns to the simplex with both momenta and no more energy.
 fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
     for seed in 0..100 {
         let mut rng = Rng::with_seed(seed);
@@ -160,8 +160,8 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
             "{seed}: {energy} {now}"
         );
 
-        // A simplex keeps the mean of its deformation, whatever its parts do: to round-off,
-        // over the hundredth that turns count and how flat it may be.
+        // A simplex keeps the mean of its deformation, whatever the deformation of its parts. The
+        // round-off is larger by the weight 0.01 of rotation and for flat simplices.
         let displacement = random::<D>(case.masses.len(), &mut rng);
         let smooth = nesting.smooth(&displacement, &vec![false; nodes.len()], LAME);
         let smooth_everywhere = nesting.prolongate(&smooth);
@@ -212,7 +212,7 @@ fn a_tetrahedron_is_refined_and_comes_back() {
     simplex_and_back::<3, BisectedTetrahedron>(4.0);
 }
 
-/// All of a mesh, refined here and there, has the boundary and the groups that it had.
+/// A partly refined mesh has the boundary and the groups of its base mesh.
 fn groups_stay<const D: usize, C: BisectedSimplex>() {
     for kind in kinds::<D>() {
         for seed in 0..10 {
@@ -250,7 +250,7 @@ fn groups_stay<const D: usize, C: BisectedSimplex>() {
     }
 }
 
-/// Area vector of a facet, of a quadrilateral's four triangles about its middle.
+/// Returns the area vector of a facet; a quadrilateral has four triangles about its middle.
 fn area<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> [f64; 3] {
     let corners: Vec<_> = mesh
         .facet_nodes(facet)
@@ -280,8 +280,8 @@ fn groups_of_solid_meshes_stay() {
     groups_stay::<3, BisectedTetrahedron>();
 }
 
-/// What the nodes of a coarse mesh have comes back from a finer one, and what goes each
-/// way is the transpose of the other.
+/// Nodal values of a coarse mesh return from a finer one unchanged, and restriction is the
+/// transpose of prolongation.
 fn goes_and_comes_back<const D: usize, C: BisectedSimplex>() {
     for kind in kinds::<D>() {
         for seed in 0..10 {
@@ -310,7 +310,7 @@ fn goes_and_comes_back<const D: usize, C: BisectedSimplex>() {
             let there = product(&spread, &other);
             let here = product(&values, &nesting.restrict(other));
             assert!((there - here).abs() < 1e-11, "{kind:?} {seed}");
-            // Impulses are the same where they are the same nodes, and in sum.
+            // Impulses are equal at common nodes, and in sum.
             let scattered = nesting.scatter(&values);
             assert_eq!(nesting.pick(&scattered), values, "{kind:?} {seed}");
             assert_eq!(nesting.restrict(scattered), values, "{kind:?} {seed}");
@@ -332,8 +332,8 @@ fn what_is_refined_in_space_comes_back() {
     goes_and_comes_back::<3, BisectedTetrahedron>();
 }
 
-/// Checks overlays of random meshes of each kind of element, refined here and there: over
-/// what ground, and the name of the case.
+/// Checks overlays of random, partly refined meshes of each kind of element. `check` gets the mesh
+/// before refinement, the overlay and the name of the case.
 fn check_overlays<const D: usize, C: BisectedSimplex>(
     check: impl Fn(&Ground<D>, &Overlay<D>, &mut Rng, &str),
 ) {
@@ -349,7 +349,7 @@ fn check_overlays<const D: usize, C: BisectedSimplex>(
     }
 }
 
-/// New nodes in an element, on a facet within the block, or on an edge of a group belong to it.
+/// New nodes in an element, on an interior facet, or on an edge of a group belong to the group.
 fn groups_inside_stay<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|ground, overlay, rng, case| {
         let mesh = &ground.mesh;
@@ -405,7 +405,7 @@ fn groups_inside_solid_meshes_stay() {
     groups_inside_stay::<3, BisectedTetrahedron>();
 }
 
-/// What varies linearly in space does so after refinement, in distorted elements too.
+/// A field that is linear in space stays linear after refinement, in distorted elements too.
 fn linear_fields_stay<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|ground, overlay, rng, case| {
         let gradient = random::<D>(D, rng);
@@ -428,8 +428,7 @@ fn linear_fields_of_solid_meshes_stay() {
     linear_fields_stay::<3, BisectedTetrahedron>();
 }
 
-/// Without its deformation an overlay that is turned and bent is only turned; a node that
-/// is kept stays.
+/// Without its deformation a rotated and bent overlay is only rotated; a kept node stays.
 fn slack_is_rigid<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|_, overlay, rng, case| {
         let bent = random::<D>(overlay.points.len(), rng);

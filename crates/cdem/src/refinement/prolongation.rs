@@ -1,4 +1,4 @@
-//! From a mesh of a block to one that has been made of it by bisection, and back.
+//! Prolongation from a mesh of a block to a bisection of it, and restriction back.
 
 use std::collections::HashMap;
 
@@ -7,22 +7,23 @@ use nalgebra::DMatrix;
 use crate::math::vector::{add, add_scaled, dot, scale, sub};
 use crate::refinement::overlay::Overlay;
 
-/// A fine mesh of a block and a coarse one of which it is a refinement: the nodes of the
-/// coarse one are among those of the fine one.
+/// A fine mesh of a block and a coarse one of which it is a refinement. The coarse nodes are a
+/// subset of the fine ones.
 pub(crate) struct Prolongation<'a, const D: usize> {
     fine: &'a Overlay<D>,
-    /// Fine number of each coarse node, and coarse number of each fine one that is both.
+    /// Fine number of each coarse node, and coarse number of each fine node that has one.
     fine_of: Vec<u32>,
     coarse_of: Vec<Option<u32>>,
-    /// Whether each new fine node lies in an element that is whole in the coarse mesh.
+    /// For each new fine node, true if it lies in an element that is whole in the coarse mesh.
     in_whole: Vec<bool>,
 }
 
 impl<'a, const D: usize> Prolongation<'a, D> {
-    /// `None` for `coarse` is the base mesh. `None` if a coarse node is no fine one.
+    /// Builds the prolongation; `coarse` is `None` for the base mesh. Returns `None` if a coarse
+    /// node is not a fine one.
     pub(crate) fn new(fine: &'a Overlay<D>, coarse: Option<&Overlay<D>>) -> Option<Self> {
-        // The same parents have given the same node the same bits; on the two faces of a
-        // crack there are others there.
+        // Equal parents give bitwise equal positions. Nodes on the two faces of a crack have
+        // different parents.
         let key = |overlay: &'_ Overlay<D>, new: usize| {
             let place = overlay.points[overlay.base_count + new].map(f64::to_bits);
             (place, overlay.hulls[new].clone())
@@ -52,9 +53,8 @@ impl<'a, const D: usize> Prolongation<'a, D> {
         })
     }
 
-    /// What the fine nodes have if the coarse ones have these values: new ones have the
-    /// mean of those between which they lie. What varies linearly in an element is
-    /// interpolated exactly.
+    /// Returns the fine values of a field with these coarse values: new nodes have the mean of
+    /// their parents. A field that is linear in an element is interpolated exactly.
     pub(crate) fn prolongate<const C: usize>(&self, coarse: &[[f64; C]]) -> Vec<[f64; C]> {
         let mut fine: Vec<[f64; C]> = Vec::with_capacity(self.coarse_of.len());
         for (node, number) in self.coarse_of.iter().enumerate() {
@@ -71,7 +71,7 @@ impl<'a, const D: usize> Prolongation<'a, D> {
         fine
     }
 
-    /// The same of a field that varies in elements that are no simplices as it does in these.
+    /// Does the same for a field that varies in non-simplex elements by their shape functions.
     pub(crate) fn grow(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
         let mut fine = self.prolongate(coarse);
         for (new, inside) in self.fine.inside.iter().enumerate() {
@@ -89,19 +89,19 @@ impl<'a, const D: usize> Prolongation<'a, D> {
         fine
     }
 
-    /// What the coarse nodes have of a fine field.
+    /// Returns the fine values at the coarse nodes.
     pub(crate) fn pick<T: Copy>(&self, fine: &[T]) -> Vec<T> {
         let of = |&node: &u32| fine[node as usize];
         self.fine_of.iter().map(of).collect()
     }
 
-    /// What coarse nodes have, at the same nodes of the fine mesh; nothing at the others.
+    /// Returns the coarse values at the same nodes of the fine mesh, and zero at the others.
     pub(crate) fn scatter(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
         let of = |number: &Option<u32>| number.map_or([0.0; D], |number| coarse[number as usize]);
         self.coarse_of.iter().map(of).collect()
     }
 
-    /// Coarse nodes between which no other node of the fine mesh lies.
+    /// Returns, for each coarse node, true if it is no parent of a node of the fine mesh alone.
     pub(crate) fn stays(&self) -> Vec<bool> {
         let mut stays = vec![true; self.coarse_of.len()];
         for node in (self.fine.base_count..stays.len()).rev() {
@@ -117,8 +117,8 @@ impl<'a, const D: usize> Prolongation<'a, D> {
             .collect()
     }
 
-    /// The transpose of [`Self::prolongate`]: what fine nodes have that are not coarse ones goes to those
-    /// between which they lie, in equal parts.
+    /// Applies the transpose of [`Self::prolongate`]: values of nodes of the fine mesh alone go to
+    /// their parents in equal parts.
     pub(crate) fn restrict(&self, mut fine: Vec<[f64; D]>) -> Vec<[f64; D]> {
         for node in (self.fine.base_count..fine.len()).rev() {
             if self.coarse_of[node].is_none() {
@@ -135,12 +135,11 @@ impl<'a, const D: usize> Prolongation<'a, D> {
             .collect()
     }
 
-    /// Where the coarse nodes go when the fine mesh is given up, by their displacements,
-    /// those but that are `kept` where they are: what is lost has as little elastic energy
-    /// as can be, as the material of `lame`, λ and μ, Pa, has for small strain in a body
-    /// that is turned as it is on the mean. So no more energy is left than there was, where
-    /// the coarse elements are parts of the fine mesh; positions taken with masses for
-    /// weights could make some. What turns without strain counts a little besides.
+    /// Returns the displacements of the coarse nodes when the fine mesh is given up; nodes that are
+    /// `kept` stay in place. The lost part of the field has the least elastic energy, for small
+    /// strain of a material with `lame`, λ and μ, Pa, in a body with its mean rotation. So the
+    /// coarse mesh has no more energy than the fine one, if its elements consist of fine ones. A
+    /// mean weighted by masses could add energy. Rotation without strain also counts a little.
     pub(crate) fn smooth(&self, fine: &[[f64; D]], kept: &[bool], lame: [f64; 2]) -> Vec<[f64; D]> {
         let stiffness = Stiffness::new(self.fine, fine, lame);
         let at = |&node: &u32| fine[node as usize];
@@ -160,9 +159,8 @@ impl<'a, const D: usize> Prolongation<'a, D> {
 }
 
 impl<const D: usize> Overlay<D> {
-    /// Where its nodes would go by their displacements without deformation, m, but for those
-    /// that are `kept` where they are: least elastic energy, for small strain in a body that
-    /// is turned as it is on the mean.
+    /// Returns the displacements, m, that remove the deformation, for nodes that are not `kept` in
+    /// place. They minimise the elastic energy, for small strain in a body with its mean rotation.
     pub(crate) fn slack(
         &self,
         displacement: &[[f64; D]],
@@ -180,7 +178,7 @@ impl<const D: usize> Overlay<D> {
     }
 }
 
-/// Forces on nodes but those that are `kept` where they are.
+/// Returns the forces with zeros at nodes that are `kept` in place.
 fn but_of<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64; D]> {
     for (force, _) in forces.iter_mut().zip(kept).filter(|(_, kept)| **kept) {
         *force = [0.0; D];
@@ -188,21 +186,21 @@ fn but_of<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64;
     forces
 }
 
-/// Stress of what turns without strain, over that of shear strain.
+/// Stress of rotation without strain, over that of shear strain.
 const TURN: f64 = 0.01;
 
-/// The elements of an overlay, linear and turned as a whole.
+/// Linear stiffness of the elements of an overlay, rotated as a whole.
 struct Stiffness<'a, const D: usize> {
     overlay: &'a Overlay<D>,
     /// Gradients of the shape functions in space, 1/m, and volume, m^D.
     elements: Vec<(Vec<[f64; D]>, f64)>,
     lame: [f64; 2],
-    /// How the body is turned.
+    /// Rotation of the body.
     turn: DMatrix<f64>,
 }
 
 impl<'a, const D: usize> Stiffness<'a, D> {
-    /// Of an overlay that is turned as these displacements turn it, m.
+    /// Builds the stiffness of an overlay with the rotation of these displacements, m.
     fn new(overlay: &'a Overlay<D>, displacement: &[[f64; D]], lame: [f64; 2]) -> Self {
         let mean = overlay.mean_gradient(displacement);
         let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
@@ -222,12 +220,12 @@ impl<'a, const D: usize> Stiffness<'a, D> {
         stiffness
     }
 
-    /// A vector of the body at rest as it is turned.
+    /// Rotates a vector of the body at rest.
     fn turned(&self, vector: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|i| (0..D).map(|j| self.turn[(i, j)] * vector[j]).sum())
     }
 
-    /// Forces on the nodes that hold a field of displacements, N.
+    /// Returns the nodal forces that maintain a field of displacements, N.
     fn forces(&self, field: &[[f64; D]]) -> Vec<[f64; D]> {
         let [lambda, mu] = self.lame;
         let mut forces = vec![[0.0; D]; field.len()];
@@ -257,10 +255,10 @@ impl<'a, const D: usize> Stiffness<'a, D> {
     }
 }
 
-/// The rotation in a deformation; none in what is no deformation.
+/// Returns the rotation in a deformation gradient; the identity if it is not finite.
 pub(super) fn rotation(deformation: DMatrix<f64>) -> DMatrix<f64> {
     let size = deformation.nrows();
-    // Of what is not a number the decomposition has no end.
+    // The decomposition does not end for a NaN.
     if !deformation.iter().all(|entry| entry.is_finite()) {
         return DMatrix::identity(size, size);
     }
@@ -269,11 +267,11 @@ pub(super) fn rotation(deformation: DMatrix<f64>) -> DMatrix<f64> {
     turn.unwrap_or_else(|| DMatrix::identity(size, size))
 }
 
-/// Relative residual at which conjugate gradients end, and steps at most for each unknown.
+/// Relative residual at which conjugate gradients stop, and maximum steps per unknown.
 const PRECISION: f64 = 1e-14;
 const STEPS: usize = 4;
 
-/// Solves `apply` x = `right`, symmetric and not negative, for a field x.
+/// Solves `apply` x = `right` for a field x; `apply` is symmetric and positive semidefinite.
 fn conjugate_gradients<const D: usize>(
     right: &[[f64; D]],
     apply: impl Fn(&[[f64; D]]) -> Vec<[f64; D]>,

@@ -1,4 +1,4 @@
-//! A block with an overlay: its mesh, its masses, and how fast its elements may go.
+//! A refined block: base block with overlay, its masses and the levels of its elements.
 
 use std::ops::RangeInclusive;
 
@@ -12,15 +12,15 @@ use crate::refinement::mass_fit::Moments;
 use crate::refinement::overlay::Overlay;
 use crate::refinement::zone::{Zone, size};
 
-/// Share of its lumped mass that the fit leaves each node, at least: below it, elements
-/// would need steps of half the length and less.
+/// Least fraction of its lumped mass that the fit leaves each node. With less, elements would need
+/// steps of half the length or less.
 const LEAST: f64 = 0.3;
 
-/// How often all elements of a block are made half as large again where its masses cannot
-/// be fitted, at most: a simplex needs it twice (design, section 6).
+/// Maximum number of halvings of all elements of a block whose masses cannot be fitted; a simplex
+/// needs two (design, section 6).
 pub(super) const MOST_THROUGHOUT: i32 = 3;
 
-/// What elements may be larger than as small as they may be: round-off.
+/// Tolerance of the comparison with the least size: round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// A block with an overlay.
@@ -29,19 +29,19 @@ pub(crate) struct RefinedBlock<const D: usize> {
     pub(crate) overlay: Overlay<D>,
     /// Mass of its nodes, kg.
     pub(crate) mass: Vec<f64>,
-    /// Level of its elements by their own stable step: of those that it keeps, then of
-    /// the new ones; `None` where it is as before.
+    /// Level of its elements by their own stable step, kept elements first, then the new ones;
+    /// `None` for the level of the base mesh.
     pub(crate) level: Vec<Option<u8>>,
-    /// How often all elements are halved, so that masses can be fitted.
+    /// Number of halvings of all elements, so that masses can be fitted.
     throughout: i32,
 }
 
 impl<const D: usize> RefinedBlock<D> {
-    /// A block with an overlay, or without, refined to more zones than before: never coarser
-    /// anywhere, so that nothing is lost. Without a cover where it is fine enough.
+    /// Refines a block to more zones than before. No element becomes coarser, so nothing is lost.
+    /// Returns `None` if the base mesh is fine enough.
     ///
     /// # Errors
-    /// What keeps it from being refined so.
+    /// The limit that prevents the refinement.
     pub(super) fn finer(
         base_model: &BaseModel<D>,
         block: usize,
@@ -53,11 +53,11 @@ impl<const D: usize> RefinedBlock<D> {
         Self::first(base_model, block, zones, least..=most)
     }
 
-    /// A block with an overlay, to some of its zones alone: never finer anywhere. Without
-    /// a cover where these need none.
+    /// Coarsens a block to some of its zones. No element becomes finer. Returns `None` if
+    /// these zones need no overlay.
     ///
     /// # Errors
-    /// What keeps it from being so.
+    /// The limit that prevents the coarsening.
     pub(super) fn coarser(
         base_model: &BaseModel<D>,
         block: usize,
@@ -68,7 +68,8 @@ impl<const D: usize> RefinedBlock<D> {
         Self::first(base_model, block, zones, 0..=most)
     }
 
-    /// The first whose masses can be fitted, its elements halved ever more often throughout.
+    /// Returns the first refined block whose masses can be fitted, over the numbers of halvings of
+    /// all elements in `times`.
     fn first(
         base_model: &BaseModel<D>,
         block: usize,
@@ -77,13 +78,13 @@ impl<const D: usize> RefinedBlock<D> {
     ) -> Result<Option<Self>, RefinementLimit> {
         let found = times.find_map(|times| {
             let refined_block = Self::new(base_model, block, zones, times);
-            // No mesh that is finer yet has longer steps.
+            // The other limits remain: a finer mesh never has longer steps.
             (!matches!(refined_block, Err(RefinementLimit::Masses))).then_some(refined_block)
         });
         found.unwrap_or(Err(RefinementLimit::Masses))
     }
 
-    /// A block refined to its zones, and all its elements halved so often.
+    /// Builds a block refined to its zones, with all its elements halved `throughout` times.
     pub(super) fn new(
         base_model: &BaseModel<D>,
         block: usize,
@@ -110,12 +111,12 @@ impl<const D: usize> RefinedBlock<D> {
         Self::with_masses(base_model, block, overlay, throughout).map(Some)
     }
 
-    /// How often all elements are halved.
+    /// Returns the number of halvings of all elements.
     pub(super) fn throughout(&self) -> i32 {
         self.throughout
     }
 
-    /// The same with an overlay, if its masses can be fitted, and there are levels for its
+    /// Builds a block with an overlay, if its masses can be fitted and there are levels for its
     /// elements.
     fn with_masses(
         base_model: &BaseModel<D>,
@@ -161,26 +162,26 @@ impl<const D: usize> RefinedBlock<D> {
     }
 }
 
-/// Masses of a block whose mesh has changed.
+/// Fit of the masses of a refined block.
 struct RefinedMassFit<'a, const D: usize> {
     base_model: &'a BaseModel<D>,
     block: usize,
     overlay: &'a Overlay<D>,
-    /// All nodes, m.
+    /// Rest positions of all nodes, m.
     points: &'a [[f64; D]],
 }
 
 /// Factors on the lumped masses of nodes.
 pub(crate) struct MassFactors {
-    /// On those of the elements that are kept, and of the new ones.
+    /// Factors for the kept elements, and for the new ones.
     of: [Vec<f64>; 2],
-    /// Whether the first are others than before.
+    /// True if the factors of the kept elements differ from the base mesh.
     are_others: bool,
 }
 
 impl<const D: usize> RefinedMassFit<'_, D> {
-    /// Factors that give the block the mass, the centre and the second moments that it
-    /// had: if possible by those on the new elements alone.
+    /// Returns the factors that give the block the mass, the centre and the second moments of the
+    /// base block, if possible with factors on the new elements alone.
     fn factors(&self, [of_kept, of_new]: &[Vec<f64>; 2]) -> Option<MassFactors> {
         let kind = self.base_model.masses.kind[self.block];
         let before = self.factors_before();
@@ -203,7 +204,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
                 are_others: true,
             });
         }
-        // Too few nodes for what lumped masses are wrong by: that changes with the mesh.
+        // Too few nodes to correct the errors of lumped masses, which change with the mesh.
         let ones = vec![1.0; before.len()];
         (kind == MassKind::Lumped).then_some(MassFactors {
             of: [before, ones],
@@ -211,7 +212,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
         })
     }
 
-    /// Factors on the lumped masses of the nodes before, 1 on those of new ones.
+    /// Returns the factors on the lumped masses of the base nodes, and 1 for new nodes.
     fn factors_before(&self) -> Vec<f64> {
         let nodes = self.nodes();
         let mut factors = self.base_model.masses.factor[nodes].to_vec();
@@ -224,8 +225,8 @@ impl<const D: usize> RefinedMassFit<'_, D> {
         nodes.start as usize..nodes.end as usize
     }
 
-    /// Factors on these masses of nodes, kg, that give them the moments of others; 1 where
-    /// there is no mass.
+    /// Returns the factors on these nodal masses, kg, that give them the `wanted` moments; 1 for
+    /// nodes without mass.
     fn fit(&self, masses: &[f64], wanted: &[(usize, usize, f64)]) -> Option<Vec<f64>> {
         let nodes: Vec<usize> = (0..masses.len()).filter(|&n| masses[n] > 0.0).collect();
         let points: Vec<[f64; D]> = nodes.iter().map(|&node| self.points[node]).collect();
@@ -242,8 +243,8 @@ impl<const D: usize> RefinedMassFit<'_, D> {
         Some(factors)
     }
 
-    /// Entries of the mass matrix of the block before, kg; of fitted masses, of the exact
-    /// one, of which they have the mass, the centre and the moments of inertia.
+    /// Returns the entries of the mass matrix of the base block, kg. For fitted masses these are
+    /// those of the consistent matrix, which has the same mass, centre and moments of inertia.
     fn whole(&self) -> Vec<(usize, usize, f64)> {
         let masses = &self.base_model.masses;
         if masses.kind[self.block] == MassKind::Lumped {
@@ -266,7 +267,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
         entries
     }
 
-    /// What the elements that are replaced have had of it.
+    /// Returns the diagonal mass entries of the replaced elements, kg.
     fn replaced(&self) -> Vec<(usize, usize, f64)> {
         let nodes = self.nodes();
         let (base_model, first) = (self.base_model, nodes.start as u32);
@@ -296,7 +297,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
     }
 }
 
-/// Row sums of the masses of the first `kept` elements and of the others, kg.
+/// Returns the row sums of the masses of the first `kept` elements and of the others, kg.
 fn lumped<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],

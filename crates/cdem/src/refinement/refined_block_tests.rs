@@ -1,5 +1,5 @@
-//! Zones that come and go at random: what each cover keeps of its block, and that one mesh
-//! is always a refinement of the other.
+//! Random changes of zones: masses and volumes that each overlay preserves, and nesting of the
+//! meshes before and after each change.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ use crate::refinement::zone::{GENTLE, GRADING, Zone};
 use crate::refinement::{Adaptivity, MeshTransfer};
 use crate::scene::{ContactModel, Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
 
-/// Two boxes of some elements, of which the first is refined; its masses are as they come.
+/// Builds two boxes of random divisions, the first of which is refined. Its mass kind is random.
 fn boxes<const D: usize>(
     kind: ElementKind,
     rng: &mut Rng,
@@ -67,7 +67,7 @@ fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
     }
 }
 
-/// Mass and centre are those of the block; so is the volume, to round-off of a sum.
+/// Mass and centre are those of the block; so is the volume, to the round-off of a sum.
 fn check<const D: usize>(second: &Adaptivity<D>, refined_block: &RefinedBlock<D>, case: &str) {
     let overlay = &refined_block.overlay;
     let mass: f64 = refined_block.mass.iter().sum();
@@ -87,7 +87,7 @@ fn check<const D: usize>(second: &Adaptivity<D>, refined_block: &RefinedBlock<D>
     };
     let roots: BTreeSet<u32> = overlay.replaced.iter().copied().collect();
     let kept = mesh.blocks[0].elements.len() - roots.len();
-    // All base elements of a box are alike in volume.
+    // All base elements of a box have the same volume.
     let share = kept as f64 / mesh.blocks[0].elements.len() as f64;
     let volumes = overlay.elements.iter().map(|sub| {
         let volume = volume(&corners(sub.element.nodes(), &overlay.points));
@@ -98,7 +98,7 @@ fn check<const D: usize>(second: &Adaptivity<D>, refined_block: &RefinedBlock<D>
     assert!((whole - 1.0).abs() < 1e-13, "{case}: {whole}");
 }
 
-/// Zones come and go `count` times; in the end all are gone, and so is the cover.
+/// Adds and removes zones `count` times; in the end all are gone, and so is the overlay.
 fn come_and_go<const D: usize>(space: Space<D>, count: usize) {
     for kind in kinds::<D>() {
         let mut rng = Rng::with_seed(11);
@@ -160,7 +160,7 @@ fn zones_come_and_go_ten_thousand_times() {
     come_and_go(SOLID, 1000);
 }
 
-/// A contact that slides out of the middle of its zone takes it along, however fast; one
+/// A contact that slides out of the middle of its zone moves the zone, at any speed; a contact
 /// elsewhere does not.
 #[test]
 fn zones_go_with_what_slides() {
@@ -178,7 +178,7 @@ fn zones_go_with_what_slides() {
     assert!(!zone.is_left_by(&[0.03, 0.0], [0.08, 0.08]));
 }
 
-/// So often halved, the elements of a block have a level yet.
+/// There is a time level for elements of a block halved as often as `halvings` allows.
 fn there_are_levels<const D: usize>(space: Space<D>) {
     for kind in kinds::<D>() {
         let second = boxes(kind, &mut Rng::with_seed(1), space, Kinematics::Total);
@@ -211,7 +211,7 @@ fn what_is_no_deformation_has_no_rotation() {
     }
 }
 
-/// However far a block has turned, its strain energy is that of its strain.
+/// The strain energy of a block does not depend on its rotation.
 fn turns_are_no_strain<const D: usize>(space: Space<D>) {
     const STRETCH: f64 = 1e-4;
     for kind in kinds::<D>() {

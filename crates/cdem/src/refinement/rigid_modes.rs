@@ -1,25 +1,25 @@
-//! How a body of which some nodes are held can move as if it were rigid.
+//! Rigid modes of a body with prescribed nodes.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub, truncate};
 use crate::refinement::rigid_momenta::{MovingBody, RigidMomenta};
 
-/// Share of the most that a motion moves what is held, below which that is round-off.
+/// Fraction of the largest motion of prescribed components below which a motion is round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Motions of a body as if it were rigid that move nothing of it that is held.
+/// Rigid modes of a body that do not move its prescribed components.
 pub(crate) struct RigidModes<'a, const D: usize, M> {
     body: &'a MovingBody<'a, D, M>,
     centre: [f64; D],
     all: Vec<RigidMotion>,
-    /// Velocities of the nodes in each.
+    /// Nodal velocities of each mode.
     fields: Vec<Vec<[f64; D]>>,
-    /// Momentum in each along each.
+    /// Generalised mass matrix: momentum of each mode along each mode.
     inertia: DMatrix<f64>,
 }
 
-/// Velocity of a point of a body, and rate at which it turns about that.
+/// Velocity of a point of a body, and angular velocity.
 #[derive(Clone, Copy, Debug, Default)]
 struct RigidMotion {
     linear: [f64; 3],
@@ -27,17 +27,17 @@ struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// Velocity at the end of an arm from the point.
+    /// Returns the velocity at the end of an arm from the point.
     fn at<const D: usize>(&self, arm: &[f64; D]) -> [f64; D] {
         truncate(&add(&self.linear, &cross(&self.angular, &pad(arm))))
     }
 
-    /// What momenta have along it.
+    /// Returns the component of momenta along the motion.
     fn along(&self, momenta: &RigidMomenta) -> f64 {
         dot(&self.linear, &momenta.linear) + dot(&self.angular, &momenta.angular)
     }
 
-    /// Motions along the axes, and turns about them that are as fast at some `radius`.
+    /// Returns translations along the axes, and rotations about them of equal speed at a `radius`.
     fn units<const D: usize>(radius: f64) -> Vec<Self> {
         let along = |axis: usize, length: f64| {
             let mut vector = [0.0; 3];
@@ -57,7 +57,7 @@ impl RigidMotion {
 }
 
 impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D, M> {
-    /// Motions about `centre` of a body of which these components of nodes are `held`.
+    /// Builds the modes about `centre` of a body whose components `held` are prescribed.
     pub(crate) fn new(
         body: &'a MovingBody<'a, D, M>,
         centre: [f64; D],
@@ -86,10 +86,10 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
         }
     }
 
-    /// Adds the motion to `velocities` that gives the body the momenta `wanted` about the
-    /// centre, as far as it is free.
+    /// Adds to `velocities` the motion that gives the body the momenta `wanted` about the centre,
+    /// as far as it is free.
     pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
-        // A second time for the round-off of the first.
+        // The second pass corrects the round-off of the first.
         for _ in 0..2 {
             let now = self.body.momenta(velocities, &self.centre);
             let lack = RigidMomenta {
@@ -104,7 +104,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
         }
     }
 
-    /// Inverse mass that an impulse along a unit `normal` finds at a point, 1/kg.
+    /// Returns the inverse effective mass for an impulse along a unit `normal` at a point, 1/kg.
     pub(crate) fn mobility(&self, point: &[f64; D], normal: &[f64; D]) -> f64 {
         let impulse = RigidMomenta {
             linear: pad(normal),
@@ -117,7 +117,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
             .sum()
     }
 
-    /// How fast each motion goes with these momenta.
+    /// Returns the rate of each mode for these momenta.
     fn rates(&self, momenta: &RigidMomenta) -> Vec<f64> {
         if self.all.is_empty() {
             return Vec::new();
@@ -129,7 +129,8 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
     }
 }
 
-/// The sums of some motions that do not move what is held at the end of these arms.
+/// Returns the combinations of motions that do not move the prescribed components at the ends of
+/// these arms.
 fn free<const D: usize>(
     units: &[RigidMotion],
     arms: &[[f64; D]],
@@ -161,7 +162,7 @@ fn free<const D: usize>(
 mod tests {
     use super::*;
 
-    /// Corners of a box of 1 kg each.
+    /// Corners of a box, with 1 kg each.
     const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [0.0, 4.0]];
 
     fn body(points: &[[f64; 2]]) -> MovingBody<'_, 2, impl Fn(usize, &[[f64; 2]]) -> [f64; 2]> {
@@ -188,7 +189,7 @@ mod tests {
         let mut held = [[false; 2]; 4];
         held[0] = [true; 2];
         let twists = RigidModes::new(&body, [1.5, 2.0], &held);
-        // 9 + 25 + 16 kg m² about the pin, 4 m beside it.
+        // The moment of inertia about the pin is 9 + 25 + 16 kg m², the arm 4 m.
         let mobility = twists.mobility(&[3.0, 4.0], &[-1.0, 0.0]);
         assert!((mobility - 16.0 / 50.0).abs() < 1e-14, "{mobility}");
         let turned = [[0.0, 0.0], [0.0, 3.0], [-4.0, 3.0], [-4.0, 0.0]];

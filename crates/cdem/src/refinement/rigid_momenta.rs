@@ -1,11 +1,11 @@
-//! Momenta of a body, given back after a change of mesh.
+//! Momenta of a body, and their restoration after a change of mesh.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math::vector::{add, add_scaled, cross, pad, scale, sub, truncate};
 
-/// Positions of a body's nodes, m, and what the momentum of each is, N·s, of the
-/// velocities of all, m/s.
+/// Positions of a body's nodes, m, and the momentum of each node, N·s, as a function of all
+/// velocities, m/s.
 pub(crate) struct MovingBody<'a, const D: usize, M> {
     pub(crate) points: &'a [[f64; D]],
     pub(crate) momentum: M,
@@ -19,7 +19,7 @@ pub(crate) struct RigidMomenta {
 }
 
 impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> MovingBody<'_, D, M> {
-    /// Its momenta about `centre`.
+    /// Returns the momenta about `centre`.
     pub(crate) fn momenta(&self, velocities: &[[f64; D]], centre: &[f64; D]) -> RigidMomenta {
         let mut momenta = RigidMomenta {
             linear: [0.0; 3],
@@ -34,7 +34,7 @@ impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> MovingBody<'_, D, M>
         momenta
     }
 
-    /// Its mass, kg, and the centre of it.
+    /// Returns the mass, kg, and its centre.
     pub(crate) fn centre(&self) -> (f64, [f64; D]) {
         let mut along_x = [0.0; D];
         along_x[0] = 1.0;
@@ -69,12 +69,12 @@ impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> MovingBody<'_, D, M>
         spin.unwrap_or_default().into()
     }
 
-    /// Adds the rigid motion to `velocities` that gives it the momenta `wanted` about
-    /// its centre.
+    /// Adds to `velocities` the rigid motion that gives the body the momenta `wanted` about its
+    /// centre.
     pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
         let (mass, centre) = self.centre();
         let arm = |node: usize| pad(&sub(&self.points[node], &centre));
-        // A second time for the round-off of the first.
+        // The second pass corrects the round-off of the first.
         for _ in 0..2 {
             let now = self.momenta(velocities, &centre);
             let lack = sub(&wanted.angular, &now.angular);

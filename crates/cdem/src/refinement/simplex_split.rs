@@ -1,21 +1,21 @@
-//! Elements that are no simplices, as simplices about their centre.
+//! Split of non-simplex elements into simplices about their centre.
 //!
-//! A quadrilateral facet becomes triangles about its own centre, as the surface that
-//! contact sees: blocks whose facets warp have the same surface before and after, and
-//! no diagonal is to be chosen. Before an element that stays whole there is no such
-//! centre: the pyramid there is tetrahedra over both diagonals, each of half the weight.
-//! Of constant stress these put the same force on all four nodes, as the facet of the
-//! whole element does, so that meshes which are refined in part pass the patch test.
+//! A quadrilateral facet becomes triangles about its own centre, as in the boundary used for
+//! contact. So blocks with warped facets have the same boundary before and after, and there is no
+//! choice of diagonal. A facet next to an element that stays whole has no such centre. There the
+//! pyramid becomes tetrahedra over both diagonals, each of half the weight. At constant stress
+//! these put the same force on all four nodes, as the facet of the whole element does. Thus partly
+//! refined meshes pass the patch test.
 
 use crate::mesh::ElementKind;
 
-/// Whether an element is bisected as it is.
+/// Returns true if an element is bisected as it is.
 pub(super) fn is_simplex(kind: ElementKind) -> bool {
     matches!(kind, ElementKind::Tri3 | ElementKind::Tet4)
 }
 
-/// Simplices between a facet, its nodes in the order of the element's shape, and the
-/// centre of the element; `middle` makes the node in the middle of a quadrilateral.
+/// Returns the simplices between a facet and the centre of the element. The nodes of the facet are
+/// in the order of the element's shape; `middle` adds the node at the middle of a quadrilateral.
 pub(super) fn pieces_over(
     facet: &[u32],
     centre: u32,
@@ -33,7 +33,7 @@ pub(super) fn pieces_over(
     }
 }
 
-/// Tetrahedra over both diagonals of a quadrilateral, which lie in each other.
+/// Returns the overlapping tetrahedra over both diagonals of a quadrilateral.
 pub(super) fn halves_over(facet: &[u32], centre: u32) -> Vec<Vec<u32>> {
     let corner = |k: usize| facet[k % 4];
     let over = |k: usize| vec![corner(k), corner(k + 2), corner(k + 1), centre];

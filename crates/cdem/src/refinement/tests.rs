@@ -1,4 +1,4 @@
-//! What holds for all meshes and all wishes.
+//! Properties of refinement for all meshes and all requested sizes.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use crate::refinement::overlay::halvings;
 use crate::refinement::{BaseMesh, BisectedSimplex, BisectedTetrahedron, BisectedTriangle, Forest};
 use fastrand::Rng;
 
-/// A mesh with what a forest asks of it.
+/// A mesh with the data that a forest needs.
 pub(super) struct Ground<const D: usize> {
     pub(super) mesh: Mesh<D>,
     around: Adjacency,
@@ -24,7 +24,7 @@ impl<const D: usize> Ground<D> {
         Self { mesh, around }
     }
 
-    /// A box of distorted cells, its nodes numbered at random.
+    /// Builds a box of distorted cells with its nodes numbered at random.
     pub(super) fn random(kind: ElementKind, rng: &mut Rng) -> Self {
         let divisions = std::array::from_fn(|_| rng.usize(1..=3));
         let mut mesh = distorted::<D>(divisions, kind, 0.15 * rng.f64());
@@ -45,7 +45,7 @@ impl<const D: usize> Ground<D> {
         Self::new(mesh)
     }
 
-    /// One simplex with corners at random, not too flat.
+    /// Builds one simplex with random corners, not too flat.
     pub(super) fn simplex(rng: &mut Rng) -> Self {
         loop {
             let point = |_| std::array::from_fn(|_| rng.f64());
@@ -76,7 +76,7 @@ impl<const D: usize> Ground<D> {
         (0..self.mesh.elements.len() as u32).collect()
     }
 
-    /// Refined to some points at random, to sizes in proportion to the distance.
+    /// Refines the mesh around some random points, to sizes proportional to the distance.
     pub(super) fn refined<C: BisectedSimplex>(&self, rng: &mut Rng) -> Forest<D, C> {
         let count = rng.usize(1..=3);
         let point = |_| {
@@ -96,7 +96,7 @@ impl<const D: usize> Ground<D> {
         })
     }
 
-    /// All elements, refined or not, with the shares of their volume.
+    /// Returns all elements, refined or not, with the fractions of their volume.
     fn elements<C: BisectedSimplex>(&self, forest: &Forest<D, C>) -> Vec<(Element, f64)> {
         let replaced: BTreeSet<u32> = forest.roots().collect();
         let kept = self.all().into_iter().filter(|e| !replaced.contains(e));
@@ -107,7 +107,7 @@ impl<const D: usize> Ground<D> {
         kept.chain(leaves).collect()
     }
 
-    /// The boundary facets that each node lies on, those of the forest too.
+    /// Returns the boundary facets on which each node lies, new nodes included.
     fn facets_at<C>(&self, forest: &Forest<D, C>) -> Vec<BTreeSet<usize>>
     where
         C: BisectedSimplex,
@@ -130,7 +130,7 @@ impl<const D: usize> Ground<D> {
     }
 }
 
-/// ∫ ∇N over elements for each node, m^(D − 1): what constant stress puts on it.
+/// Returns ∫ ∇N over the elements for each node, m^(D − 1): the load of constant stress on it.
 fn areas<const D: usize>(
     elements: &[(Element, f64)],
     point: impl Fn(u32) -> [f64; D],
@@ -167,12 +167,12 @@ fn areas<const D: usize>(
     areas
 }
 
-/// Longest edge.
+/// Returns the longest edge.
 pub(super) fn size<const D: usize>(corners: &[[f64; D]]) -> f64 {
     squares(corners).into_iter().fold(0.0, f64::max).sqrt()
 }
 
-/// Squares of the lengths of the edges.
+/// Returns the squares of the edge lengths.
 fn squares<const D: usize>(corners: &[[f64; D]]) -> Vec<f64> {
     let pairs = (0..corners.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     pairs
@@ -180,14 +180,14 @@ fn squares<const D: usize>(corners: &[[f64; D]]) -> Vec<f64> {
         .collect()
 }
 
-/// Volume, positive for corners in the right order.
+/// Returns the volume, positive for corners in the right order.
 pub(super) fn volume<const D: usize>(corners: &[[f64; D]]) -> f64 {
     let matrix = nalgebra::DMatrix::from_fn(D, D, |i, j| corners[j + 1][i] - corners[0][i]);
     matrix.determinant() / [2.0, 6.0][D - 2]
 }
 
-/// 1 for a regular simplex, 0 for a flat one: volume^(2/D) over the mean square of
-/// the edges (Liu and Joe 1994, BIT 34, in space).
+/// Returns the shape quality: 1 for a regular simplex, 0 for a flat one. It is volume^(2/D) over
+/// the mean square of the edges (in 3-D: Liu and Joe 1994, BIT 34).
 fn shape<const D: usize>(corners: &[[f64; D]]) -> f64 {
     let squares = squares(corners);
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
@@ -204,8 +204,8 @@ fn corners_of<const D: usize, C: BisectedSimplex>(
     nodes.map(|&n| forest.point(ground.base(), n)).collect()
 }
 
-/// Refined meshes fill what they filled, with elements that fit: constant stress puts
-/// no force on a node inside.
+/// Refined meshes fill the same volume with conforming elements: constant stress puts no force on
+/// an interior node.
 fn conforms<const D: usize, C: BisectedSimplex>(seed: u64, count: usize) {
     for kind in kinds::<D>() {
         let mut halves = 0;
@@ -270,9 +270,9 @@ fn refined_solid_meshes_conform() {
     conforms::<3, BisectedTetrahedron>(2, 20);
 }
 
-/// Elements that are wanted no smaller than a half, a quarter or an eighth of what they have
-/// come of are halved no more often, wherever they must conform; but seldom, and once, where
-/// a smaller element has to fit beside a larger one.
+/// Elements are requested no smaller than a half, a quarter or an eighth of their root. They are
+/// halved no more often to conform, except rarely, and once, where a smaller element must fit
+/// beside a larger one.
 fn halved_no_deeper<const D: usize, C: BisectedSimplex>(count: usize) {
     for kind in kinds::<D>() {
         let mut deeper = 0;
@@ -309,8 +309,8 @@ fn to_conform_no_tetrahedron_is_halved_more_often() {
     halved_no_deeper::<3, BisectedTetrahedron>(30);
 }
 
-/// Shapes of the descendants of a simplex after so many bisections: edges over the
-/// size, to six digits, with the worst.
+/// Returns the shapes of the descendants of a simplex after `generation` bisections, as edges over
+/// the size to six digits, and the worst shape quality.
 fn shapes<const D: usize, C: BisectedSimplex>(
     ground: &Ground<D>,
     generation: i32,
@@ -334,9 +334,9 @@ fn shapes<const D: usize, C: BisectedSimplex>(
     (shapes, worst)
 }
 
-/// However often a simplex is bisected, its descendants have no more than `most` shapes;
-/// none is worse than those of the first `cycle` generations, which are no worse than
-/// its own by more than a factor of `bound`.
+/// The descendants of a simplex have no more than `most` shapes after any number of bisections.
+/// None is worse than those of the first `cycle` generations, and these are no worse than the
+/// simplex by more than a factor of `bound`.
 fn shapes_stay<const D: usize, C: BisectedSimplex>(
     count: usize,
     cycle: i32,
@@ -361,7 +361,7 @@ fn shapes_stay<const D: usize, C: BisectedSimplex>(
             all.extend(shapes);
             assert!(worst > (1.0 - 1e-9) * first, "case {case}: {worst} {first}");
         }
-        // Of lengths that round to either of two digits there are a few twice.
+        // A few lengths that round to either of two digits count twice.
         assert!(
             all.len() <= known + 1 && known <= most,
             "case {case}: {known}"
@@ -371,13 +371,13 @@ fn shapes_stay<const D: usize, C: BisectedSimplex>(
 
 #[test]
 fn triangles_keep_to_four_shapes() {
-    // Four (Mitchell 1991). The worst of 20 000 triangles came to 0.603 of its own.
+    // Four (Mitchell 1991). The worst of 20 000 triangles had 0.603 of its own quality.
     shapes_stay::<2, BisectedTriangle>(300, 3, 4, 0.6);
 }
 
 #[test]
 fn tetrahedra_keep_to_a_finite_number_of_shapes() {
-    // 72 (Arnold, Mukherjee and Pouly 2000). The worst of 1500 came to 0.301.
+    // 72 (Arnold, Mukherjee and Pouly 2000). The worst of 1500 had 0.301.
     shapes_stay::<3, BisectedTetrahedron>(40, 8, 72, 0.3);
 }
 

@@ -1,4 +1,4 @@
-//! What the nodes and elements of a block have goes over to another mesh of it.
+//! Transfer of nodal and element data of a block to another mesh of it.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use crate::refinement::forest::Lineage;
 use crate::refinement::prolongation::Prolongation;
 use crate::refinement::refined_block::RefinedBlock;
 
-/// From one mesh of a block to a finer or a coarser one.
+/// Transfer from one mesh of a block to a finer or a coarser one.
 pub(crate) struct MeshTransfer<'a, const D: usize> {
     nesting: Prolongation<'a, D>,
     is_finer: bool,
@@ -16,8 +16,8 @@ pub(crate) struct MeshTransfer<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> MeshTransfer<'a, D> {
-    /// `None` is the base mesh; `None` comes out where neither mesh is a refinement of the
-    /// other.
+    /// Builds the transfer; a mesh that is `None` is the base mesh. Returns `None` if neither mesh
+    /// is a refinement of the other.
     pub(crate) fn between(
         old: Option<&'a RefinedBlock<D>>,
         new: Option<&'a RefinedBlock<D>>,
@@ -38,12 +38,12 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         to(new, old, true).or_else(|| to(old, new, false))
     }
 
-    /// Whether new nodes have come, and none has gone.
+    /// Returns true if nodes are added and none is removed.
     pub(crate) fn is_finer(&self) -> bool {
         self.is_finer
     }
 
-    /// What varies linearly between nodes.
+    /// Transfers values that vary linearly between nodes.
     pub(crate) fn values<const C: usize>(&self, of: &[[f64; C]]) -> Vec<[f64; C]> {
         if self.is_finer {
             self.nesting.prolongate(of)
@@ -52,7 +52,7 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         }
     }
 
-    /// Velocities, m/s.
+    /// Transfers velocities, m/s.
     pub(crate) fn velocities(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
         if self.is_finer {
             self.nesting.grow(of)
@@ -61,13 +61,13 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         }
     }
 
-    /// Displacements on a finer mesh, m.
+    /// Returns displacements on a finer mesh, m.
     pub(crate) fn grown(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
         self.nesting.grow(of)
     }
 
-    /// Which nodes of a coarser mesh stay where they are: those about which nothing changes,
-    /// and those of which any component is `held`.
+    /// Returns, for each node of a coarser mesh, true if it stays in place: nothing changes around
+    /// it, or a component of it is `held` (prescribed).
     pub(crate) fn kept(&self, held: &[[bool; D]]) -> Vec<bool> {
         let mut kept = self.nesting.stays();
         for (kept, held) in kept.iter_mut().zip(self.nesting.pick(held)) {
@@ -76,9 +76,9 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         kept
     }
 
-    /// Displacements on a coarser mesh, m, as near as can be, but that some nodes are `kept`
-    /// where they are; where none is, the centre of mass stays, nodes having these `masses`
-    /// before and after, kg.
+    /// Returns the displacements on a coarser mesh with the least loss, m; nodes that are `kept`
+    /// stay in place. If there are none, the centre of mass stays, for the nodal `masses` before
+    /// and after, kg.
     pub(crate) fn smoothed(
         &self,
         of: &[[f64; D]],
@@ -95,7 +95,7 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         moved
     }
 
-    /// How the nodes move of which some go over to a coarser mesh with other displacements,
+    /// Returns the moves of the nodes in a change to a coarser mesh with the displacements `after`,
     /// m.
     pub(crate) fn moves(&self, before: &[[f64; D]], after: &[[f64; D]]) -> Vec<[f64; D]> {
         let after = self.nesting.prolongate(after);
@@ -103,7 +103,7 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         moves.map(|(old, new)| sub(new, old)).collect()
     }
 
-    /// Impulses on nodes, N·s: they stay where they are, or go to those between which they are.
+    /// Transfers impulses, N·s: each stays at its node, or goes to the parents of a removed node.
     pub(crate) fn impulses(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
         if self.is_finer {
             self.nesting.scatter(of)
@@ -112,14 +112,14 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         }
     }
 
-    /// Momenta of nodes, N·s: of those that go, to those between which they lie. To be had
-    /// of velocities of finer nodes for coarser ones alone.
+    /// Transfers momenta, N·s, of removed nodes to their parents; only for a change to a coarser
+    /// mesh.
     pub(crate) fn gather(&self, of: Vec<[f64; D]>) -> Vec<[f64; D]> {
         self.nesting.restrict(of)
     }
 }
 
-/// Mean of what nodes have, by their masses.
+/// Returns the mean of nodal values, weighted by mass.
 fn mean<const D: usize>(of: &[[f64; D]], masses: &[f64]) -> [f64; D] {
     let mut sum = [0.0; D];
     for (of, mass) in of.iter().zip(masses) {
@@ -128,13 +128,13 @@ fn mean<const D: usize>(of: &[[f64; D]], masses: &[f64]) -> [f64; D] {
     scale(1.0 / masses.iter().sum::<f64>(), &sum)
 }
 
-/// An element of a block: the one that it is or has come of, and which part of that.
+/// An element of a block: its root element, and the part of that root.
 struct ElementLineage {
     root: u32,
     lineage: Option<Lineage>,
 }
 
-/// The elements of a block whose own are these, in order.
+/// Returns the elements of a block in order; `own` are its base elements.
 fn lines<const D: usize>(
     own: Range<u32>,
     refined_block: Option<&RefinedBlock<D>>,
@@ -153,9 +153,9 @@ fn lines<const D: usize>(
     kept.chain(new).collect()
 }
 
-/// For each element of a block's new mesh, by numbers within the block, the old ones that
-/// are parts of it, or that which it is a part of. `own` are the elements of the block as
-/// it was before refinement.
+/// Returns, for each element of a block's new mesh, the old elements that are parts of it, or the
+/// old element of which it is a part. Elements are numbered within the block; `own` are its base
+/// elements.
 pub(crate) fn predecessors<const D: usize>(
     own: Range<u32>,
     old: Option<&RefinedBlock<D>>,
@@ -189,7 +189,7 @@ pub(crate) fn predecessors<const D: usize>(
         let is_whole = |number: &u32| holds(line(*number).lineage.as_ref(), Some(&lineage));
         match before.filter(is_whole) {
             Some(whole) => vec![whole],
-            // Other pieces of the element, or all of it.
+            // Different pieces of the element, or the whole element.
             None => of_root.to_vec(),
         }
     });

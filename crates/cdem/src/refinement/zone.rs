@@ -1,38 +1,38 @@
-//! Places on blocks that are refined, and how finely.
+//! Refinement zones.
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::vector::{norm, sub};
 
-/// A place on a block where it is in contact, or about to be.
+/// A place where a block is in contact or about to be, with the element sizes around it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Zone<const D: usize> {
-    /// Where at rest, m.
+    /// Centre at rest, m.
     #[serde(with = "crate::math::serde_pod")]
     pub(crate) centre: [f64; D],
-    /// How far around it elements are as fine as its finest, m.
+    /// Radius of the region of the finest elements, m.
     pub(crate) radius: f64,
-    /// Size of these, m.
+    /// Size of the finest elements, m.
     pub(crate) finest: f64,
-    /// Size of the others over their distance from these, at most.
+    /// Maximum size of other elements over their distance from that region.
     pub(crate) grading: f64,
     /// The last coarse step that needs it.
     pub(crate) until: u64,
 }
 
-/// Size of an element over its distance from what is finest, at most: twice that of the design,
-/// section 6, for a quarter to a tenth of the elements in space and the same velocities (book,
-/// "How finely").
+/// Maximum size of an element over its distance from the finest region. It is twice that of the
+/// design, section 6, which takes a quarter to a tenth of the elements in 3-D for the same
+/// velocities (book, "How finely").
 pub(crate) const GRADING: f64 = 1.0;
 
-/// The same where blocks meet flush: a plane wave does not thin out, and of a front each
-/// halving of the mesh throws back what is too short for it. With half as much it is
-/// twice as loud.
+/// The same for flush contacts in 2-D. A plane wave does not decay with distance, and each halving
+/// of the mesh reflects the part of a front that is too short for it. With a grading of 0.5 the
+/// reflection is twice as large.
 pub(crate) const GENTLE: f64 = 0.125;
 
 impl<const D: usize> Zone<D> {
-    /// How large an element may be with corners there, m: those within the radius and two
-    /// rings around it are as fine as its finest, others grow with the distance.
+    /// Returns the maximum size of an element with these corners, m. Elements within the radius and
+    /// in two rings around it are as fine as `finest`; others grow with the distance.
     pub(crate) fn size_at(&self, corners: &[[f64; D]]) -> f64 {
         let apart = corners
             .iter()
@@ -41,20 +41,21 @@ impl<const D: usize> Zone<D> {
         self.finest.max(self.grading * (apart - self.radius))
     }
 
-    /// Whether it gives what another would.
+    /// Returns true if the zone makes `other` superfluous.
     pub(crate) fn covers(&self, other: &Self) -> bool {
         self.finest <= other.finest
             && self.grading <= other.grading
             && self.apart(&other.centre) + other.radius <= self.radius + 0.5 * other.finest
     }
 
-    /// Whether a place lies in its middle: where its own would be no other zone.
+    /// Returns true if a place lies in the middle of the zone: a zone of its own would be no
+    /// different.
     pub(crate) fn has(&self, place: &[f64; D]) -> bool {
         self.apart(place) <= self.radius + 0.5 * self.finest
     }
 
-    /// Whether a contact there, not far from its middle, has slid out of that: it has slipped
-    /// so far since it began, m, and in a coarse step.
+    /// Returns true if a contact near the middle of the zone has slid out of it. The slip, m, is
+    /// that since the contact began and that in a coarse step.
     pub(crate) fn is_left_by(&self, place: &[f64; D], [since, in_step]: [f64; 2]) -> bool {
         let middle = 0.5 * self.finest;
         let out = self.apart(place) - self.radius;
@@ -67,7 +68,7 @@ impl<const D: usize> Zone<D> {
     }
 }
 
-/// Size of an element, m: the side of the cube that is as wide across.
+/// Returns the size of an element, m: the side of the square or cube of the same diameter.
 pub(crate) fn size<const D: usize>(corners: &[[f64; D]]) -> f64 {
     let pairs = (0..corners.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     let lengths = pairs.map(|(i, j)| norm(&sub(&corners[i], &corners[j])));

@@ -34,7 +34,7 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
-    /// Number of nodes.
+    /// Returns the number of nodes.
     #[must_use]
     pub const fn node_count(self) -> usize {
         match self {
@@ -45,7 +45,7 @@ impl ElementKind {
         }
     }
 
-    /// Dimension of space it fills: 2 or 3.
+    /// Returns the dimension of the element: 2 or 3.
     #[must_use]
     pub const fn dimension(self) -> usize {
         match self {
@@ -54,8 +54,8 @@ impl ElementKind {
         }
     }
 
-    /// Facets as local node numbers: edges with the element to their left in
-    /// 2-D, faces counter-clockwise seen from outside in 3-D.
+    /// Returns the facets as local node numbers: edges with the element to their left in 2-D, faces
+    /// counter-clockwise seen from outside in 3-D.
     #[must_use]
     pub const fn facets(self) -> &'static [&'static [u8]] {
         match self {
@@ -80,7 +80,7 @@ impl ElementKind {
         }
     }
 
-    /// The name used in scenes.
+    /// Returns the name used in scenes.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

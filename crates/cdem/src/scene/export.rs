@@ -1,4 +1,4 @@
-//! From scene to input: every default filled in, as a user would write it.
+//! Writes a scene as input, with every default filled in.
 
 use serde::Serialize;
 
@@ -10,8 +10,8 @@ use crate::scene::{
     LoadKind, Material, Motion, Output, Probe, Rotation, Scene, Schedule, Time,
 };
 
-/// The scene in the keys of the scene file, every default filled in: SI units,
-/// angles in degrees. Reading it again gives the same scene, bit for bit.
+/// Returns the scene in the keys of the scene file, with every default filled in: SI units, angles
+/// in degrees. Reading it again gives the same scene, bit for bit.
 #[must_use]
 pub fn as_input(scene: &Scene) -> impl Serialize + use<> {
     scene_input(scene)
@@ -153,7 +153,7 @@ fn block(block: &Block) -> input::BlockInput {
     }
 }
 
-/// Counts come from 32 bits, so none is cut off.
+/// Counts were read as 32-bit numbers, so none is truncated.
 fn whole(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }

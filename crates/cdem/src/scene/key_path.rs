@@ -1,9 +1,9 @@
-//! Where in a scene something stands.
+//! Path to a value in a scene.
 
 use std::fmt;
 
-/// The way from the top of a scene to one of its values, such as
-/// `block[1].material`. Indices count from 0.
+/// Path from the top of a scene to one of its values, such as `block[1].material`. Indices count
+/// from 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct KeyPath(Vec<Step>);
 
@@ -17,25 +17,25 @@ pub enum Step {
 }
 
 impl KeyPath {
-    /// The scene itself.
+    /// Returns the path of the scene itself.
     #[must_use]
     pub const fn root() -> Self {
         Self(Vec::new())
     }
 
-    /// The value of `key` in the table here.
+    /// Returns the path of the value of `key` in the table here.
     #[must_use]
     pub fn key(&self, key: &str) -> Self {
         self.then(Step::Key(key.to_owned()))
     }
 
-    /// Item `index` of the array here.
+    /// Returns the path of item `index` of the array here.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
         self.then(Step::Index(index))
     }
 
-    /// The steps from the top.
+    /// Returns the steps from the top.
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.0

@@ -1,10 +1,9 @@
-//! The scene: everything a user says about a run, in SI units.
+//! The scene: the user's description of a run, in SI units.
 //!
-//! A tree of values, from a file or from a program, becomes a [`Scene`] in two
-//! steps. First it is read as the input types, whose fields are the keys of the
-//! scene file: unknown keys, wrong types and wrong units show up here. Then the
-//! keys are checked against each other, and defaults are filled in. Each step
-//! tells all that is wrong, by [`KeyPath`]; see [`from_value`].
+//! A tree of values, from a file or from a program, becomes a [`Scene`] in two steps. First it is
+//! read as the input types, whose fields are the keys of the scene file; this finds unknown keys,
+//! wrong types and wrong units. Then the keys are checked against each other, and defaults are
+//! filled in. Each step reports all errors, by [`KeyPath`]; see [`from_value`].
 
 pub(crate) mod check;
 pub(crate) mod decode;
@@ -29,13 +28,12 @@ pub use crate::scene::problem::{Help, Place, Problem};
 pub use crate::scene::schedule::{Linear, Schedule};
 pub use crate::scene::schema::json_schema;
 
-/// Reads and checks a scene from a tree of values, as a TOML or JSON file or a
-/// dictionary gives it: the keys of the scene file, numbers in SI units or text
-/// with a unit, angles in degrees. `null` stands for a key that is left out.
+/// Reads and checks a scene from a tree of values, as a TOML or JSON file or a dictionary gives it:
+/// the keys of the scene file, numbers in SI units or text with a unit, angles in degrees. `null`
+/// means that a key is left out.
 ///
 /// # Errors
-/// All that is wrong with its keys and types; where there is nothing of that
-/// kind, all that is wrong with its values.
+/// All errors in keys and types; if there are none, all errors in values.
 pub fn from_value(value: serde_json::Value) -> Result<Scene, Vec<Problem>> {
     if let Some(version) = value.get("version").filter(|version| version.is_number())
         && version.as_f64() != Some(f64::from(check::VERSION))
@@ -48,16 +46,16 @@ pub fn from_value(value: serde_json::Value) -> Result<Scene, Vec<Problem>> {
     check::check(&decode::decode(value)?)
 }
 
-/// A time, s, as keys of a scene take it: a number in seconds, or text with a unit.
+/// Reads a time, s, as keys of a scene accept it: a number in seconds, or text with a unit.
 ///
 /// # Errors
-/// What it is instead.
+/// If the value is not a time.
 pub fn time(value: serde_json::Value) -> Result<f64, Vec<Problem>> {
     decode::decode(value).map(input::Quantity::<input::Duration>::si)
 }
 
-/// Whether `name` is that of a part of the split block `whole`: its name, a
-/// point, and a number from 1.
+/// True if `name` is that of a part of the split block `whole`: its name, a point, and a number
+/// from 1.
 pub(crate) fn is_part(whole: &str, name: &str) -> bool {
     let number = name
         .strip_prefix(whole)
@@ -94,9 +92,9 @@ pub struct Scene {
     pub load: Vec<Load>,
     /// Contact between blocks.
     pub contact: Contact,
-    /// What is written, and how often.
+    /// Kind and frequency of output.
     pub output: Output,
-    /// Points to watch.
+    /// Points to follow.
     pub probe: Vec<Probe>,
 }
 
@@ -115,21 +113,21 @@ pub enum Plane {
 pub struct Time {
     /// End of the run, s.
     pub end: f64,
-    /// The coarsest step, s; `None`: from the elements.
+    /// Coarse step, s; `None`: chosen from the elements.
     pub step: Option<f64>,
-    /// Share of the stable step that is used.
+    /// Fraction of the stable step in use.
     pub safety: f64,
-    /// When to stop before the end.
+    /// Condition to stop before the end.
     pub stop_when: Option<StopWhen>,
 }
 
-/// `time.stop_when`: when the kinetic energy has been below a threshold at every
-/// coarse step for some time.
+/// `time.stop_when`: stops once the kinetic energy has been below a threshold at every coarse step
+/// for some time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StopWhen {
     /// Threshold, J.
     pub kinetic_energy_below: f64,
-    /// For how long, s.
+    /// Duration, s.
     pub during: f64,
 }
 
@@ -177,7 +175,7 @@ pub struct Block {
     pub name: String,
     /// Mesh file or shape.
     pub geometry: Geometry,
-    /// Into how many blocks the mesh falls.
+    /// Rule by which the mesh is split into blocks.
     pub split: Split,
     /// Name of its material.
     pub material: String,
@@ -196,16 +194,16 @@ pub struct Block {
     pub kinematics: Kinematics,
     /// Mass matrix.
     pub mass: Mass,
-    /// Immovable.
+    /// True if the block cannot move.
     pub fixed: bool,
 }
 
-/// Where a block's mesh comes from.
+/// Origin of a block's mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Geometry {
-    /// A Gmsh file, and the physical group to take from it (`None`: all).
+    /// A Gmsh file, and the physical group to use (`None`: all).
     Mesh {
-        /// Path as the scene gives it, relative to the scene.
+        /// Path in the scene, relative to the scene file.
         path: PathBuf,
         /// Physical group.
         group: Option<String>,
@@ -221,7 +219,7 @@ pub enum Geometry {
         /// Element shape.
         element: ElementKind,
     },
-    /// A simple polygon (2-D), triangulated to elements of about `size`.
+    /// A simple polygon (2-D), meshed with elements of about `size`.
     Polygon {
         /// Corners in order, m.
         corners: Vec<[f64; 2]>,
@@ -280,9 +278,9 @@ pub enum Mass {
 /// `[[boundary]]`: prescribed velocities on a group or a whole block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundary {
-    /// What it acts on.
+    /// Group or block that it acts on.
     pub target: BoundaryTarget,
-    /// What it prescribes.
+    /// Prescribed motion.
     pub motion: Motion,
     /// Active from, s.
     pub start: f64,
@@ -290,7 +288,7 @@ pub struct Boundary {
     pub end: Option<f64>,
 }
 
-/// What a boundary condition acts on.
+/// Target of a boundary condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BoundaryTarget {
     /// A group of the mesh.
@@ -299,12 +297,12 @@ pub enum BoundaryTarget {
     Block(String),
 }
 
-/// What a boundary condition prescribes.
+/// Motion prescribed by a boundary condition.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Velocity by component, m/s; `None` leaves the component free.
     Velocity([Option<Schedule<f64>>; 3]),
-    /// A turn about an axis through a point, rad/s.
+    /// A rotation about an axis through a point.
     Turn {
         /// Unit axis; +z in 2-D.
         axis: [f64; 3],
@@ -344,19 +342,19 @@ pub struct Contact {
     pub model: ContactModel,
     /// d_tol, m; `None`: 1e-4 of the smallest boundary edge.
     pub tolerance: Option<f64>,
-    /// Strengths where no pair says otherwise.
+    /// Strengths for pairs without their own.
     pub strength: Strength,
-    /// Two-scale: accepted loss of a touch, share of its impact energy.
+    /// Two-scale: accepted impact loss over the impact energy.
     pub energy_loss: f64,
-    /// Two-scale: how often elements are halved in size at most.
+    /// Two-scale: largest number of halvings of an element.
     pub max_level: u32,
-    /// Two-scale: extent of the refined zone.
+    /// Two-scale: extent of the refinement zone.
     pub zone: Zone,
     /// Penalty: normal stiffness of a contact point, N/m.
     pub normal_stiffness: Option<f64>,
     /// Penalty: shear stiffness of a contact point, N/m.
     pub shear_stiffness: Option<f64>,
-    /// Overrides by pair of blocks or materials.
+    /// Settings for pairs of blocks or materials.
     pub pair: Vec<ContactPair>,
 }
 
@@ -393,13 +391,12 @@ pub struct Strength {
     pub tensile_strength: f64,
 }
 
-/// `[[contact.pair]]`. Where several are of the same two blocks, each value is
-/// that of the highest in rank that gives one: pairs of blocks rank above pairs
-/// of materials, later ones above earlier ones, and all above `[contact]`.
+/// `[[contact.pair]]`. If several entries are for the same two blocks, each value comes from the
+/// entry of highest rank that gives one: pairs of blocks rank above pairs of materials, later
+/// entries above earlier ones, and all above `[contact]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPair {
-    /// Names of two blocks or two materials. A check has seen to it that they
-    /// are not both.
+    /// Names of two blocks or two materials. The check refuses names that are both.
     pub between: [String; 2],
     /// Friction angle, rad.
     pub friction_angle: Option<f64>,
@@ -411,7 +408,7 @@ pub struct ContactPair {
     pub normal_stiffness: Option<f64>,
     /// Penalty: shear stiffness, N/m.
     pub shear_stiffness: Option<f64>,
-    /// `false`: the two ignore each other; `true` where no pair says otherwise.
+    /// `false`: no contact between the two. Default: `true`.
     pub enabled: Option<bool>,
 }
 
@@ -433,16 +430,16 @@ pub struct Output {
 }
 
 impl Output {
-    /// Seconds between checkpoints where the scene does not say.
+    /// Default time between checkpoints, wall-clock s.
     pub const CHECKPOINT: f64 = 60.0;
 }
 
-/// How often something is written.
+/// Frequency of an output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cadence {
-    /// So many intervals over the run.
+    /// Number of equal intervals over the run.
     Count(usize),
-    /// Simulated time between two, s.
+    /// Simulated time between two outputs, s.
     Interval(f64),
 }
 

@@ -1,35 +1,34 @@
-//! What is wrong with a scene, told to the person who must mend it.
+//! Errors of a scene, worded for the user who must correct it.
 
 use std::fmt;
 
 use crate::scene::KeyPath;
 
-/// One thing that is wrong with a scene: where, what, and what to try.
+/// An error in a scene: place, problem and advice.
 ///
-/// It knows nothing of files: whoever has the text finds line and column from
-/// the path.
+/// It has no reference to a file. The reader of the text finds line and column from the path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where it is; for a key that is missing, where it should be.
+    /// Path of the value; for a missing key, the path it should have.
     pub path: KeyPath,
-    /// Whether the key itself is wrong, or its value.
+    /// The part at fault: the key itself, or its value.
     pub place: Place,
-    /// What is wrong and what was expected: one sentence, no full stop.
+    /// Problem and expectation: one sentence, no full stop.
     pub message: String,
-    /// What to try.
+    /// Advice.
     pub help: Option<Help>,
 }
 
-/// What to try: scene files and programs write the same thing in different ways.
+/// Advice in two forms, because scene files and programs write the same thing in different ways.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Help {
-    /// To one who writes a scene file.
+    /// For authors of scene files.
     pub in_file: String,
-    /// To one whose program makes a scene of dictionaries and lists.
+    /// For programs that make a scene of dictionaries and lists.
     pub in_program: String,
 }
 
-/// Which part of `key = value` a [`Problem`] is about.
+/// The part of `key = value` that a [`Problem`] is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// The key: unknown, not allowed here, or missing.
@@ -40,7 +39,7 @@ pub enum Place {
 }
 
 impl Problem {
-    /// A value that is wrong.
+    /// Creates the problem of a wrong value.
     #[must_use]
     pub fn new(path: KeyPath, message: impl Into<String>) -> Self {
         Self {
@@ -51,7 +50,7 @@ impl Problem {
         }
     }
 
-    /// The same problem, of the key instead of its value.
+    /// Returns the same problem, for the key instead of its value.
     #[must_use]
     pub fn of_key(self) -> Self {
         Self {
@@ -60,7 +59,7 @@ impl Problem {
         }
     }
 
-    /// The same problem with advice.
+    /// Returns the same problem with advice.
     #[must_use]
     pub fn help(self, help: impl Into<Help>) -> Self {
         Self {
@@ -71,7 +70,7 @@ impl Problem {
 }
 
 impl Help {
-    /// A sentence about the tables of a list, such as `[[block]]`.
+    /// Creates a sentence about the tables of a list, such as `[[block]]`.
     pub(super) fn on_list(list: &str, sentence: impl Fn(&str) -> String) -> Self {
         Self {
             in_file: sentence(&format!("[[{list}]]")),
@@ -79,8 +78,8 @@ impl Help {
         }
     }
 
-    /// An example of a key with its value, `key = value`, after some words: inline tables of
-    /// TOML are dictionaries in a program.
+    /// Creates an example `key = value`, possibly followed by words. Inline tables of TOML become
+    /// dictionaries in a program.
     pub(super) fn example(example: &str) -> Self {
         let parts: Vec<&str> = example.split(" = ").collect();
         let mut in_program = parts
@@ -128,7 +127,7 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// The one of `known` that was most likely meant by `word`, if any is like it.
+/// Returns the name in `known` most similar to `word`, if one is similar enough.
 pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let asked = word.to_lowercase();
     known
@@ -138,8 +137,8 @@ pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, name)| name)
 }
 
-/// How many slips of the keyboard lie between two words; `None`: they are not
-/// alike. A word that is part of the other counts as alike ("poisson").
+/// Returns the number of typing errors between two words; `None` if they are not similar. A word
+/// that contains the other counts as similar ("poisson").
 fn likeness(asked: &str, name: &str) -> Option<usize> {
     let slips = strsim::damerau_levenshtein(asked, name);
     let length = asked.chars().count().max(name.chars().count());
@@ -151,7 +150,7 @@ fn likeness(asked: &str, name: &str) -> Option<usize> {
     contained.then_some(length)
 }
 
-/// Advice on a name that is not known: the nearest, or all of them.
+/// Returns advice on an unknown name: the most similar one, or all of them.
 pub(crate) fn suggestion<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str> + Clone,

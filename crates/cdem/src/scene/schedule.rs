@@ -1,38 +1,38 @@
-//! Values that may change in time.
+//! Values that may vary in time.
 
 use crate::math::vector::truncate;
 
-/// A constant, or a table of `(time, value)`: linear between its rows, held
-/// beyond its ends. Times increase strictly; a table has at least one row.
+/// A constant, or a table of `(time, value)`: linear between its rows, constant beyond its ends.
+/// Times increase strictly; a table has at least one row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Schedule<T> {
-    /// The same at all times.
+    /// One value at all times.
     Constant(T),
     /// Rows of time, s, and value.
     Table(Vec<(f64, T)>),
 }
 
 impl Schedule<Vec<f64>> {
-    /// The first `D` components of the value at `time`, s.
+    /// Returns the first `D` components of the value at `time`, s.
     ///
     /// # Panics
-    /// As [`value`](Self::value), or if there are fewer.
+    /// As [`value`](Self::value), or if there are fewer components.
     pub(crate) fn vector<const D: usize>(&self, time: f64) -> [f64; D] {
         self.value_of(time, |vector| truncate(vector))
     }
 }
 
-/// What a schedule can interpolate: numbers, and vectors of equal length.
+/// Values that a schedule can interpolate: numbers, and vectors of equal length.
 pub trait Linear: Clone {
-    /// `self + factor · (other − self)`; exactly `self` where both are equal.
+    /// Returns `self + factor · (other − self)`; exactly `self` if both are equal.
     #[must_use]
     fn towards(&self, other: &Self, factor: f64) -> Self;
 
-    /// `self + factor · other`.
+    /// Returns `self + factor · other`.
     #[must_use]
     fn plus(&self, other: &Self, factor: f64) -> Self;
 
-    /// `factor · self`.
+    /// Returns `factor · self`.
     #[must_use]
     fn times(&self, factor: f64) -> Self;
 }
@@ -82,16 +82,16 @@ impl<T: Linear> Linear for Vec<T> {
 }
 
 impl<T: Linear> Schedule<T> {
-    /// The value at `time`, s. At the time of a row it is exactly that row's.
+    /// Returns the value at `time`, s. At the time of a row it is exactly the value of the row.
     ///
     /// # Panics
-    /// If a table has no rows; no checked scene holds such a table.
+    /// If a table has no rows; a checked scene has no such table.
     #[must_use]
     pub fn value(&self, time: f64) -> T {
         self.value_of(time, T::clone)
     }
 
-    /// The value at `time`, s, of what there is `of` a row's.
+    /// Returns the value at `time`, s, of the part `of` of each row's value.
     fn value_of<U: Linear>(&self, time: f64, of: impl Fn(&T) -> U) -> U {
         let rows = match self {
             Self::Constant(value) => return of(value),
@@ -108,7 +108,7 @@ impl<T: Linear> Schedule<T> {
         }
     }
 
-    /// This schedule before `time`, s, and `other` from then on.
+    /// Returns the schedule that equals `self` before `time`, s, and `other` from then on.
     #[must_use]
     pub fn until(&self, time: f64, other: &Self) -> Self {
         let mut rows = match self {
@@ -116,7 +116,7 @@ impl<T: Linear> Schedule<T> {
             Self::Constant(_) => Vec::new(),
             Self::Table(rows) => rows.clone(),
         };
-        // Two rows at one time cannot be: the old one ends as late as numbers can tell.
+        // Two rows cannot have one time, so `self` ends one floating-point number earlier.
         let last = time.next_down();
         rows.retain(|(t, _)| *t < last);
         rows.push((last, self.value(last)));
@@ -127,10 +127,10 @@ impl<T: Linear> Schedule<T> {
         Self::Table(rows)
     }
 
-    /// The integral from `start` to `end`, s: exact for the piecewise linear
-    /// table, up to rounding; negative where `end` is before `start`.
+    /// Returns the integral from `start` to `end`, s: exact for the piecewise linear table, up to
+    /// rounding; of opposite sign if `end` is before `start`.
     ///
-    /// A velocity's integral is the displacement that it prescribes.
+    /// The integral of a prescribed velocity is the prescribed displacement.
     ///
     /// # Panics
     /// As [`Schedule::value`].
@@ -143,7 +143,7 @@ impl<T: Linear> Schedule<T> {
             Self::Constant(value) => return value.times(end - start),
             Self::Table(rows) => rows,
         };
-        // The trapezoid rule is exact between two neighbouring corners.
+        // The trapezoid rule is exact between two neighbouring rows.
         let first = rows.partition_point(|(t, _)| *t <= start);
         let last = rows.partition_point(|(t, _)| *t < end).max(first);
         let mut here = (start, self.value(start));
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn the_integral_is_the_area_under_the_table() {
-        // Held 2·1, trapezoids 4 and 6, held 0: by hand.
+        // By hand: constant 2·1, trapezoids 4 and 6, constant 0.
         assert_eq!(ramp().integral(0.0, 6.0), 12.0);
         assert_eq!(ramp().integral(1.25, 1.75), 2.0);
         assert_eq!(ramp().integral(6.0, 0.0), -12.0);

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::scene::{Help, input};
 
-/// JSON Schema (draft 2020-12) of a scene file, with units and defaults.
+/// Returns the JSON Schema (draft 2020-12) of a scene file, with units and defaults.
 #[must_use]
 pub fn json_schema() -> Value {
     let generator = SchemaSettings::draft2020_12().into_generator();
@@ -16,8 +16,8 @@ pub fn json_schema() -> Value {
     schema.to_value()
 }
 
-/// A key that is left out is not there: TOML has no null. Defaults of whole
-/// tables repeat those of their keys.
+/// Removes null from the schema: TOML has no null, so a key that is left out is absent. Removes
+/// defaults of whole tables, which repeat those of their keys.
 fn tidy(schema: &mut Schema) {
     if schema
         .get("default")
@@ -25,7 +25,7 @@ fn tidy(schema: &mut Schema) {
     {
         schema.remove("default");
     }
-    // Comments are broken into lines for the source, not for editors.
+    // Line breaks in doc comments are for the source, not for editors.
     if let Some(Value::String(text)) = schema.get_mut("description") {
         *text = text.replace('\n', " ");
     }
@@ -48,7 +48,8 @@ fn tidy(schema: &mut Schema) {
     }
 }
 
-/// Where a key belongs: keys often slip below the header of another table.
+/// Returns advice on the table that a key belongs to: keys often end up below the header of another
+/// table.
 pub(super) fn home(key: &str) -> Option<Help> {
     let schema = json_schema();
     let has = |table: &Value| table["properties"].get(key).is_some();
@@ -107,7 +108,7 @@ mod tests {
         assert_eq!(home("colour"), None);
     }
 
-    /// All values at any depth.
+    /// Visits all values at any depth.
     fn walk<'a>(value: &'a Value, see: &mut dyn FnMut(&'a Value)) {
         see(value);
         match value {

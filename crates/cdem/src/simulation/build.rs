@@ -204,7 +204,7 @@ fn contact_tolerance<const D: usize>(scene: &mut Scene, mesh: &Mesh<D>) -> Resul
     Ok(tolerance)
 }
 
-/// Contact tolerance if the scene gives none, m.
+/// Returns the default contact tolerance, m.
 pub(super) fn default_tolerance<const D: usize>(mesh: &Mesh<D>) -> f64 {
     1e-4 * mesh.smallest_boundary_edge()
 }

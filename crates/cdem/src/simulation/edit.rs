@@ -150,7 +150,8 @@ impl<const D: usize> TypedSimulation<D> {
         self.instant = None;
     }
 
-    /// Energy residual, J: kinetic and strain energy and all losses, less the work done.
+    /// Returns the energy residual, J: kinetic and strain energy and all losses, less the work
+    /// done.
     fn energy(&mut self) -> f64 {
         self.history().energy_residual
     }

@@ -4,7 +4,8 @@ use crate::scene::{Schedule, from_value};
 use crate::simulation::edit::*;
 use crate::{AnyMesh, mesh};
 
-/// A bar of ten squares, free or fixed at its left end, pulled by `traction` at its right end.
+/// Returns a bar of ten squares, free or fixed at its left end, pulled by `traction` at its right
+/// end.
 fn bar(is_held: bool, traction: f64) -> Simulation {
     let held = serde_json::json!([{ "group": "bar.xmin", "velocity": { "x": 0.0, "y": 0.0 } }]);
     let scene = from_value(serde_json::json!({

@@ -288,19 +288,19 @@ impl Simulation {
             })
     }
 
-    /// Number of coarse steps made.
+    /// Returns the number of coarse steps made.
     #[must_use]
     pub fn step_index(&self) -> u64 {
         each!(self, driven => driven.run.state.number)
     }
 
-    /// Number of coarse steps of the whole run.
+    /// Returns the number of coarse steps of the whole run.
     #[must_use]
     pub fn step_count(&self) -> u64 {
         each!(self, driven => driven.run.model.step_count)
     }
 
-    /// Current time, s.
+    /// Returns the current time, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         each!(self, driven => driven.run.told_time())
@@ -370,25 +370,25 @@ impl Simulation {
         })
     }
 
-    /// Number of element updates so far.
+    /// Returns the number of element updates so far.
     #[must_use]
     pub fn element_updates(&self) -> u64 {
         each!(self, driven => driven.run.element_updates)
     }
 
-    /// Number of contacts that have begun so far.
+    /// Returns the number of contacts that have begun so far.
     #[must_use]
     pub fn contacts_begun(&self) -> u64 {
         each!(self, driven => driven.run.contacts.as_ref().map_or(0, |c| c.contacts_begun()))
     }
 
-    /// Deepest penetration, m: at the start of any kick so far, or now.
+    /// Returns the deepest penetration, m: at the start of any kick so far, or now.
     #[must_use]
     pub fn max_penetration(&self) -> f64 {
         each!(self, driven => driven.run.max_penetration())
     }
 
-    /// Position corrections so far; most runs have none.
+    /// Returns the position corrections so far; most runs have none.
     #[must_use]
     pub fn corrections(&self) -> Corrections {
         each!(self, driven => driven.run.corrections)

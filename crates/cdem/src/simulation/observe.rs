@@ -23,8 +23,8 @@ impl<const D: usize> Run<D> {
         })
     }
 
-    /// Time for reports, s. A whole number of steps misses the end of the scene by round-off; the
-    /// last row has the exact end.
+    /// Returns the time for reports, s. A whole number of steps misses the end of the scene by
+    /// round-off; the last row has the exact end.
     pub(crate) fn told_time(&self) -> f64 {
         if self.state.number == self.model.step_count {
             self.model.end
@@ -33,7 +33,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Deepest penetration, m: at the start of any kick so far, or now.
+    /// Returns the deepest penetration, m: at the start of any kick so far, or now.
     pub(crate) fn max_penetration(&self) -> f64 {
         let at = self.model.positions(&self.state);
         let contacts = self.contacts.as_ref();
@@ -94,7 +94,7 @@ impl<const D: usize> Run<D> {
         row
     }
 
-    /// Kinetic plus strain energy, J.
+    /// Returns the kinetic plus strain energy, J.
     pub(crate) fn energy(&self, instant: &SynchronisedInstant<D>) -> f64 {
         instant.state.kinetic_energy + self.model.strain_energy(&self.state.displacement)
     }

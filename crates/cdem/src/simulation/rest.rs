@@ -23,7 +23,7 @@ impl Rest {
         rest
     }
 
-    /// Step since which the energy is below the threshold, for a checkpoint.
+    /// Returns the step since which the energy is below the threshold, for a checkpoint.
     pub(crate) fn since(&self) -> Option<u64> {
         self.since
     }

@@ -28,7 +28,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Time of the instant, s.
+    /// Returns the time of the instant, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.time

@@ -164,7 +164,7 @@ impl ExchangedEnergy {
         self.most = sums.into_iter().fold(self.most, f64::max);
     }
 
-    /// Largest energy exchanged so far, J; 0 if it is round-off.
+    /// Returns the largest energy exchanged so far, J; 0 if it is round-off.
     pub(crate) fn most(&self) -> f64 {
         if self.most > self.round_off {
             self.most
@@ -173,7 +173,7 @@ impl ExchangedEnergy {
         }
     }
 
-    /// Reference of residuals, J.
+    /// Returns the reference of residuals, J.
     fn scale(&self) -> f64 {
         self.most.max(self.round_off)
     }

@@ -1,30 +1,30 @@
-//! From the shares of groups of elements to what their nodes get.
+//! Assembly of nodal impulses from the impulses of element groups.
 
 use crate::element::ElementSet;
 use crate::math::vector::add_scaled;
 
-/// Which shares belong to each node.
+/// For each node, the element impulses that act on it. A share is the impulse of a group on a node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Assembly {
-    /// Where the shares of each set begin, and where all end.
+    /// First share of each set, and the total number.
     sets: Vec<usize>,
-    /// Where the entries of each node begin, and where all end.
+    /// First entry of each node, and the total number.
     start: Vec<u32>,
-    /// Finest first.
+    /// Of each node, the finest level first.
     entries: Vec<Entry>,
 }
 
 /// A share of a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
-    /// Its number among the shares of all sets.
+    /// Index among the shares of all sets.
     share: u32,
     /// Level of its group.
     level: u8,
 }
 
 impl Assembly {
-    /// Of the groups that the elements are in now.
+    /// Builds the assembly for the present groups of the elements.
     pub(super) fn new<const D: usize>(sets: &[Box<dyn ElementSet<D>>], node_count: usize) -> Self {
         let mut assembly = Self {
             sets: vec![0],
@@ -68,18 +68,18 @@ impl Assembly {
         assembly
     }
 
-    /// Number of shares.
+    /// Returns the number of shares.
     pub(super) fn len(&self) -> usize {
         self.sets.last().copied().unwrap_or_default()
     }
 
-    /// Shares of a set.
+    /// Returns the shares of a set.
     pub(super) fn of_set(&self, set: usize) -> std::ops::Range<usize> {
         self.sets[set]..self.sets[set + 1]
     }
 
-    /// Sums of the shares of nodes in a row, from the node `first` on, that are of level
-    /// `coarsest` or finer.
+    /// Sums the shares of consecutive nodes, beginning with `first`, that are of level `coarsest`
+    /// or finer.
     pub(super) fn sums<const D: usize>(
         &self,
         first: usize,

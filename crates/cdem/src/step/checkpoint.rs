@@ -16,11 +16,11 @@ use crate::step::kick::KickImpulses;
 use crate::step::schedule::KickSchedule;
 use crate::step::{Corrections, Run};
 
-/// What a run keeps from step to step: the fields of [`Run`], and what elements keep.
+/// The restart state of a run: the fields of [`Run`], and the histories of its elements.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SavedRun<'a, const D: usize> {
     state: Cow<'a, State<D>>,
-    /// What elements keep from kick to kick, one after the other.
+    /// History variables of the elements, one element after the other.
     #[serde(with = "serde_pod")]
     records: Vec<f64>,
     contacts: Option<SavedContacts<'a, D>>,
@@ -41,7 +41,7 @@ pub(crate) struct SavedRun<'a, const D: usize> {
 }
 
 impl<const D: usize> Run<D> {
-    /// What a checkpoint between two steps holds of it.
+    /// Returns the state that a checkpoint between two steps stores.
     pub(crate) fn saved(&self) -> SavedRun<'_, D> {
         SavedRun {
             state: Cow::Borrowed(&self.state),
@@ -60,10 +60,10 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Goes on with what was saved, from t = 0 of the same scene and mesh.
+    /// Continues from a saved state; `self` is at t = 0 of the same scene and mesh.
     ///
     /// # Errors
-    /// When that is of another.
+    /// If the saved state is of another scene or mesh.
     pub(crate) fn restore(&mut self, saved: SavedRun<D>) -> Result<(), ResumeError> {
         let is_contact = saved.contacts.is_some() == self.contacts.is_some();
         let is_refined = saved.adaptivity.is_some() == self.adaptivity.is_some();
@@ -119,7 +119,7 @@ impl<const D: usize> Run<D> {
 }
 
 impl<const D: usize> State<D> {
-    /// Whether it is of so many nodes and elements.
+    /// Returns true if the state is of this number of nodes and elements.
     fn is_of(&self, nodes: usize, elements: usize) -> bool {
         let lists = [
             self.displacement.len(),
@@ -133,7 +133,7 @@ impl<const D: usize> State<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// What elements keep from kick to kick, set by set.
+    /// Returns the history variables of the elements, set by set.
     fn records(&self) -> Vec<f64> {
         let of_set = self.sets.iter();
         let records = of_set.flat_map(|set| (0..set.len()).flat_map(|i| set.record(i)));

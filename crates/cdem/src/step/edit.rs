@@ -1,14 +1,15 @@
-//! What is done to a run from outside, between two steps.
+//! Changes to a run from outside, between two steps.
 
 use crate::math::vector::{add_scaled, pad, sub};
 use crate::scene::LoadKind;
 use crate::step::{Run, Synchronised};
 
 impl<const D: usize> Run<D> {
-    /// Gives nodes the velocities `wanted` at the instant `now`, m/s, but where they are held.
+    /// Sets the velocities of nodes to `wanted` at the instant `now`, m/s, except for prescribed
+    /// components.
     ///
-    /// Velocities half a step before and after change by the same, so that central differences
-    /// go on as they are. Momentum comes from outside.
+    /// Velocities half a step before and after change by the same amount, so central differences
+    /// continue unchanged. The change of momentum is booked as external.
     pub(crate) fn shift_velocities(&mut self, now: &Synchronised<D>, wanted: &[[f64; D]]) {
         let change = |(node, wanted): (usize, &[f64; D])| {
             let held = self.model.inertia.prescribed(node);
@@ -24,16 +25,16 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Books what has been done from outside, J.
+    /// Books external work, J.
     pub(crate) fn book_from_outside(&mut self, work: f64) {
         self.ledger.external_work += work;
     }
 
-    /// Has a load push otherwise from now on.
+    /// Changes the kind of a load from now on.
     pub(crate) fn set_load(&mut self, number: usize, kind: &LoadKind) {
         self.model.loads[number].become_kind(kind.clone());
         if let Some(second) = &mut self.adaptivity {
-            // The model is made anew from this one where the mesh changes.
+            // A remesh rebuilds the loads from this scene.
             second.base_model.scene.load[number].kind = kind.clone();
         }
     }

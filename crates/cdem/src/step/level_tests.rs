@@ -1,7 +1,7 @@
-//! Levels of time under stress: their changes may not pump energy, and the
-//! step itself, as a linear map, may not amplify anything (design, section 3).
+//! Stress tests of the time levels: level changes must not add energy, and a step as a linear map
+//! must not amplify anything (design, section 3).
 
-#![allow(clippy::print_stdout)] // the figures are the report
+#![allow(clippy::print_stdout)] // the tests report figures
 
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
@@ -14,7 +14,7 @@ use crate::step::Run;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
 
-/// Wave speed, m/s, and length of the blocks, m, are 1.
+/// Builds a scene in which the wave speed, m/s, and the length of the blocks, m, are 1.
 fn scene(blocks: Vec<Block>, safety: f64) -> Scene {
     let mut scene = tests::scene(2, blocks);
     scene.material.push(Material {
@@ -33,7 +33,7 @@ fn scene(blocks: Vec<Block>, safety: f64) -> Scene {
     scene
 }
 
-/// A box from `min` to `max`.
+/// Returns a box from `min` to `max`.
 fn bar(name: &str, min: [f64; 2], max: [f64; 2], cells: [usize; 2], element: ElementKind) -> Block {
     let geometry = Geometry::Box {
         min: min.to_vec(),
@@ -53,13 +53,13 @@ fn run_of(scene: &Scene) -> Run<2> {
     Run::new(built)
 }
 
-/// A number in −1 … 1.
+/// Returns a number in −1 … 1.
 fn noise(random: &mut Rng) -> f64 {
     2.0 * random.f64() - 1.0
 }
 
-/// Velocities of the lowest ten modes of vibration, of equal energy and
-/// random signs, for lumped masses.
+/// Returns velocities of the ten lowest vibration modes, of equal energy and random signs, for
+/// lumped masses.
 fn lowest_ten_modes(run: &Run<2>, random: &mut Rng) -> Vec<[f64; 2]> {
     let model = &run.model;
     let count = 2 * model.mesh.nodes.len();
@@ -86,7 +86,7 @@ fn lowest_ten_modes(run: &Run<2>, random: &mut Rng) -> Vec<[f64; 2]> {
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&a, &b| modes.eigenvalues[a].total_cmp(&modes.eigenvalues[b]));
     let mut sum = DVector::<f64>::zeros(count);
-    // The first three move the block as a whole.
+    // The first three modes are rigid.
     for &mode in &order[3..13] {
         let sign = noise(random).signum();
         sum += sign * modes.eigenvectors.column(mode);
@@ -95,10 +95,10 @@ fn lowest_ten_modes(run: &Run<2>, random: &mut Rng) -> Vec<[f64; 2]> {
     (0..count / 2).map(velocity).collect()
 }
 
-/// Mean energy after `changes` of the levels of a third of the block, up by
-/// two and down again, over that before. `velocities` are scaled to small
-/// strains. Times between changes are random about `dwell` steps: at a
-/// constant pace of ten steps a few frequencies resonate with the changes.
+/// Returns the mean energy after `changes` of the levels of a third of the block over that before.
+/// The levels alternately rise and fall by two. `velocities` are scaled to small strains. Times
+/// between changes are random around `dwell` steps: at a constant ten steps a few frequencies
+/// resonate with the changes.
 fn energy_after_level_changes(
     run: &mut Run<2>,
     velocities: &[[f64; 2]],
@@ -135,7 +135,8 @@ fn energy_after_level_changes(
     mean_of_a_while(run) / before
 }
 
-/// Energies of smooth vibrations after so many changes, less 1: the worst.
+/// Returns the largest relative energy change of smooth vibrations after this number of level
+/// changes.
 fn change_levels(changes: usize, dwell: f64) -> f64 {
     let mut worst = 0.0_f64;
     for element in [ElementKind::Tri3, ElementKind::Quad4] {
@@ -160,8 +161,7 @@ fn change_levels(changes: usize, dwell: f64) -> f64 {
     worst
 }
 
-/// The design asks for 5 % at safety 0.5, which elements are given whose
-/// levels change.
+/// The design requires 5 % at safety 0.5, which is used for elements whose levels change.
 #[test]
 fn raising_and_lowering_levels_hardly_pumps_energy() {
     assert!(change_levels(200, 20.0) < 0.05);
@@ -173,8 +173,8 @@ fn a_thousand_raisings_and_lowerings_hardly_pump_energy() {
     assert!(change_levels(2000, 60.0) < 0.05);
 }
 
-/// The largest modulus of the eigenvalues of one coarse step, as a linear map
-/// of displacements and velocities about rest.
+/// Returns the largest modulus of the eigenvalues of one coarse step, as a linear map of
+/// displacements and velocities about rest, and the number of levels.
 fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
     let at_rest = run_of(scene);
     let nodes = at_rest.model.mesh.nodes.len();
@@ -184,7 +184,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
     let size = free.len();
     let mut map = DMatrix::<f64>::zeros(2 * size, 2 * size);
     for column in 0..2 * size {
-        // Signs ± cancel what is quadratic in the amplitude.
+        // Opposite signs cancel terms that are quadratic in the amplitude.
         for sign in [1.0, -1.0] {
             let mut run = run_of(scene);
             let (state, plan) = (&mut run.state, &run.schedule);
@@ -211,7 +211,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
             }
         }
     }
-    // A hundredth of what round-off of positions makes of the entries.
+    // A hundredth of the round-off of positions in the entries.
     let precision = 1e-2 * f64::EPSILON / amplitude;
     let schur = Schur::try_new(map, precision, 100_000).expect("eigenvalues");
     let values = schur.complex_eigenvalues();
@@ -219,8 +219,8 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
     (values.iter().map(|v| v.norm()).fold(0.0, f64::max), levels)
 }
 
-/// A block whose end is held, so that no rigid motion blurs the eigenvalues:
-/// 1 would be a defective one.
+/// Prescribes the motion of a group, so that no rigid mode blurs the eigenvalues: its eigenvalue 1
+/// would be defective.
 fn hold(scene: &mut Scene, group: &str) {
     let zero = || Some(Schedule::Constant(0.0));
     scene.boundary.push(Boundary {
@@ -234,8 +234,8 @@ fn hold(scene: &mut Scene, group: &str) {
 #[test]
 fn no_pair_of_joined_blocks_amplifies_anything() {
     use ElementKind::{Quad4, Tri3};
-    // An amplitude above the round-off of positions, 1e-16, by what the limit asks for,
-    // and within what is right of a gap, 1e-8 here: the map is linear.
+    // The amplitude exceeds the round-off of positions, 1e-16, as far as the limit requires, and is
+    // below the accepted error of a gap, 1e-8 here: the map is linear.
     let (amplitude, limit) = (1e-9, 1e-7);
     let pairs = [
         ([2, 1], [4, 2], Tri3, Tri3, 0.0),

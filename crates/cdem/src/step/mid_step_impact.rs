@@ -1,20 +1,17 @@
-//! The step of an impact inside the bodies (the paper's section 3): the
-//! elements around a point that touches in the middle of a drift.
+//! Impacts in the middle of a drift, inside the blocks (the paper's section 3): correction for the
+//! elements around a touching point.
 //!
-//! Forces act at the ends of a drift of L seconds only. Let a touch change
-//! velocities from w₀ to w₁, r seconds before the end. The force f then changes
-//! along two slopes, and its true impulse over the drift, ∫f dt, is more than
-//! ½L of that at either end by p = c K (w₁ − w₀), c = ½ r (L − r). It is given
-//! at the touch, which makes velocities w₂; so an impact in the middle of a
-//! drift is of second order, as the rest is.
+//! Forces act only at the ends of a drift of L seconds. Let a touch change velocities from w₀ to
+//! w₁, r seconds before the end. The force f then changes along two slopes, and its true impulse
+//! over the drift, ∫f dt, exceeds the mean of the two end forces times L by p = c K (w₁ − w₀), c =
+//! ½ r (L − r). This impulse p is applied at the touch and gives velocities w₂. So an impact in the
+//! middle of a drift is of second order, like the rest of the scheme.
 //!
-//! The ledger's energy, ½v⁻·M·v⁺ + U, takes velocities for those of the middle
-//! of the drift and forces for those of its ends. What the touch takes of it is
-//! the work of the contacts less
-//! p·½(w₀ + w₂) + c (w₀·K·w₀ − w₂·K·w₂) + (L/2 − r) f·(w₂ − w₀), with the force f
-//! at the touch. From bodies that fly undeformed it should take no more than
-//! without p: p is scaled, by 1 + O((ωL)²), to s p with
-//! s p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
+//! The ledger's energy, ½v⁻·M·v⁺ + U, takes velocities in the middle of the drift and forces at its
+//! ends. The touch removes from it the work of the contacts minus p·½(w₀ + w₂) + c (w₀·K·w₀ −
+//! w₂·K·w₂) + (L/2 − r) f·(w₂ − w₀), with the force f at the touch. From undeformed bodies it
+//! should remove no more than without p. Therefore p is scaled, by 1 + O((ωL)²), to s p with s
+//! p·½(w₁ + w₂) = c (w₂·K·w₂ − w₀·K·w₁).
 
 use rayon::prelude::*;
 
@@ -29,11 +26,10 @@ use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::NodalMotion;
 use crate::model::time_levels::Levels;
 
-/// Elements that a thread takes in a row: some tens of microseconds of work, as long as a thread
-/// takes to wake.
+/// Elements per task: some tens of microseconds of work, as long as a thread takes to wake.
 const SHARE: usize = 128;
 
-/// What a touch needs of the bodies.
+/// The data of the blocks that a touch needs.
 pub(crate) struct MidStepImpact<'a, const D: usize> {
     pub(crate) sets: &'a [Box<dyn ElementSet<D>>],
     pub(crate) place: &'a ElementNumbering,
@@ -45,24 +41,24 @@ pub(crate) struct MidStepImpact<'a, const D: usize> {
     pub(crate) interval: &'a [f64],
 }
 
-/// A touch in hand.
+/// Workspace of the current touch.
 #[derive(Default)]
 pub(crate) struct TouchedElements<const D: usize> {
-    /// Elements behind it, and what is known of each.
+    /// Elements at nodes whose velocity jumps, and the data of each.
     due: Vec<u32>,
     parts: Vec<ElementPart<D>>,
-    /// Their nodes beyond the island.
+    /// Nodes of these elements outside the island.
     ring: Vec<u32>,
-    /// Their impulses on their nodes, N·s.
+    /// Impulses of the elements on their nodes, N·s.
     impulses: Vec<(u32, [f64; D])>,
-    /// Velocities of the island after it, m/s, while those before are back.
+    /// Velocities of the island after the touch, m/s, while `motion` has those before it.
     after: Vec<[f64; D]>,
 }
 
-/// A value for each node of an element, and zeros.
+/// A vector for each node of an element, padded with zeros.
 type PaddedNodal<const D: usize> = [[f64; D]; MAX_NODES];
 
-/// An element in a touch.
+/// An element during a touch.
 struct ElementPart<const D: usize> {
     element: u32,
     /// c, s².
@@ -170,8 +166,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
     }
 }
 
-/// The root of a s² + b s = c near 1; 1 where there is none within a factor
-/// of two.
+/// Returns the root of a s² + b s = c near 1, or 1 if there is none within a factor of two.
 fn root(a: f64, b: f64, c: f64) -> f64 {
     let discriminant = b * b + 4.0 * a * c;
     let root = 2.0 * c / (b + discriminant.sqrt().copysign(b));
@@ -182,7 +177,7 @@ fn root(a: f64, b: f64, c: f64) -> f64 {
     }
 }
 
-/// What each part has, worked out on however many threads.
+/// Evaluates `terms` for each element part, in parallel and in order.
 fn each<const D: usize, const N: usize>(
     parts: &[ElementPart<D>],
     terms: impl Fn(&ElementPart<D>) -> [f64; N] + Sync + Send,
@@ -191,14 +186,14 @@ fn each<const D: usize, const N: usize>(
     parts.map(terms).collect()
 }
 
-/// Sum of the scalar products of two fields of an element.
+/// Returns the sum of the scalar products of two nodal fields of an element.
 fn product<const D: usize>(a: &PaddedNodal<D>, b: &PaddedNodal<D>) -> f64 {
     a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
 }
 
 impl<const D: usize> MidStepImpact<'_, D> {
-    /// Elements with a node that jumps, all of whose nodes are where the jump
-    /// is in time: of the same level, and in no other island.
+    /// Lists the elements with a node whose velocity jumps, if all their nodes have the time level
+    /// of the jump and belong to no other island.
     fn list_behind(&self, motion: &NodalMotion<D>, jump: &VelocityJump<D>, due: &mut Vec<u32>) {
         let nodes = jump.nodes.iter().zip(jump.before);
         let jumps = nodes.filter(|(node, before)| motion.velocity[**node as usize] != **before);
@@ -220,7 +215,8 @@ impl<const D: usize> MidStepImpact<'_, D> {
         });
     }
 
-    /// Nodes of elements that have drifted on without the island.
+    /// Lists the nodes of the elements `due` outside the island; these have already drifted to the
+    /// end.
     fn list_ring(&self, due: &[u32], jump: &VelocityJump<D>, ring: &mut Vec<u32>) {
         let nodes = due.iter().flat_map(|&e| self.elements[e as usize].nodes());
         ring.clear();
@@ -230,8 +226,8 @@ impl<const D: usize> MidStepImpact<'_, D> {
         ring.retain(|node| jump.nodes.binary_search(node).is_err());
     }
 
-    /// An element at the touch, `remaining` seconds before the end of the drift,
-    /// with the velocities after it.
+    /// Returns an element at the touch, `remaining` seconds before the end of the drift, with the
+    /// velocities after the touch.
     fn element_part(
         &self,
         element: u32,
@@ -253,7 +249,7 @@ impl<const D: usize> MidStepImpact<'_, D> {
         }
     }
 
-    /// The same element with the velocities before the touch, and what it then owes its nodes.
+    /// Adds the velocities before the touch to an element, and computes its impulses p.
     fn compare(&self, part: &mut ElementPart<D>, motion: &NodalMotion<D>) {
         part.velocity[0] = self.velocities(part.element, motion);
         part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
@@ -262,7 +258,7 @@ impl<const D: usize> MidStepImpact<'_, D> {
         }
     }
 
-    /// Velocities of the nodes of an element, m/s.
+    /// Returns the velocities of the nodes of an element, m/s.
     fn velocities(&self, element: u32, motion: &NodalMotion<D>) -> PaddedNodal<D> {
         let mut velocities = [[0.0; D]; MAX_NODES];
         let nodes = self.elements[element as usize].nodes();
@@ -272,7 +268,7 @@ impl<const D: usize> MidStepImpact<'_, D> {
         velocities
     }
 
-    /// −K·w of an element for velocities w of its nodes, N/s.
+    /// Returns −K·w of an element for velocities w of its nodes, N/s.
     fn force_rate(
         &self,
         element: u32,
@@ -287,7 +283,7 @@ impl<const D: usize> MidStepImpact<'_, D> {
 }
 
 impl<const D: usize> VelocityJump<'_, D> {
-    /// Puts the velocities before the touch back; lists those `after` it.
+    /// Restores the velocities before the touch and lists those after it in `after`.
     fn swap(&self, velocity: &mut [[f64; D]], after: &mut Vec<[f64; D]>) {
         let nodes = self.nodes.iter().zip(self.before);
         after.clear();

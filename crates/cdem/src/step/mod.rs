@@ -1,8 +1,8 @@
 //! The step loop (design, sections 3 to 5).
 //!
 //! A coarse step is a binary tree of substeps. Each substep kicks the nodes that are due (forces),
-//! solves or opens the contact points, and drifts the nodes. Candidate nodes drift freely up to the
-//! first touch; after it the two points are a unified node.
+//! solves the contact points or opens them, and drifts the nodes: freely up to a first touch, and
+//! as unified nodes after it.
 
 pub(crate) mod adapt;
 pub(crate) mod assembly;

@@ -1,4 +1,4 @@
-//! What a kick does at nodes, row by row: all of it while they are in the caches.
+//! The nodal part of a kick, one range of nodes at a time, so that its data stays in the cache.
 
 use crate::math::vector::{add, add_scaled};
 use crate::model::{Model, State};
@@ -6,27 +6,27 @@ use crate::step::assembly::Assembly;
 use crate::step::kick::{ActiveLoads, KickImpulses};
 use crate::step::schedule::Substep;
 
-/// What a kick does to nodes, beside contact.
+/// The forces of a kick on nodes, except contact.
 struct NodalForces<'a, const D: usize> {
     model: &'a Model<D>,
     acting: ActiveLoads,
     gravity: [f64; D],
     assembly: &'a Assembly,
-    /// The coarsest level that is due, and shares of elements, elastic and viscous.
+    /// The coarsest level that is due, and the impulses of the element groups, elastic and viscous.
     coarsest: u8,
     shares: &'a [Vec<[f64; D]>; 2],
     /// Kick interval of each node, s.
     interval: &'a [f64],
     /// Impulses of loads, N·s.
     load: &'a [[f64; D]],
-    /// Of the last kick, N.
+    /// Contact forces of the last kick, N.
     contact_force: &'a [[f64; D]],
 }
 
-/// What a kick writes of nodes in a row, from a first one on.
+/// The output of a kick for consecutive nodes, beginning with `first`.
 struct NodeRow<'a, const D: usize> {
     first: usize,
-    /// All their impulses but contact, viscous ones, and those of damping, N·s.
+    /// Sum of all impulses except contact, viscous impulses, and those of damping, N·s.
     total: &'a mut [[f64; D]],
     viscous: &'a mut [[f64; D]],
     damping: &'a mut [[f64; D]],
@@ -36,7 +36,7 @@ struct NodeRow<'a, const D: usize> {
 }
 
 impl<const D: usize> NodalForces<'_, D> {
-    /// Sums what acts, and notes the velocities before it.
+    /// Sums the impulses on the nodes, and stores the velocities before the kick.
     fn act(&self, row: &mut NodeRow<D>) {
         let [elastic, viscous] = self.shares;
         row.before.copy_from_slice(row.velocity);
@@ -69,8 +69,8 @@ impl<const D: usize> NodalForces<'_, D> {
         }
     }
 
-    /// Local damping after Cundall: it opposes the velocity with a share of the unbalanced
-    /// force, contact as it was in the last kick.
+    /// Adds local damping after Cundall: it opposes the velocity with a fraction of the unbalanced
+    /// force. The contact force in it is that of the last kick.
     fn oppose(&self, row: &mut NodeRow<D>) {
         for (k, total) in row.total.iter_mut().enumerate() {
             let n = row.first + k;
@@ -86,8 +86,8 @@ impl<const D: usize> NodalForces<'_, D> {
         }
     }
 
-    /// Mass-proportional damping, centred in time: stable at any step. Contact
-    /// impulses, which come later, see it in their [`Mobility`].
+    /// Applies mass-proportional damping, centred in time: stable at any step. Contact impulses,
+    /// which come later, account for it in their [`Mobility`].
     ///
     /// [`Mobility`]: crate::model::inverse_mass::KickMobility
     fn damp(&self, row: &mut NodeRow<D>) {
@@ -105,7 +105,7 @@ impl<const D: usize> NodalForces<'_, D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Kicks the nodes that are due, whose shares of elements and loads are known; contact comes
+    /// Kicks the nodes that are due. The impulses of elements and loads are known; contact comes
     /// after.
     pub(super) fn kick_nodes(
         &self,
@@ -152,7 +152,7 @@ impl<const D: usize> Model<D> {
         );
     }
 
-    /// Impulses of mass-proportional damping, once contact is solved and the
+    /// Computes the impulses of mass-proportional damping, once contact is solved and the
     /// velocities are `after`.
     pub(super) fn book_damping(
         &self,

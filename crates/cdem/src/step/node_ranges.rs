@@ -1,23 +1,23 @@
-//! Rows of nodes that are due, and work on them on all threads.
+//! Ranges of due nodes, and work on them on all threads.
 
 use std::ops::Range;
 
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::model::time_levels::MAX_LEVEL;
 
-/// The most nodes of a row, but for those that have to stay together: what a kick has of them
-/// fits into a core's first cache.
+/// Maximum number of nodes of a range, except for nodes that must stay together. The kick data of a
+/// range fits into the first-level cache of a core.
 pub(super) const ROW: usize = NODES_AT_ONCE / 16;
 
-/// For each level, the nodes of that or a finer one: rows of nodes that follow each other.
+/// For each level, the nodes of that level or a finer one, as ranges of consecutive nodes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NodeRanges {
     of_level: Vec<Vec<Range<u32>>>,
 }
 
 impl NodeRanges {
-    /// Of the nodes `0..levels.len()` for which `is_active` holds; a row may begin where
-    /// `may_begin` says so, or where the node before is not in it.
+    /// Builds the ranges of the nodes in `0..levels.len()` for which `is_active` is true. A range
+    /// begins only at a node for which `may_begin` is true, or after a node that is not in it.
     pub(super) fn new(
         levels: &[u8],
         is_active: impl Fn(usize) -> bool,
@@ -42,12 +42,12 @@ impl NodeRanges {
         all
     }
 
-    /// The finest level of a node.
+    /// Returns the finest level of a node.
     pub(super) fn finest(&self) -> u8 {
         self.of_level.len().saturating_sub(1) as u8
     }
 
-    /// Rows of the nodes of level `coarsest` or finer, in their order.
+    /// Returns the ranges of the nodes of level `coarsest` or finer, in order.
     pub(super) fn due(&self, coarsest: u8) -> &[Range<u32>] {
         self.of_level
             .get(coarsest as usize)
@@ -55,8 +55,8 @@ impl NodeRanges {
     }
 }
 
-/// Does the same to some rows of nodes, on all threads: to what they have of arrays that begin
-/// with the node `first`.
+/// Applies `work` to each range of nodes and its part of the arrays, on all threads. The arrays
+/// begin with the node `first`.
 pub(super) fn each_row<T: Send, const N: usize>(
     (rows, first): (&[Range<u32>], usize),
     mut arrays: [&mut [T]; N],

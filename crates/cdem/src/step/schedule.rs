@@ -34,7 +34,7 @@ pub(crate) struct Substep<'a> {
     pub(super) coarsest: u8,
     /// Interval of each level, s.
     durations: [f64; MAX_LEVEL as usize + 1],
-    /// Start of the coarse step, s.
+    /// Start of the coarse step, and start of this substep, s.
     pub(crate) step_start: f64,
     pub(crate) time: f64,
 }

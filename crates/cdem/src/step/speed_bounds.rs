@@ -1,5 +1,4 @@
-//! How fast blocks may move in the coarse step to come: what the search for
-//! contacts must reach.
+//! Bounds on the speeds of the blocks in the next coarse step, for the contact search.
 
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::model::block_max::BlockMax;
@@ -7,35 +6,35 @@ use crate::model::boundary::PrescribedMotion;
 use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::step::Run;
 
-/// What to reckon with in the step to come.
+/// Bounds for the next coarse step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpeedBounds {
-    /// Speeds to which nodes of each block may come, m/s.
+    /// Upper bound of the nodal speeds of each block, m/s.
     ahead: Vec<f64>,
-    /// Squares of the largest speed of a node of each block, m²/s², and acceleration in its last
-    /// kick, m²/s⁴.
+    /// Squares of the largest nodal speed of each block, m²/s², and of the largest acceleration in
+    /// its last kick, m²/s⁴.
     squares: BlockMax<2>,
-    /// What changes of loads add to accelerations, m/s²; and nodes with these.
+    /// Largest change of acceleration by loads of each block, m/s²; and the nodes with loads.
     pushed: Vec<f64>,
     loaded: Vec<usize>,
 }
 
 impl SpeedBounds {
-    /// Speeds to which nodes of each block may come, m/s.
+    /// Returns the upper bound of the nodal speeds of each block, m/s.
     pub(crate) fn speeds(&self) -> &[f64] {
         &self.ahead
     }
 
-    /// Whether all are below the speed of light: what is torn to pieces is beyond a search, and
-    /// stopped after the step. Nothing is looked out for without contacts.
+    /// Returns true if all are below the speed of light. A run that has diverged cannot be searched
+    /// for contacts; it is stopped after the step. Without contacts there are no bounds.
     pub(crate) fn is_physical(&self) -> bool {
         self.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT)
     }
 }
 
 impl<const D: usize> Run<D> {
-    /// Finds speeds of now, with what the last step's accelerations, loads and gravity add,
-    /// or what is prescribed.
+    /// Bounds the speeds by those of now, or the prescribed ones, plus the gain over the step from
+    /// the last acceleration and the changes of gravity and loads.
     pub(crate) fn bound_speeds(&mut self) {
         let mut outlook = std::mem::take(&mut self.speed_bounds);
         let step = self.model.step;
@@ -66,7 +65,7 @@ impl<const D: usize> Run<D> {
         self.speed_bounds = outlook;
     }
 
-    /// Raises speeds to those that prescribed motions ask for over the step.
+    /// Raises the speeds to those that prescribed motions require over the step.
     fn raise_to_prescribed(&self, speeds: &mut [f64]) {
         let (time, step) = (self.time(), self.model.step);
         let at = self.model.positions(&self.state);
@@ -77,7 +76,7 @@ impl<const D: usize> Run<D> {
                 motion.set((time, step), &at.at(node), &mut wanted);
                 let speed = &mut speeds[self.model.block_of[node as usize] as usize];
                 let wanted = norm(&wanted);
-                // What is not a number stays so.
+                // The comparison keeps a NaN; `max` would not.
                 if wanted > *speed {
                     *speed = wanted;
                 }
@@ -85,7 +84,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Change of gravity over the step, m/s²; from nothing at t = 0.
+    /// Returns the change of gravity over the step, m/s²; at t = 0 gravity counts as new.
     fn change_of_gravity(&self) -> f64 {
         let before = if self.state.number == 0 {
             [0.0; D]
@@ -98,8 +97,8 @@ impl<const D: usize> Run<D> {
         ))
     }
 
-    /// Finds the largest change of the acceleration of each block by loads over the step,
-    /// m/s²; from nothing at t = 0. Lists the nodes with loads.
+    /// Finds the largest change of acceleration of each block by loads over the step, m/s²; at t =
+    /// 0 all loads count as new. Lists the nodes with loads.
     fn change_of_loads(&mut self, pushed: &mut Vec<f64>, loaded: &mut Vec<usize>) {
         let (start, end) = (self.time(), self.time() + self.model.step);
         let begins = self.state.number == 0;

@@ -1,4 +1,4 @@
-//! The state at an instant: in the middle of the kick that is due then.
+//! The synchronised state: the state at an instant, in the middle of the kick that is due then.
 
 use crate::contact::energy::ContactEnergies;
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
@@ -7,24 +7,23 @@ use crate::model::ledger::{Ledger, WorkVelocity};
 use crate::step::Run;
 use crate::step::kick::KickPurpose;
 
-/// The state at an instant, in the middle of the kick that is due then.
+/// The state at an instant, with half of the due kick in it.
 pub(crate) struct Synchronised<const D: usize> {
     /// Velocities, contact included, m/s.
     pub(crate) velocity: Vec<[f64; D]>,
-    /// ½v⁻·M·v⁺ of the velocities before and after that kick, J: with U the
-    /// energy that central differences keep. That of `velocity` is higher by
-    /// the energy of half of the kick, and ripples by (ωΔt)² where waves are
-    /// near the grid's limit.
+    /// ½v⁻·M·v⁺ of the velocities before and after that kick, J. With U it is the energy that
+    /// central differences conserve. The kinetic energy of `velocity` is higher by the energy of
+    /// half of the kick, and ripples by (ωΔt)² for waves near the resolution limit of the mesh.
     pub(crate) kinetic_energy: f64,
-    /// What the ledger holds then.
+    /// The ledger at that instant.
     pub(crate) ledger: Ledger,
-    /// What contact has taken of the kick up to then, J.
+    /// Losses of contact in the first half of the kick, J.
     pub(crate) impact_loss: f64,
     pub(crate) friction_loss: f64,
 }
 
 impl<const D: usize> Run<D> {
-    /// The synchronised state now.
+    /// Returns the synchronised state now.
     pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
         let plan = std::mem::take(&mut self.schedule);
         let time = self.time();
@@ -70,8 +69,8 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Contact in a kick that only looks: changes `velocity`; returns what it
-    /// would cost, and its impulses on nodes, N·s.
+    /// Previews the contact impulses of a kick. Changes `velocity` only; returns the energies that
+    /// contact would take and its impulses on nodes, N·s.
     fn peek_contacts(
         &mut self,
         velocity: &mut [[f64; D]],
@@ -97,7 +96,7 @@ impl<const D: usize> Run<D> {
         (ledgers, received)
     }
 
-    /// ½v⁻·M·v⁺ of all blocks that move, J.
+    /// Returns ½v⁻·M·v⁺ of all blocks that are not fixed, J.
     pub(crate) fn kinetic_energy(&self, after: &[[f64; D]]) -> f64 {
         let nodes = 0..self.model.mesh.nodes.len();
         let nodes = nodes.filter(|&node| !self.model.is_fixed(node as u32));

@@ -1,7 +1,7 @@
-//! One file of a checkpoint.
+//! File format of a checkpoint.
 //!
-//! A line that says what it is and in which format; a line of JSON, for whoever looks into it
-//! with `head -2`; bytes; and the CRC-32 of all that, lowest byte first.
+//! A line with the kind of file and its format; a line of JSON, readable with `head -2`; bytes; and
+//! the CRC-32 of all that, lowest byte first.
 
 use std::path::Path;
 
@@ -14,13 +14,14 @@ use crate::results::file::write_lasting;
 /// The first line, up to the number of the format.
 const MAGIC: &str = "cdem checkpoint ";
 
-/// Raised by every change of what is written: also of what `cdem` saves of a run.
+/// Format number; to be raised with every change of the content, also of the state that `cdem`
+/// saves.
 const FORMAT: u32 = 6;
 
-/// Bytes of the checksum.
+/// Number of bytes of the checksum.
 const SUM: usize = 4;
 
-/// Writes a file whole or not at all, and has the disk keep it.
+/// Writes a file completely or not at all, and syncs it to disk.
 pub(super) fn write(
     path: &Path,
     head: &impl Serialize,
@@ -38,7 +39,7 @@ pub(super) fn write(
     })
 }
 
-/// Head and body of such a file, or what is wrong with it.
+/// Reads head and body of such a file, or returns a description of its fault.
 pub(super) fn read<H: DeserializeOwned>(path: &Path) -> Result<(H, Vec<u8>), String> {
     let bytes = std::fs::read(path).map_err(|error| format!("cannot be read: {error}"))?;
     let (head, body) = parse(&bytes)?;
@@ -65,7 +66,7 @@ fn parse<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, &[u8]), String> {
     Ok((head, body))
 }
 
-/// A line of text, and what follows it.
+/// Splits off the first line of text.
 fn line(bytes: &[u8]) -> Option<(&str, &[u8])> {
     let end = memchr::memchr(b'\n', bytes)?;
     let text = std::str::from_utf8(&bytes[..end]).ok()?;

@@ -1,8 +1,8 @@
-//! Checkpoints: what a run needs to go on after its process has ended.
+//! Checkpoints, from which a run continues after its process has ended.
 //!
-//! A folder `checkpoints` in that of the results holds the start of the run, its scene and its
-//! mesh, once, and the last two states of it. Each file is written beside its place, synced and
-//! renamed, after all results that it counts on: whenever the process ends, one is whole.
+//! The folder `checkpoints` in the results folder has scene and mesh of the start, once, and the
+//! last two states of the run. Each file is written under another name, synced and renamed, after
+//! all results that it refers to. So at least one is complete whenever the process ends.
 
 mod container;
 
@@ -22,79 +22,79 @@ use super::table::Extent;
 /// Name of the folder.
 pub(super) const FOLDER: &str = "checkpoints";
 
-/// The list of contacts in the order of their ends: that of the results is sorted when a
-/// process ends, and goes on from this one.
+/// The list of contacts in the order of their ends. The list in the results is sorted when a
+/// process ends; a resumed run appends to this one.
 pub(super) const LOG: &str = "contacts.csv";
 
-/// Whether it has a file of this name besides states.
+/// Returns true for the names of files other than states.
 pub(super) fn has(name: &str) -> bool {
     [START, LOG].contains(&name)
 }
 
-/// Ending of its files.
+/// Ending of the files.
 pub(super) const ENDING: &str = "cdem";
 
 /// The file of scene and mesh.
 const START: &str = "start.cdem";
 
-/// States that are kept: the last, and one more, should that be lost.
+/// Number of states that are kept: the last one, and one more in case the last is lost.
 const KEPT: usize = 2;
 
-/// Digits of the number of a step in a name, so that names are in the order of the steps.
+/// Digits of the step number in a name, so that names are in the order of the steps.
 const DIGITS: usize = 12;
 
-/// A run as it is at one of its steps.
+/// State of a run at one of its steps.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct State {
-    /// The program that wrote it.
+    /// Version of the program that wrote it.
     pub(super) version: String,
     pub(super) step: u64,
     pub(super) time: f64,
-    /// How far the results have been written.
+    /// Extent of the results written so far.
     pub(super) results: Position,
     pub(super) so_far: SoFar,
 }
 
-/// How far results have been written.
+/// Extent of the results of a run.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Position {
-    /// Of tables.
+    /// Extents of the tables.
     pub(super) history: Extent,
     pub(super) blocks: Extent,
     pub(super) probes: Extent,
     pub(super) contacts: Extent,
     /// Times of frames, s.
     pub(super) frames: Vec<f64>,
-    /// When rows of history and blocks, and frames, are due next.
+    /// Clocks of history rows, block rows and frames.
     pub(super) clocks: [Clock; 3],
 }
 
-/// What only the driver of a run knows of it, all processes together.
+/// Data of a run that only its driver has, over all processes.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SoFar {
-    /// Wall-clock time before step loops, s.
+    /// Wall-clock time outside the step loops, s.
     pub setup_seconds: f64,
-    /// Wall-clock time of step loops, s.
+    /// Wall-clock time of the step loops, s.
     pub wall_seconds: f64,
-    /// What was to be said before the first step.
+    /// Warnings from before the first step.
     pub warnings: Vec<String>,
-    /// Why it has stopped itself, if it has: it cannot go on.
+    /// Reason for which the run stopped itself, if it did: then it cannot continue.
     pub stopped: Option<String>,
 }
 
-/// What a run has begun with.
+/// Scene and mesh of the start of a run.
 pub(super) struct Start {
     pub(super) scene: Scene,
     pub(super) mesh: AnyMesh,
 }
 
-/// A checkpoint to be written.
+/// A checkpoint to write.
 pub(super) struct Checkpoint {
     pub(super) start: Option<Start>,
     pub(super) state: State,
-    /// What [`cdem::Simulation::checkpoint`] gives.
+    /// Result of [`cdem::Simulation::checkpoint`].
     pub(super) run: Vec<u8>,
-    /// Files written since the last one, which this counts on.
+    /// Files written since the last checkpoint, which this one refers to.
     pub(super) results: Vec<PathBuf>,
 }
 
@@ -107,7 +107,7 @@ pub(super) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// In a folder of results.
+    /// Opens the checkpoints of a results folder.
     pub(super) fn new(results: &Path) -> Self {
         let folder = results.join(FOLDER);
         Self {
@@ -117,32 +117,32 @@ impl Checkpoints {
         }
     }
 
-    /// Whether the next is to bring scene and mesh.
+    /// True if the next checkpoint must include scene and mesh.
     pub(super) fn wants_start(&self) -> bool {
         !self.has_start
     }
 
-    /// Has the next bring scene and mesh again, since the scene has changed.
+    /// Makes the next checkpoint include scene and mesh again, because the scene has changed.
     pub(super) fn drop_start(&mut self) {
         self.has_start = false;
     }
 
-    /// Whether there is any state to go on from.
+    /// True if there is a state to continue from.
     pub(super) fn has_state(&self) -> bool {
         states(&self.folder).is_ok_and(|states| !states.is_empty())
     }
 
-    /// Whether the last one has been written.
+    /// True if the last checkpoint has been written.
     pub(super) fn is_ready(&self) -> bool {
         !self.is_writing.load(Ordering::Acquire)
     }
 
-    /// Where the list of contacts is to be kept, if there is any checkpoint to go on from.
+    /// Returns the path of the list of contacts, if there is a checkpoint folder.
     pub(super) fn log(&self) -> Option<PathBuf> {
         self.folder.is_dir().then(|| self.folder.join(LOG))
     }
 
-    /// What is to be done to write the next.
+    /// Returns the job that writes the next checkpoint.
     pub(super) fn begin(
         &mut self,
         checkpoint: Checkpoint,
@@ -184,7 +184,7 @@ impl Checkpoint {
 }
 
 impl Start {
-    /// The scene as TOML, its length in the head, and the mesh.
+    /// Writes the scene as TOML, with its length in the head, and the mesh.
     fn write(&self, path: &Path) -> Result<(), ResultsError> {
         let scene = crate::scene::write(&self.scene);
         let mesh = postcard::to_stdvec(&self.mesh).expect("memory takes all that has a form");
@@ -204,7 +204,7 @@ impl Start {
     }
 }
 
-/// Removes all checkpoints of a run, which is done.
+/// Removes all checkpoints of a run that is done.
 pub(super) fn remove_all(results: &Path) -> Result<(), ResultsError> {
     let folder = results.join(FOLDER);
     match fs::remove_dir_all(&folder) {
@@ -215,7 +215,7 @@ pub(super) fn remove_all(results: &Path) -> Result<(), ResultsError> {
     }
 }
 
-/// States in a folder, in the order of their steps.
+/// Returns the states in a folder, in the order of their steps.
 fn states(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     let read = || {
         let entries = fs::read_dir(folder)?;
@@ -234,22 +234,23 @@ fn is_state(path: &Path) -> bool {
         && stem.is_some_and(|stem| stem.len() >= DIGITS && stem.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// The last state of a run that is whole and that its results go up to.
+/// The last complete state of a run whose results are still there.
 pub(super) struct Last {
     pub(super) start: Start,
     pub(super) state: State,
     pub(super) run: Vec<u8>,
-    /// What was wrong with later ones.
+    /// Faults of later states.
     pub(super) passed_over: Vec<String>,
 }
 
-/// Whether a folder of results holds states to go on from.
+/// True if a results folder has states to continue from.
 pub(super) fn are_in(results: &Path) -> bool {
     states(&results.join(FOLDER)).is_ok_and(|states| !states.is_empty())
 }
 
 impl Last {
-    /// Of the run in a folder of results; `fits` says why results do not go up to a state.
+    /// Finds the last state in a results folder; `fits` returns the reason if the results do not
+    /// match a state.
     ///
     /// # Errors
     /// If there is none.

@@ -1,4 +1,4 @@
-//! Frames of the whole model (`.vtu`) and of the live contacts (`.vtp`).
+//! Frames of the whole model (`.vtu`) and of the contact points (`.vtp`).
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use cdem::output::{ContactFrame, FieldValues, Frame, FrameField};
 use super::super::error::ResultsError;
 use super::xml::{Values, XmlFile};
 
-/// Names of the components of vectors.
+/// Names of vector components.
 const XYZ: [&str; 3] = ["x", "y", "z"];
 
-/// Writes a frame as an unstructured grid (`.vtu`), whole or not at all.
+/// Writes a frame as an unstructured grid (`.vtu`), completely or not at all.
 ///
 /// # Errors
-/// If the disk refuses.
+/// If writing fails.
 pub fn write_frame(path: &Path, frame: &Frame) -> Result<(), ResultsError> {
     let mut file = XmlFile::new("UnstructuredGrid");
     file.time(frame.time);
@@ -35,7 +35,7 @@ pub fn write_frame(path: &Path, frame: &Frame) -> Result<(), ResultsError> {
     file.save(path)
 }
 
-/// Writes the live contact points as vertices.
+/// Writes the contact points as vertices.
 pub(in super::super) fn write_contact_frame(
     path: &Path,
     frame: &ContactFrame,
@@ -84,7 +84,7 @@ fn write_cells(file: &mut XmlFile, frame: &Frame) {
         let start = connectivity.len();
         connectivity.extend(points.by_ref().take(kind.node_count()));
         if kind == ElementKind::Wedge6 {
-            // VTK wants the triangle 0 1 2 to face outward, Gmsh inward.
+            // In VTK the triangle 0 1 2 must face outward, in Gmsh inward.
             connectivity.swap(start + 1, start + 2);
             connectivity.swap(start + 4, start + 5);
         }
@@ -115,7 +115,7 @@ fn write_fields(file: &mut XmlFile, fields: &[FrameField]) {
     }
 }
 
-/// The kind of cells with a number of VTK's.
+/// Returns the kind of cells with this VTK number.
 pub(super) fn kind_of_cell(number: u8) -> Option<ElementKind> {
     let kinds = [
         ElementKind::Tri3,
@@ -127,7 +127,7 @@ pub(super) fn kind_of_cell(number: u8) -> Option<ElementKind> {
     kinds.into_iter().find(|&kind| cell_type(kind) == number)
 }
 
-/// VTK's number of a cell type.
+/// Returns VTK's number of a cell type.
 const fn cell_type(kind: ElementKind) -> u8 {
     match kind {
         ElementKind::Tri3 => 5,

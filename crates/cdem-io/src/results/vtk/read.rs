@@ -1,4 +1,4 @@
-//! Frames as [`write_frame`](super::write_frame) writes them, read again.
+//! Reads frames that [`write_frame`](super::write_frame) has written.
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
@@ -27,7 +27,7 @@ pub(crate) struct SavedFrame {
 /// Reads a frame.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// A description of the fault.
 pub(crate) fn read_frame(path: &Path) -> Result<SavedFrame, String> {
     let bytes = std::fs::read(path).map_err(|error| format!("cannot be read: {error}"))?;
     parse(&bytes)
@@ -84,13 +84,13 @@ fn parse(bytes: &[u8]) -> Result<SavedFrame, String> {
         .ok_or("has cells between points that are not there".to_owned())
 }
 
-/// Arrays behind the head of a file.
+/// Arrays after the head of a file.
 struct Arrays<'a> {
     data: &'a [u8],
 }
 
 impl Arrays<'_> {
-    /// All arrays of a section, by name.
+    /// Returns all arrays of a section, by name.
     fn of(&self, section: Node) -> Result<BTreeMap<String, Vec<f64>>, String> {
         let arrays = section
             .children()
@@ -117,7 +117,7 @@ impl Arrays<'_> {
         }
     }
 
-    /// The bytes of a compressed array; none where it is not whole.
+    /// Returns the bytes of a compressed array; `None` if it is incomplete.
     fn unpack(&self, offset: usize) -> Option<Vec<u8>> {
         let mut rest = self.data.get(offset..)?;
         let mut word = || {

@@ -9,18 +9,17 @@ use super::super::file::write_whole;
 
 /// Files `NAME/00000.ENDING`, … and their list `NAME.pvd`.
 ///
-/// The list is replaced after each frame, so a killed run leaves a list of
-/// whole frames.
+/// The list is replaced after each frame, so a killed run leaves a list of complete frames.
 #[derive(Clone)]
 pub(in super::super) struct Series {
     folder: PathBuf,
     name: &'static str,
     ending: &'static str,
-    /// Of each frame, s.
+    /// Times of the frames, s.
     times: Vec<f64>,
 }
 
-/// Times, s, and files of the frames of a list.
+/// Reads times, s, and files of the frames from a list.
 pub(in super::super) fn listed(list: &Path) -> Result<Vec<(f64, PathBuf)>, ResultsError> {
     let text = std::fs::read_to_string(list).map_err(|error| ResultsError::read(list, error))?;
     let refuse = |why: &str| ResultsError::Frame {
@@ -33,7 +32,7 @@ pub(in super::super) fn listed(list: &Path) -> Result<Vec<(f64, PathBuf)>, Resul
     let entries = entries.filter(|node| node.has_tag_name("DataSet"));
     let entry = |node: Node| {
         let time = node.attribute("timestep")?.parse().ok()?;
-        // What is listed lies in the folder of the list.
+        // Listed files must be in the folder of the list.
         let file = Path::new(node.attribute("file")?);
         let mut parts = file.components();
         let is_within = parts.all(|part| matches!(part, Component::Normal(_)));
@@ -44,7 +43,7 @@ pub(in super::super) fn listed(list: &Path) -> Result<Vec<(f64, PathBuf)>, Resul
 }
 
 impl Series {
-    /// An empty series in `folder`; its list exists from the start.
+    /// Creates an empty series in `folder`; its list exists from the start.
     pub(in super::super) fn create(
         folder: &Path,
         name: &'static str,
@@ -62,7 +61,7 @@ impl Series {
         Ok(series)
     }
 
-    /// A series that goes on after its frames of these times, s.
+    /// Continues a series after its frames at `times`, s.
     pub(in super::super) fn reopen(
         folder: &Path,
         name: &'static str,
@@ -79,24 +78,24 @@ impl Series {
         Ok(series)
     }
 
-    /// Times of the frames, s.
+    /// Returns the times of the frames, s.
     pub(in super::super) fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// The list, and the frames from one on.
+    /// Returns the paths of the list and of the frames from number `from` on.
     pub(in super::super) fn files(&self, from: usize) -> impl Iterator<Item = PathBuf> {
         let frames = (from..self.times.len()).map(|number| self.frame(number));
         let list = std::iter::once(format!("{}.pvd", self.name));
         list.chain(frames).map(|file| self.folder.join(file))
     }
 
-    /// Where a frame is.
+    /// Returns the path of a frame, relative to the folder.
     fn frame(&self, number: usize) -> String {
         format!("{}/{number:05}.{}", self.name, self.ending)
     }
 
-    /// Adds a frame, to be written then.
+    /// Adds a frame, to be written with [`Added::write`].
     pub(in super::super) fn add(&mut self, time: f64) -> Added {
         self.times.push(time);
         Added(self.clone())
@@ -118,11 +117,11 @@ impl Series {
     }
 }
 
-/// A series, the last frame of which is to be written.
+/// A series whose last frame is still to be written.
 pub(in super::super) struct Added(Series);
 
 impl Added {
-    /// Has `write` put the frame at the path it is given, and lists it.
+    /// Calls `write` with the path of the frame, then updates the list.
     pub(in super::super) fn write(
         self,
         write: impl FnOnce(&Path) -> Result<(), ResultsError>,

@@ -1,8 +1,8 @@
 //! VTK's XML container: small header, arrays appended as raw zlib blocks.
 //!
-//! Own writer, because the arrays are compressed in parallel and written
-//! without the third that base64 adds. Source: VTK File Formats, "XML File
-//! Formats", section on appended data and compression.
+//! An own writer, because the arrays are compressed in parallel and written without the third that
+//! base64 adds. Source: VTK File Formats, "XML File Formats", section on appended data and
+//! compression.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use super::super::error::ResultsError;
 use super::super::file::write_whole;
 
-/// Uncompressed bytes of a compression block: large enough to compress well,
-/// small enough to keep all threads busy.
+/// Uncompressed bytes of a compression block: large enough to compress well, small enough to occupy
+/// all threads.
 pub(super) const BLOCK: usize = 1 << 17;
 
-/// What comes before the arrays.
+/// Text between header and arrays.
 pub(super) const APPENDED: &str = "<AppendedData encoding=\"raw\">\n_";
 
 /// Values of an array, borrowed.
@@ -58,7 +58,7 @@ impl Values<'_> {
     }
 }
 
-/// Levels of compression, in the order in which they are tried.
+/// Compression levels, in the order in which they are tried.
 const LEVELS: [u32; 3] = [1, 0, 9];
 
 /// A file under construction.
@@ -66,9 +66,9 @@ pub(super) struct XmlFile {
     dataset: &'static str,
     header: String,
     appended: Vec<u8>,
-    /// Where meshio puts each array, and the next, as it reads the file: uncompressed, in
-    /// base64. It then looks for arrays by their offset and finds the wrong one where one of
-    /// these is that of a later array (meshio 5.3.5, `_parse_raw_binary`).
+    /// Offsets at which meshio puts each array, and the next, as it reads the file: uncompressed,
+    /// in base64. It then looks for arrays by their offset and finds the wrong one if one of these
+    /// equals the offset of a later array (meshio 5.3.5, `_parse_raw_binary`).
     unpacked: Vec<usize>,
     open: Vec<&'static str>,
 }
@@ -112,7 +112,7 @@ impl XmlFile {
         self.named_array(name, components, &[], values);
     }
 
-    /// The time of a frame, where VTK's readers look for it.
+    /// Writes the time of a frame at the place where VTK's readers expect it.
     pub(super) fn time(&mut self, time: f64) {
         self.open("FieldData", &[]);
         self.data_array("TimeValue", 0, &[], Some(1), &Values::Real(&[time]));
@@ -160,8 +160,8 @@ impl XmlFile {
         self.append(&values.to_bytes());
     }
 
-    /// Appends an array, compressed so that the next one's offset is none at which meshio has
-    /// put another.
+    /// Appends an array, compressed so that the offset of the next one is not one at which meshio
+    /// has put another.
     fn append(&mut self, bytes: &[u8]) {
         let (start, place) = (self.appended.len(), self.unpacked[self.unpacked.len() - 1]);
         for level in LEVELS {
@@ -179,7 +179,7 @@ impl XmlFile {
         write!(self.header, " {name}=\"{value}\"").expect("writing to a string cannot fail");
     }
 
-    /// Writes the file, whole or not at all.
+    /// Writes the file, completely or not at all.
     pub(super) fn save(mut self, path: &Path) -> Result<(), ResultsError> {
         while !self.open.is_empty() {
             self.close();
@@ -230,7 +230,7 @@ fn compress_block(bytes: &[u8], level: u32) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Arrays of whole numbers from one to `count` each, of so many numbers.
+    /// Creates a file with one array for each length, of whole numbers from 0 to `count` − 1.
     fn file(count: i32, lengths: &[usize]) -> XmlFile {
         let mut file = XmlFile::new("UnstructuredGrid");
         for &length in lengths {
@@ -242,8 +242,8 @@ mod tests {
 
     #[test]
     fn no_offset_is_one_at_which_meshio_puts_an_earlier_array() {
-        // The second offset of the first kind of file is 36 for one number; the others meet
-        // How often the first level of compression would make one.
+        // Number of offsets that the first level of compression alone would put where meshio has an
+        // array.
         let mut met = 0;
         for count in 1..40 {
             for length in 1..60 {

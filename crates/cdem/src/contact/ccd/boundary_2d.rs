@@ -1,4 +1,4 @@
-//! Times of impact in the plane: a vertex and an edge.
+//! Times of impact in 2-D: a vertex against an edge.
 
 use crate::contact::ccd::signed_volume::{SignedVolume, moved};
 use crate::contact::surface::boundary_2d::Boundary2d;
@@ -9,7 +9,8 @@ use crate::contact::tolerances::{FLUSH, FOOT_ROUND_OFF};
 use crate::math::vector::{cross2, dot, norm, sub};
 
 impl Boundary2d {
-    /// The target edge of a pair with its rate, and its length times the gap.
+    /// Returns the length of the target edge times the gap, as a function of time, m². Also returns
+    /// the vector of the edge, m, and its rate, m/s.
     fn area_before(
         &self,
         pair: Pair,
@@ -26,8 +27,8 @@ impl Boundary2d {
         (area, edge)
     }
 
-    /// How far beyond an end of `edge` a foot still lies on it, over its
-    /// length: more in a [re-entrant](beyond_reentrant) corner.
+    /// Returns the distance beyond an end of `edge` at which a foot still lies on it, relative to
+    /// the length of the edge: more in a [re-entrant](beyond_reentrant) corner.
     fn foot_slack(&self, edge: u32, beyond_end: bool, at: Configuration<2>, depth: f64) -> f64 {
         let Some(other) = self.next(edge, beyond_end) else {
             return FOOT_ROUND_OFF;
@@ -42,9 +43,9 @@ impl Boundary2d {
         beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
     }
 
-    /// At a convex corner of the target, a point that glides along one edge
-    /// crosses the line of the other: `true` if the pair's touch within `zone`
-    /// of an end is such a ghost, seen from the positions `then` after it.
+    /// Returns true if a touch within `zone`, m, of an end belongs to the other edge at a convex
+    /// corner of the target. A point that slides along one edge crosses the line of the other,
+    /// which is no touch. The positions `then` are those at the end of the drift.
     fn belongs_to_other_edge(
         &self,
         pair: Pair,
@@ -75,8 +76,8 @@ impl Boundary2d {
             target: other,
             ..pair
         };
-        // Corners that meet head on clip each other's other edge: where that may
-        // not be touched, this is where they touch.
+        // Corners that meet head-on also cross the other edge. If that edge may not be touched, the
+        // touch is here.
         self.in_normal_cone(beside, then)
             && self.project(beside, then).gap > self.project(pair, then).gap
     }

@@ -1,5 +1,5 @@
-//! When a pair touches, at constant velocities: the first time at which its features
-//! lie in one plane, and in each other.
+//! Times of impact in 3-D, at constant velocities: the first time at which the features of a pair
+//! lie in one plane and touch.
 
 use crate::contact::ccd::signed_volume::{SignedVolume, last, moved};
 use crate::contact::narrow_phase::edge_edge::LinePair;
@@ -61,8 +61,8 @@ impl TimeOfImpact<3> for Boundary3d {
 }
 
 impl Boundary3d {
-    /// When a vertex touches a triangle within `duration` seconds, no deeper in it than
-    /// `depth` then.
+    /// Returns the time of impact of a vertex on a triangle within `duration`, s, with a
+    /// penetration of at most `depth` then, m.
     pub(crate) fn time_of_point_triangle(
         &self,
         (vertex, triangle): (u32, u32),
@@ -79,7 +79,7 @@ impl Boundary3d {
         })
     }
 
-    /// The same of two edges.
+    /// Returns the time of impact of two edges in the same way.
     pub(crate) fn time_of_edge_edge(
         &self,
         [main, target]: [u32; 2],
@@ -91,11 +91,11 @@ impl Boundary3d {
             return None;
         }
         let (volume, edges) = self.volume_between([main, target], at, velocity);
-        // Edges that turn have another volume to the same gap at the end.
+        // If the edges turn, the same gap has another volume at the end.
         let area = |time: f64| area(&edges, time);
         let crossing = |time: f64| self.edge_edge(main, target, at.after(velocity, time));
-        // Edges that turn out of one line touch as soon as they are no longer parallel,
-        // unless they stay so near that the next kick will do.
+        // Edges that turn out of one line touch as soon as they are no longer parallel, unless they
+        // stay so near that the next kick is early enough.
         let sinks = crossing(0.0).is_none()
             && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
         let margin = volume.round_off(duration);
@@ -117,7 +117,7 @@ impl Boundary3d {
         };
         let first = |volume: SignedVolume, forward| {
             let whole = within(duration, volume, forward);
-            // The area grows while they sink in: a look at the time until they are deep.
+            // The area grows while they sink in, so the time until they are deep is searched too.
             let shallow = |t: f64| volume.at(t) >= -margin - depth * area(t);
             let soon = sinks.then(|| within(last(0.0, duration, shallow), volume, forward));
             whole.into_iter().chain(soon.flatten())
@@ -132,7 +132,7 @@ impl Boundary3d {
         })
     }
 
-    /// Whether a vertex that touches a triangle stays as it is for `duration` seconds.
+    /// Returns true if a vertex in contact with a triangle stays so for `duration` seconds.
     pub(crate) fn point_triangle_stays(
         &self,
         pair: (u32, u32),
@@ -145,7 +145,8 @@ impl Boundary3d {
         volume.stays_in_contact(areas, duration, slack)
     }
 
-    /// The same of two edges, if they stay far from parallel; or whether they are clear.
+    /// Returns true if two edges in contact stay so for `duration` seconds and far from parallel,
+    /// or if their gap is large enough to wait.
     pub(crate) fn edge_edge_stays(
         &self,
         [main, target]: [u32; 2],
@@ -174,7 +175,8 @@ impl Boundary3d {
         crossing.outward > EDGE_OUTWARD && !turns && volume.stays_in_contact(areas, duration, slack)
     }
 
-    /// Volume of a vertex before a triangle, and two sides of that with their rates.
+    /// Returns the volume of a vertex and a triangle, and two sides of the triangle with their
+    /// rates.
     fn volume_before(
         &self,
         (vertex, triangle): (u32, u32),
@@ -186,7 +188,7 @@ impl Boundary3d {
         (SignedVolume::of_volume([vertex, b, c]), [b, c])
     }
 
-    /// Volume of the ends of two edges, and these with their rates.
+    /// Returns the volume of the ends of two edges, and the edges with their rates.
     fn volume_between(
         &self,
         edges: [u32; 2],
@@ -200,8 +202,8 @@ impl Boundary3d {
         (volume, edges)
     }
 
-    /// Whether two edges can meet each other in a drift: edges within faces that bulge
-    /// meanwhile are sharp by its end.
+    /// Returns true if two edges can meet each other in a drift. Edges within faces that bulge
+    /// during the drift are sharp by its end.
     fn are_sharp_within(
         &self,
         [one, other]: [u32; 2],
@@ -221,7 +223,7 @@ impl Boundary3d {
         is_sharp(one, other) && is_sharp(other, one)
     }
 
-    /// Whether they might, at a glance.
+    /// Returns false if a cheap test shows that two edges cannot meet each other in a drift.
     pub(crate) fn may_be_sharp_within(
         &self,
         [one, other]: [u32; 2],
@@ -236,13 +238,13 @@ impl Boundary3d {
         !is_flat(one, other) && !is_flat(other, one)
     }
 
-    /// Velocity of a corner, m/s.
+    /// Returns the velocity of a corner, m/s.
     fn velocity(&self, corner: u32, velocity: &[[f64; 3]]) -> [f64; 3] {
         self.triangulation
             .mean(corner, |node| velocity[node as usize])
     }
 
-    /// A vector between two corners, and its rate.
+    /// Returns the vector between two corners, m, and its rate, m/s.
     fn between(
         &self,
         from: u32,
@@ -256,7 +258,7 @@ impl Boundary3d {
     }
 }
 
-/// Area between two vectors with their rates after some time, m².
+/// Returns the area between two vectors with their rates after some time, m².
 fn area(sides: &[[[f64; 3]; 2]; 2], time: f64) -> f64 {
     let [one, other] = sides.each_ref().map(|side| moved(side, time));
     norm(&cross(&one, &other))

@@ -1,5 +1,5 @@
-//! On which side of a line or a plane a point is that moves at a constant velocity,
-//! as do the points that the line or plane goes through.
+//! Signed volume of a moving point and plane, or signed area of a moving point and line, at
+//! constant velocities of all points. Its sign tells the side on which the point is.
 
 use crate::contact::surface::GapAllowance;
 use crate::contact::tolerances::{
@@ -8,17 +8,16 @@ use crate::contact::tolerances::{
 use crate::math::quadratic::roots;
 use crate::math::vector::{add, add_scaled, cross, cross2, dot, norm};
 
-/// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in
-/// time: a cubic.
+/// Volume a·(b × c) of three edges, or area a × b of two, that change linearly in time: a cubic.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SignedVolume {
-    /// Of 1, t, t² and t³.
+    /// Coefficients of 1, t, t² and t³.
     coefficients: [f64; 4],
-    /// Bound of the terms' sum at t = 0, and what is added a second.
+    /// Norms of the edges at t = 0 and of their rates, for the bound of round-off.
     size: [[f64; 2]; 3],
 }
 
-/// A time in which it is no longer above round-off, until the end of its fall.
+/// A time interval from the last instant above round-off to the end of the descent, s.
 #[derive(Clone, Copy, Debug)]
 struct DescentInterval {
     start: f64,
@@ -26,7 +25,7 @@ struct DescentInterval {
 }
 
 impl SignedVolume {
-    /// The volume of the edges, m, with their rates, m/s.
+    /// Returns the volume of the edges, m, with their rates, m/s.
     pub(super) fn of_volume([a, b, c]: [[[f64; 3]; 2]; 3]) -> Self {
         let face = cross(&b[0], &c[0]);
         let turns = add(&cross(&b[1], &c[0]), &cross(&b[0], &c[1]));
@@ -42,7 +41,7 @@ impl SignedVolume {
         }
     }
 
-    /// The area of the edges, m, with their rates, m/s.
+    /// Returns the area of the edges, m, with their rates, m/s.
     pub(crate) fn of_area([a, b]: [[[f64; 2]; 2]; 2]) -> Self {
         let [one, other] = [a, b].map(|edge| edge.map(|vector| norm(&vector)));
         Self {
@@ -56,14 +55,14 @@ impl SignedVolume {
         }
     }
 
-    /// Value at a time.
+    /// Returns the value at a time.
     pub(super) fn at(&self, t: f64) -> f64 {
         let [c0, c1, c2, c3] = self.coefficients;
         c0 + t * (c1 + t * (c2 + t * c3))
     }
 
-    /// Whether a gap, which times some size of the target is this, is within some
-    /// [`GapAllowance`] and stays so for `duration`, given the `sizes` at its start and end.
+    /// Returns true if a gap is within a [`GapAllowance`] and stays so for `duration`. The value is
+    /// the gap times the size of the target, which has these `sizes` at the start and the end.
     pub(crate) fn stays_in_contact(
         &self,
         sizes: [f64; 2],
@@ -78,8 +77,8 @@ impl SignedVolume {
             && self.stays_above(-lowest, duration)
     }
 
-    /// Whether it stays above a level for `duration`: if its Bernstein coefficients do, in
-    /// whose convex hull it is.
+    /// Returns true if the value surely stays above a level for `duration`: if its Bernstein
+    /// coefficients do, whose convex hull contains it.
     fn stays_above(&self, level: f64, duration: f64) -> bool {
         let mut power = 1.0;
         let [c0, c1, c2, c3] = self.coefficients.map(|coefficient| {
@@ -92,14 +91,14 @@ impl SignedVolume {
         inner.into_iter().chain(outer).all(|value| value >= level)
     }
 
-    /// Whether it falls at a time: by its first derivative that is not 0.
+    /// Returns true if the value falls at a time, by its first derivative that is not 0.
     pub(super) fn falls_at(&self, t: f64) -> bool {
         let [_, c1, c2, c3] = self.coefficients;
         let rates = [c1 + t * (2.0 * c2 + t * 3.0 * c3), c2 + 3.0 * t * c3, c3];
         rates.into_iter().find(|&rate| rate != 0.0).unwrap_or(0.0) < 0.0
     }
 
-    /// The same of the other sense.
+    /// Returns the volume with the opposite sign.
     pub(super) fn reversed(self) -> Self {
         Self {
             coefficients: self.coefficients.map(|c| -c),
@@ -107,16 +106,16 @@ impl SignedVolume {
         }
     }
 
-    /// Round-off of the value up to `duration`.
+    /// Returns the round-off of the value up to `duration`.
     pub(super) fn round_off(&self, duration: f64) -> f64 {
         let bound = self.size.map(|[now, rate]| now + duration * rate);
         VOLUME_ROUND_OFF * bound[0] * bound[1] * bound[2]
     }
 
-    /// First time at which it, positive as long as a pair is apart, has fallen to 0
-    /// and `touches` holds: never later than that. Below 0, as what comes in round the
-    /// end of its target, a pair touches as soon as that holds while it falls, as long as
-    /// it is above -`deep`.
+    /// Returns the first time at which the value, positive while a pair is open, has fallen to 0
+    /// and `touches` is true; never a later time. Below 0, as for a point that comes in round the
+    /// end of its target, a pair touches at the first time at which `touches` is true, the value
+    /// falls, and it is above -`deep`.
     pub(crate) fn first_root(
         &self,
         duration: f64,
@@ -140,9 +139,9 @@ impl SignedVolume {
         times.next()
     }
 
-    /// The stretches of time within `duration` in which it falls to `margin` or, by more
-    /// than that, from below it, but not from below -`deep`; at most three. What stays
-    /// within the margins rests.
+    /// Returns the intervals within `duration` in which the value falls to `margin`, or falls from
+    /// a value between `margin` and -`deep` by more than `margin`; at most three. A value that
+    /// stays within the margins rests.
     fn descents(&self, duration: f64, [margin, deep]: [f64; 2]) -> [Option<DescentInterval>; 3] {
         let [_, c1, c2, c3] = self.coefficients;
         let mut ends = [0.0, duration, duration, duration];
@@ -165,8 +164,8 @@ impl SignedVolume {
         })
     }
 
-    /// Until when it is above a `level`, of an interval in which it falls: what it is at both
-    /// ends saves most of the bisections.
+    /// Returns the last time at which the value is above a `level`, in an interval in which it
+    /// falls. The values at both ends save most of the bisections.
     fn last_above(&self, level: f64, low: f64, high: f64) -> f64 {
         let holds = |t: f64| self.at(t) > level;
         if !holds(low) {
@@ -179,15 +178,15 @@ impl SignedVolume {
     }
 }
 
-/// A vector and its rate after some time.
+/// Returns a vector with a rate after some time.
 pub(crate) fn moved<const D: usize>([now, rate]: &[[f64; D]; 2], time: f64) -> [f64; D] {
     let mut then = *now;
     add_scaled(&mut then, time, rate);
     then
 }
 
-/// When something begins to hold in an interval, by [`CCD_SAMPLES`] instants: before the first
-/// at which it `holds`.
+/// Returns the time at which a condition begins to hold in an interval, by [`CCD_SAMPLES`]
+/// instants: an instant just before the first at which it `holds`.
 fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     if holds(start) {
         return Some(start);
@@ -197,7 +196,7 @@ fn first(start: f64, end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     Some(last(instant(k - 1), instant(k), |t| !holds(t)))
 }
 
-/// The last instant of an interval until which something `holds`.
+/// Returns the last instant of an interval until which a condition `holds`.
 pub(super) fn last(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
@@ -217,14 +216,14 @@ pub(super) fn last(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> 
 mod tests {
     use super::*;
 
-    /// Area of a vertex from the start of an edge, and of the edge that is 1 m upright.
+    /// Area of a vertex from the start of an edge, and of the edge, which is 1 m upright.
     fn area(from: [f64; 2], rate: [f64; 2], stretch: [f64; 2]) -> SignedVolume {
         SignedVolume::of_area([[from, rate], [[0.0, 1.0], stretch]])
     }
 
     #[test]
     fn what_rises_by_less_than_round_off_before_it_falls_touches() {
-        // 1e-17 t − t²: whether it rises at all, only exact arithmetic tells.
+        // 1e-17 t − t²: only exact arithmetic tells if it rises at all.
         let falls = area([0.0, 0.0], [1e-17, 1.0], [1.0, 0.0]);
         let found = falls.first_root(1.0, 1.0, |_| true);
         assert!(found.is_some_and(|time| time < 1e-16), "{found:?}");
@@ -336,7 +335,7 @@ mod tests {
             ..area([0.0, 0.5], [0.0; 2], [0.0; 2])
         };
         assert!(!dips.stays_in_contact([1.0; 2], 1.0, slack));
-        // The same volume to half the target is twice the depth.
+        // The same volume at half the target size is twice the depth.
         let falls = area([0.0, 0.5], [-0.8e-6, 0.0], [0.0, 0.0]);
         assert!(
             falls.stays_in_contact([1.0, 1.0], 1.0, slack)

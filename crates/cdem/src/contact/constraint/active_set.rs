@@ -1,8 +1,8 @@
-//! The closed contacts of an island, by blocks and by place: what an open pair is
-//! compared with before it may touch.
+//! Spatial index of the closed contacts of an island. An open pair is compared with those near
+//! it before it may touch.
 //!
-//! Two blocks may have hundreds of contacts, as round ones that press on each other.
-//! A touch can only say the same as a contact whose main feature is where its own is.
+//! Two blocks may have hundreds of contacts, for example round blocks pressed together. A touch
+//! can only duplicate a contact whose main feature is at the same point.
 
 use std::ops::Range;
 
@@ -15,14 +15,14 @@ use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::DUPLICATE_REACH;
 use crate::math::vector::norm;
 
-/// The closed contacts, for a drift from some positions; its storage is kept.
+/// Index of the closed contacts for a drift from some positions. Its memory is reused.
 #[derive(Debug, Default)]
 pub(crate) struct ActiveSetIndex<const D: usize> {
-    /// Blocks with contacts between them, sorted.
+    /// Pairs of blocks with contacts between them, sorted.
     between: Vec<BlockPairRange>,
-    /// Their contacts: those of two blocks together, from low to high along their axis.
+    /// The contacts, grouped by pair of blocks, in rising order along the axis of the pair.
     places: Vec<IndexedContact<D>>,
-    /// Largest speed of a node that one has, m/s.
+    /// Largest speed of a node of a main feature, m/s.
     fastest: f64,
 }
 
@@ -31,13 +31,13 @@ pub(crate) struct ActiveSetIndex<const D: usize> {
 struct BlockPairRange {
     blocks: [u32; 2],
     places: Range<usize>,
-    /// Axis along which they lie farthest apart.
+    /// Axis along which the contacts are spread farthest.
     axis: usize,
-    /// Most that a main feature measures along it, m.
+    /// Largest extent of a main feature along the axis, m.
     longest: f64,
 }
 
-/// A contact, by its number, and the box around the nodes of its main feature.
+/// A contact, by its index, with the box around the nodes of its main feature.
 #[derive(Debug)]
 struct IndexedContact<const D: usize> {
     blocks: [u32; 2],
@@ -46,7 +46,7 @@ struct IndexedContact<const D: usize> {
 }
 
 impl<const D: usize> ActiveSetIndex<D> {
-    /// Takes these contacts.
+    /// Replaces the content by these contacts.
     pub(crate) fn rebuild(
         &mut self,
         contact: &[ContactPoint<D>],
@@ -77,8 +77,8 @@ impl<const D: usize> ActiveSetIndex<D> {
         self.fastest = fastest(nodes, motion);
     }
 
-    /// Those of the contacts listed that may say the same as a touch of `pair`, or of one beside
-    /// it, within `duration` seconds, and some more.
+    /// Returns the contacts that may duplicate a touch of `pair`, or of a pair beside it,
+    /// within `duration` seconds; and possibly some more.
     pub(crate) fn nearby<'a>(
         &self,
         contact: &'a [ContactPoint<D>],
@@ -107,7 +107,7 @@ impl<const D: usize> ActiveSetIndex<D> {
 }
 
 impl BlockPairRange {
-    /// Sorts the contacts of two blocks, the first of which has a number.
+    /// Sorts the contacts of two blocks, which begin at index `first`.
     fn sort<const D: usize>(places: &mut [IndexedContact<D>], first: usize) -> Self {
         let lower = Aabb::around(places.iter().map(|place| place.nodes.min), 0.0);
         let spread = |c: &usize| lower.max[*c] - lower.min[*c];
@@ -127,7 +127,7 @@ impl BlockPairRange {
     }
 }
 
-/// The box around the nodes of a pair's main feature, grown by a margin, m.
+/// Returns the box around the nodes of a pair's main feature, grown by a margin, m.
 fn around_nodes<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
@@ -138,7 +138,7 @@ fn around_nodes<const D: usize>(
     Aabb::around(nodes.map(|&node| at.at(node)), margin)
 }
 
-/// The largest speed of nodes, m/s.
+/// Returns the largest speed of nodes, m/s.
 fn fastest<'a, const D: usize>(
     nodes: impl IntoIterator<Item = &'a u32>,
     motion: &KickedView<D>,

@@ -1,4 +1,4 @@
-//! A contact point while it lasts.
+//! Contact point: a closed feature pair, with its history.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,51 +13,51 @@ use crate::contact::tolerances::{
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
 
-/// A closed contact: the pair is one node until a criterion parts it.
+/// A closed feature pair. Its two points are one unified node until a criterion opens it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ContactPoint<const D: usize> {
     /// Main and target feature.
     pub(crate) pair: Pair,
-    /// Strengths of the pair of blocks.
+    /// Strengths for its two blocks.
     pub(crate) law: ContactLaw,
-    /// Foot on the target: while the pair sticks, the material point it is
-    /// bound to; while it slides, where it was last.
+    /// Foot on the target. While the contact sticks, the material point that it is bound to;
+    /// while it slides, the last foot.
     pub(crate) foot: [f64; 2],
-    /// Unit normal out of the target in the last kick: how two edges lie leaves open which
-    /// way theirs goes.
+    /// Unit normal, out of the target, in the last kick. It fixes the sign of the normal
+    /// between two edges, which their positions leave open.
     #[serde(with = "serde_pod")]
     pub(crate) normal: [f64; D],
-    /// Offset from the anchored point that is kept, in the frame, m: what it was
-    /// when the contact began, as a gap within the tolerance at t = 0.
+    /// Offset from the anchored point that the constraint keeps, in the frame, m: the offset at
+    /// the start of the contact, for example a gap within the contact tolerance at t = 0.
     #[serde(with = "serde_pod")]
     pub(crate) offset: [f64; D],
-    /// Gap that is no penetration, m: below 0 where blocks overlap at t = 0
-    /// ([`Overlaps`](crate::contact::constraint::initial_overlap::InitialOverlaps)).
+    /// Gap that does not count as penetration, m: below 0 where blocks overlap at t = 0
+    /// ([`InitialOverlaps`](crate::contact::constraint::initial_overlap::InitialOverlaps)).
     pub(crate) initial_gap: f64,
-    /// Bound to a material point of the target.
+    /// True while the contact is bound to a material point of the target.
     pub(crate) is_sticking: bool,
-    /// Cohesion and tensile strength are still there.
+    /// True while cohesion and tensile strength remain.
     pub(crate) is_joint: bool,
-    /// Touched, but not solved for yet.
+    /// True if the pair has touched but no solve has included it yet.
     pub(crate) is_new: bool,
     /// Impulse of the last solve in the frame, N·s, and its interval, s.
     #[serde(with = "serde_pod")]
     pub(crate) impulse: [f64; D],
     pub(crate) interval: f64,
-    /// Forces of the last kick and of the one before, without what impacts have added, in the
+    /// Forces of the last kick and of the one before, without the impulses of impacts, in the
     /// frame, N; 0 before the first.
     #[serde(with = "serde_pod")]
     pub(crate) force: [f64; D],
     #[serde(with = "serde_pod")]
     pub(crate) force_before: [f64; D],
-    /// Penalty: elongation of the shear springs, m.
+    /// Penalty model: elongation of the shear springs, m.
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
-    /// What `contacts.csv` tells of it.
+    /// Row of `contacts.csv`.
     pub(crate) history: ContactHistory,
 }
 
-/// The life of a contact point so far.
+/// Contact history of a contact point so far.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ContactHistory {
     pub(crate) kind: ContactKind,
@@ -65,7 +65,7 @@ pub(crate) struct ContactHistory {
     pub(crate) time_off: Option<f64>,
     pub(crate) position: [f64; 3],
     pub(crate) area: f64,
-    /// Normal impulse of the coarse step under way, N·s.
+    /// Normal impulse of the present coarse step, N·s.
     pub(crate) step_impulse: f64,
     pub(crate) peak_normal_force: f64,
     pub(crate) normal_impulse: f64,
@@ -76,7 +76,7 @@ pub(crate) struct ContactHistory {
 }
 
 impl ContactHistory {
-    /// What there is of it if it ends at a time, s.
+    /// Returns the history of a contact that ends at `time`, s.
     pub(crate) fn ended(&self, time: f64) -> Self {
         Self {
             time_off: Some(time),
@@ -84,46 +84,47 @@ impl ContactHistory {
         }
     }
 
-    /// Counts an impulse in the frame of which some was counted `before`, N·s.
+    /// Adds an impulse in the frame, N·s, less the part `before` that was added already.
     pub(crate) fn count<const D: usize>(&mut self, before: &[f64; D], impulse: &[f64; D]) {
         self.step_impulse += impulse[0] - before[0];
         self.normal_impulse += impulse[0] - before[0];
         self.shear_impulse += shear_norm(impulse) - shear_norm(before);
     }
 
-    /// Closes a coarse step of `step` seconds.
+    /// Ends a coarse step of `step` seconds.
     pub(crate) fn end_step(&mut self, step: f64) {
         self.peak_normal_force = self.peak_normal_force.max(self.step_impulse / step);
         self.step_impulse = 0.0;
     }
 }
 
-/// A touch, and what is known then of the drift it is in.
+/// A touch and the rest of the drift that it falls in.
 #[derive(Clone, Copy)]
 pub(crate) struct DriftInterval<'a, const D: usize> {
     /// Configuration at the touch.
     pub(crate) at_touch: Configuration<'a, D>,
-    /// Configuration at the end of the drift, as nodes move now.
+    /// Configuration at the end of the drift, at the present velocities.
     pub(crate) at_end: Configuration<'a, D>,
-    /// Whether they move as closed contacts let them, but [fresh](ContactPoint::is_new) ones.
+    /// True if the present velocities satisfy the constraints of the closed contacts, except
+    /// [new](ContactPoint::is_new) ones.
     pub(crate) is_solved: bool,
 }
 
-/// Where a contact's point is that has been followed.
+/// Result of tracking the point of a sliding contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TargetTracking {
-    /// On its target feature, or a neighbour.
+    /// It is on its target feature, or on a neighbour.
     There,
-    /// So too, but farther from that feature than it is across: on the way it was held to
+    /// So too, but it has moved farther than the size of that feature. On the way it stayed in
     /// a plane that the surface may have left.
     InAHurry,
-    /// Where the surface has ended, by more than the tolerance, so that flush corners do not
-    /// flicker.
+    /// It has left the surface by more than the contact tolerance. The margin keeps flush
+    /// corners from flickering.
     Beyond,
 }
 
 impl<'a, const D: usize> DriftInterval<'a, D> {
-    /// One of which nothing is asked but how things are.
+    /// Returns an interval of zero length, for a test of the present configuration.
     pub(crate) fn at_rest(at: Configuration<'a, D>) -> Self {
         Self {
             at_touch: at,
@@ -132,8 +133,8 @@ impl<'a, const D: usize> DriftInterval<'a, D> {
         }
     }
 
-    /// A touch some time from now, in what remains of a drift for which closed contacts
-    /// are solved.
+    /// Returns the interval of a touch in `wait` seconds, with `remaining` seconds left in the
+    /// drift, at velocities for which the closed contacts are solved.
     pub(crate) fn in_drift(
         at: Configuration<'a, D>,
         velocity: &'a [[f64; D]],
@@ -152,8 +153,8 @@ impl<'a, const D: usize> DriftInterval<'a, D> {
 }
 
 impl<const D: usize> ContactPoint<D> {
-    /// Whether it says what `pair` of the same blocks would at the moment of its touch,
-    /// and still does at the end of the drift.
+    /// True if `pair`, between the same two blocks, would be the same physical contact as this
+    /// one, both at its touch and at the end of the drift.
     pub(crate) fn is_duplicate_of(
         &self,
         context: &ContactContext<D>,
@@ -177,8 +178,8 @@ impl<const D: usize> ContactPoint<D> {
             && !self.leaves_uncovered(context, pair, drift_interval)
     }
 
-    /// Whether it lets a pair beside it sink in until the end of the drift, deeper than
-    /// itself: as where its point goes into a dent, or an edge from one ridge on to two.
+    /// True if this contact lets a pair beside it penetrate deeper than itself by the end of
+    /// the drift: its point goes into a dent, or an edge moves from one ridge onto two.
     pub(crate) fn leaves_uncovered(
         &self,
         context: &ContactContext<D>,
@@ -191,7 +192,7 @@ impl<const D: usize> ContactPoint<D> {
         if context.surface.project(pair, drift_interval.at_end).outside <= 0.0 {
             return self.is_shallower_than(context, pair, drift_interval.at_end);
         }
-        // What has gone on by then may have been deep on its way.
+        // A pair that has passed by then may have been deep on the way.
         (1..CCD_SAMPLES).any(|look| {
             let share = f64::from(look) / f64::from(CCD_SAMPLES);
             self.is_shallower_than(
@@ -204,7 +205,7 @@ impl<const D: usize> ContactPoint<D> {
         })
     }
 
-    /// Whether a pair beside it is deeper than itself.
+    /// True if a pair beside this contact is deeper than this contact, by more than [`MISS`].
     fn is_shallower_than(
         &self,
         context: &ContactContext<D>,
@@ -221,14 +222,15 @@ impl<const D: usize> ContactPoint<D> {
         let [Some(held), Some(normal)] = normals else {
             return false;
         };
-        // What is apart along the normal that is held does not lie in each other.
+        // A pair that is apart along the normal of this contact does not penetrate.
         let is_swapped = context.blocks(pair) != self.history.blocks;
         let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
         along - surface.project(self.pair, at).gap.min(0.0) < deep
     }
 
-    /// Moves a sliding contact's foot to where its point is now, and on to
-    /// neighbouring target features, but those of which others have `taken` hold.
+    /// Moves the foot of a sliding contact to its point, and on to neighbouring target
+    /// features. `taken` is true for the pairs of other contacts. The contact does not move on
+    /// to such a pair around a re-entrant corner, nor past an end of the surface.
     pub(crate) fn track_target(
         &mut self,
         surface: &dyn Surface<D>,
@@ -244,7 +246,7 @@ impl<const D: usize> ContactPoint<D> {
         let hurries = projection.outside > size;
         while projection.outside > FOOT_ROUND_OFF * size {
             let next = surface.neighbour(self.pair, &projection.foot, at);
-            // In a dent both sides bear.
+            // In a re-entrant corner each side keeps its own contact.
             let is_free =
                 |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
             let Some(next) = next.filter(is_free) else {
@@ -261,7 +263,7 @@ impl<const D: usize> ContactPoint<D> {
             let before = projection.outside;
             projection = surface.project(next, at);
             self.rotate_frame(surface, (next, false), at);
-            // Deep in a re-entrant edge it is outside the faces on both sides.
+            // Deep in a re-entrant edge, the point lies outside the faces on both sides.
             if projection.outside >= before {
                 break;
             }
@@ -274,8 +276,8 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Goes on as another pair, the main block of which may be its target: what its frame
-    /// has counted turns with it.
+    /// Continues the contact as another pair, whose main block may be the present target.
+    /// Rotates the vectors in its frame.
     fn rotate_frame(
         &mut self,
         surface: &dyn Surface<D>,
@@ -300,7 +302,7 @@ impl<const D: usize> ContactPoint<D> {
         (self.pair, self.normal) = (next, new[0]);
     }
 
-    /// What it bears and has borne, which turns with the frame.
+    /// Returns the impulse, forces and springs, which rotate with the frame.
     pub(crate) fn frame_vectors(&mut self) -> [&mut [f64; D]; 4] {
         [
             &mut self.impulse,
@@ -310,17 +312,17 @@ impl<const D: usize> ContactPoint<D> {
         ]
     }
 
-    /// Overlap that the pair keeps, m.
+    /// Returns the penetration that the constraint keeps, m.
     pub(crate) fn penetration(&self) -> f64 {
         (self.initial_gap - self.offset[0]).max(0.0)
     }
 
-    /// How deep the pair is where its operator was made, beyond what is given, m.
+    /// Returns the penetration at the positions of the Jacobian, m, beyond the initial overlap.
     pub(crate) fn depth(&self, jacobian: &ContactJacobian<D>) -> f64 {
         self.initial_gap - jacobian.offset[0]
     }
 
-    /// The operator at the present positions.
+    /// Returns the Jacobian at the present positions.
     pub(crate) fn jacobian(
         &self,
         surface: &dyn Surface<D>,
@@ -331,7 +333,7 @@ impl<const D: usize> ContactPoint<D> {
         jacobian
     }
 
-    /// Makes an operator that at the present positions.
+    /// Assembles the Jacobian at the present positions in place.
     pub(crate) fn assemble_jacobian(
         &self,
         jacobian: &mut ContactJacobian<D>,
@@ -341,7 +343,7 @@ impl<const D: usize> ContactPoint<D> {
         surface.assemble_jacobian(jacobian, self.pair, &self.foot, at, Some(&self.normal));
     }
 
-    /// Bounds of the impulse of `interval` seconds.
+    /// Returns the bounds of the impulse over `interval` seconds.
     fn friction_bounds(&self, interval: f64) -> FrictionBounds {
         let strength = if self.is_joint {
             self.history.area * interval
@@ -355,11 +357,12 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Makes a constraint, but for its operator, the one that keeps the pair together over a
-    /// drift of `drift` seconds, after a kick of `interval` seconds:
-    /// g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along ∇g(x_n), and the same for the tangents of a pair
-    /// that sticks, as far as g is not [`GAP_DEAD_BAND`]; g ≥ 0 of one that bears nothing and has
-    /// opened.
+    /// Sets target, bounds and start impulse of a constraint whose Jacobian is assembled. It
+    /// keeps the pair together over a drift of `drift` seconds, after a kick of `interval`
+    /// seconds: g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along ∇g(x_n), with g the
+    /// deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, if the contact
+    /// sticks, for the tangents. A contact that is open and carried no normal impulse only
+    /// keeps g ≥ 0.
     pub(crate) fn set_constraint(
         &self,
         constraint: &mut Constraint<D>,
@@ -384,7 +387,7 @@ impl<const D: usize> ContactPoint<D> {
         constraint.impulse_before = [0.0; D];
     }
 
-    /// Takes what a kick of `interval` seconds has it bear, N·s.
+    /// Records the impulse of a kick of `interval` seconds, N·s.
     pub(crate) fn record_impulse(&mut self, impulse: &[f64; D], interval: f64) {
         (self.impulse, self.interval) = (*impulse, interval);
         self.force_before = self.force;
@@ -392,8 +395,9 @@ impl<const D: usize> ContactPoint<D> {
         self.history.count(&[0.0; D], impulse);
     }
 
-    /// Whether its gap is wider after a drift at solved velocities than is [`GAP_DEAD_BAND`]. One
-    /// that bears nothing and is not may have to in the next kick: it has not ended.
+    /// True if its gap after a drift at the solved velocities is wider than [`GAP_DEAD_BAND`].
+    /// A contact without impulse but with a smaller gap has not ended: it may carry one in the
+    /// next kick.
     pub(crate) fn is_apart_after(
         &self,
         solved: &Constraint<D>,
@@ -406,9 +410,9 @@ impl<const D: usize> ContactPoint<D> {
         gap - self.offset[0] > GAP_DEAD_BAND * tolerance
     }
 
-    /// The constraint at the instant of an impact before a drift of `drift` seconds, at the
-    /// present positions. A pair that was closed already bears the impulse of its last kick,
-    /// of which it may give back all; a joint no more than its strength with that.
+    /// Returns the constraint at the instant of an impact, at the present positions, before a
+    /// drift of `drift` seconds. A contact closed before starts with the impulse of its last
+    /// kick, all of which it may give back. The strength of a joint bounds the sum of both.
     pub(crate) fn impact_constraint(
         &self,
         surface: &dyn Surface<D>,
@@ -428,8 +432,8 @@ impl<const D: usize> ContactPoint<D> {
         constraint
     }
 
-    /// What an impact leaves: a slip, a broken joint, and for the next impact of
-    /// this drift less of the strength and of the last kick's impulse.
+    /// Applies a solved impact: slip, broken joint and, for the next impact of this drift, the
+    /// remaining impulse.
     pub(crate) fn apply_impact(
         &mut self,
         solved: &Constraint<D>,
@@ -446,14 +450,13 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Binds the pair to the material point of the target where it is now.
+    /// Binds the contact to the material point of the target under it.
     pub(crate) fn stick(&mut self) {
         self.is_sticking = true;
         self.offset[1..].fill(0.0);
     }
 
-    /// Breaks a joint that its solved constraint has found too weak; whether it
-    /// did.
+    /// Breaks a joint whose solved constraint exceeds its strength. Returns true if it broke.
     pub(crate) fn breaks(
         &mut self,
         constraint: &Constraint<D>,
@@ -468,14 +471,15 @@ impl<const D: usize> ContactPoint<D> {
         breaks
     }
 
-    /// Frees the tangent; cohesion and tensile strength are lost.
+    /// Frees the tangents. Cohesion and tensile strength are lost.
     pub(crate) fn slide(&mut self) {
         self.is_sticking = false;
         self.is_joint = false;
     }
 }
 
-/// The force with which the next solve begins, N, after that of `now` and of the kick before.
+/// Extrapolates the force with which the next solve begins, N, from the forces of the last kick
+/// and of the one before.
 fn extrapolated_force<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
     let goes_on = now[0] != 0.0 && before[0] != 0.0;
     let trend = if goes_on { FORCE_TREND } else { 0.0 };
@@ -494,7 +498,7 @@ mod tests {
         let last = largest(&|k| (force(k)[0] - force(k - 1)[0]).abs());
         let missed =
             largest(&|k| (force(k)[0] - extrapolated_force(&force(k - 1), &force(k - 2))[0]).abs());
-        // What is left of the trend, and the turn of that in a kick.
+        // The remainder of the trend, and its rotation in a kick.
         assert!(
             missed < (1.0 - FORCE_TREND + turn) * last,
             "{missed} of {last}"

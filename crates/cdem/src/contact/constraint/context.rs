@@ -6,7 +6,7 @@ use crate::contact::surface::{Pair, Surface};
 use crate::contact::tolerances::LEAST_MOVE;
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
-/// What contacts need to know of everything else.
+/// References to all that contact needs from the model.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactContext<'a, const D: usize> {
     pub(crate) surface: &'a dyn Surface<D>,
@@ -17,21 +17,21 @@ pub(crate) struct ContactContext<'a, const D: usize> {
     pub(crate) damping: &'a [f64],
     /// d_tol, m.
     pub(crate) tolerance: f64,
-    /// Of blocks at t = 0.
+    /// Overlaps of the blocks at t = 0.
     pub(crate) initial_overlaps: &'a InitialOverlaps,
-    /// How often the elements at each node have been halved.
+    /// The number of halvings of the elements at each node.
     pub(crate) halvings: &'a [u8],
 }
 
 impl<'a, const D: usize> ContactContext<'a, D> {
-    /// Blocks of a pair: main and target.
+    /// Returns the blocks of a pair: main and target.
     pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];
         let target = self.surface.target_nodes(pair.target)[0];
         [main, target].map(|node| self.block_of[node as usize])
     }
 
-    /// How often the elements at a pair have been halved, on the finer side.
+    /// Returns the number of halvings of the elements at a pair, on its finer side.
     pub(crate) fn halvings_at(&self, pair: Pair) -> u32 {
         let main = self.surface.main_nodes(pair.main).iter();
         let nodes = main.chain(self.surface.target_nodes(pair.target));
@@ -39,13 +39,13 @@ impl<'a, const D: usize> ContactContext<'a, D> {
         halvings.max().unwrap_or_default()
     }
 
-    /// Relative velocity that moves points by nothing but round-off over a drift
-    /// of `drift` seconds, m/s.
+    /// Returns the relative velocity, m/s, that moves points by no more than round-off over a
+    /// drift of `drift` seconds.
     pub(crate) fn least_speed(&self, drift: f64) -> f64 {
         LEAST_MOVE * self.tolerance / drift
     }
 
-    /// What impulses do in a kick of `interval` seconds; 0: at an instant.
+    /// Returns the response to impulses in a kick of `interval` seconds; 0 means at an instant.
     pub(crate) fn mobility(&self, interval: f64) -> KickMobility<'a, D> {
         KickMobility {
             inertia: self.inertia,

@@ -1,19 +1,20 @@
-//! What blocks lie in each other by at t = 0, within the tolerance: how the user has put
-//! them. As much is no penetration when they touch later, wherever that is.
+//! Initial overlaps: penetration of blocks at t = 0 within the contact tolerance, as the user
+//! placed them. The same depth does not count as penetration when the blocks touch later, at
+//! any point.
 
 use std::collections::BTreeMap;
 
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::surface::{Configuration, Pair};
 
-/// How deep blocks lay in each other at t = 0, m, with the smaller number first.
+/// Depth of the overlap of two blocks at t = 0, m. The smaller block index comes first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InitialOverlaps {
     depth: BTreeMap<[u32; 2], f64>,
 }
 
 impl InitialOverlaps {
-    /// The deepest of some pairs that touch, by blocks.
+    /// Returns the deepest overlap of each two blocks, over pairs that touch.
     pub(crate) fn of<const D: usize>(
         context: &ContactContext<D>,
         pairs: &[Pair],
@@ -31,14 +32,15 @@ impl InitialOverlaps {
         overlaps
     }
 
-    /// How much of a gap between two blocks is no penetration, m: at most 0.
+    /// Returns the part of a gap between two blocks that does not count as penetration, m: at
+    /// most 0.
     pub(crate) fn allowed_gap(&self, blocks: [u32; 2], gap: f64) -> f64 {
         let depth = self.depth.get(&ordered(blocks)).copied();
         gap.clamp(-depth.unwrap_or(0.0), 0.0)
     }
 }
 
-/// Two blocks, whichever is the main one.
+/// Returns two blocks in rising order.
 pub(crate) fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }

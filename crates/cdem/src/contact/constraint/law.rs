@@ -1,4 +1,4 @@
-//! Strengths of contacts, by pair of blocks.
+//! Contact laws by pair of blocks: strengths and penalty stiffnesses.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,10 @@ use crate::mesh::Mesh;
 use crate::model::block_names::parts;
 use crate::scene::{ContactPair, Scene};
 
-/// What a contact between two blocks can bear.
+/// Strengths and penalty stiffnesses of contacts between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactLaw {
-    /// `false`: the two ignore each other.
+    /// If `false`, the two blocks ignore each other.
     pub(crate) enabled: bool,
     /// tan φ.
     pub(crate) friction: f64,
@@ -17,13 +17,13 @@ pub(crate) struct ContactLaw {
     pub(crate) cohesion: f64,
     /// Tensile strength of joints, Pa.
     pub(crate) tensile_strength: f64,
-    /// Penalty: normal stiffness, N/m.
+    /// Penalty model: normal stiffness, N/m.
     pub(crate) normal_stiffness: f64,
-    /// Penalty: shear stiffness, N/m.
+    /// Penalty model: shear stiffness, N/m.
     pub(crate) shear_stiffness: f64,
 }
 
-/// What a pair of the scene says of the law: each value it gives.
+/// Values of the law that one pair of the scene overrides.
 #[derive(Clone, Copy, Debug)]
 struct PairOverride {
     enabled: Option<bool>,
@@ -57,27 +57,27 @@ impl PairOverride {
     }
 }
 
-/// An override that means a block, and on which of its two sides.
+/// An override that applies to a block, and the sides on which it names the block.
 #[derive(Clone, Copy, Debug)]
 struct SideOverride {
     number: u32,
     on: [bool; 2],
 }
 
-/// The laws of all pairs of blocks.
+/// Contact laws of all pairs of blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactLaws {
     general: ContactLaw,
     /// In rising rank.
     overrides: Vec<PairOverride>,
-    /// Those that mean each block, in rising rank: one list after the other, and
-    /// where each begins.
+    /// Overrides of each block, in rising rank, one list after the other; and the start of each
+    /// list.
     meant: Vec<SideOverride>,
     start: Vec<u32>,
 }
 
 impl ContactLaws {
-    /// The laws of a scene's blocks; see [`ContactPair`] for the rank of pairs.
+    /// Builds the laws of the blocks of a scene. [`ContactPair`] defines the rank of pairs.
     pub(crate) fn new<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Self {
         let contact = &scene.contact;
         let general = ContactLaw {
@@ -108,8 +108,8 @@ impl ContactLaws {
         Self::of(general, materials, mesh.blocks.len())
     }
 
-    /// From overrides in rising rank, each with the blocks on its two sides, of
-    /// `count` blocks.
+    /// Builds the laws of `count` blocks from overrides in rising rank, each with the blocks on
+    /// its two sides.
     fn of(general: ContactLaw, ranked: Vec<(PairOverride, [Vec<usize>; 2])>, count: usize) -> Self {
         let mut of_block: Vec<Vec<SideOverride>> = vec![Vec::new(); count];
         for (number, (_, sides)) in (0..).zip(&ranked) {
@@ -139,7 +139,7 @@ impl ContactLaws {
         }
     }
 
-    /// The law between two blocks.
+    /// Returns the law between two blocks.
     pub(crate) fn between(&self, a: u32, b: u32) -> ContactLaw {
         let mut law = self.general;
         let [mut one, mut other] = [a, b].map(|block| {

@@ -1,4 +1,4 @@
-//! Contact points while they last, their law and constraints.
+//! Contact points, their law and their constraints.
 
 pub(crate) mod active_set;
 pub(crate) mod contact_constraint;

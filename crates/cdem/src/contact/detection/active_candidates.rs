@@ -1,30 +1,31 @@
-//! Candidates that may be near before long: all others are passed over without a glance.
+//! Candidate pairs that may be near soon. All others are skipped without a test.
 
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{BlockTravel, Candidate};
 use crate::contact::tolerances::{ACTIVE_MARGIN, ACTIVE_STEPS, CULLING_RATE, GLANCES_PER_TASK};
 
-/// The candidates, for as long as they serve.
+/// The active candidates, and the travel for which the list serves.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ActiveCandidates {
-    /// Their numbers, rising.
+    /// Their numbers, ascending.
     pub(super) numbers: Vec<u32>,
-    /// The same by runs of [`GLANCES_PER_TASK`] candidates, for their storage.
+    /// The same numbers by chunks of [`GLANCES_PER_TASK`] candidates, kept for their storage.
     parts: Vec<Vec<u32>>,
-    /// What blocks had ahead then, and by how much more it may be, m; none before the first.
+    /// Travel bounds of the blocks when the list was made, and the further travel for which it
+    /// serves, m. Empty before the first list.
     then: Vec<BlockTravel>,
     serves: f64,
 }
 
 impl ActiveCandidates {
-    /// There are other candidates.
+    /// Discards the list, because the candidates have changed.
     pub(super) fn forget(&mut self) {
         self.then.clear();
     }
 
-    /// Sorts out those of all `candidates`, whose blocks have this `ahead`, the largest share of
-    /// one being `share`, m.
+    /// Selects the active ones of all `candidates`. The blocks have these travel bounds `ahead`,
+    /// and `share` is the largest motion bound of a block, m.
     pub(super) fn sort_out(&mut self, candidates: &[Candidate], ahead: &[BlockTravel], share: f64) {
         let serves = ACTIVE_STEPS * share;
         let sort_out = |(part, (numbers, candidates)): (usize, (&mut Vec<u32>, &[Candidate]))| {
@@ -49,7 +50,8 @@ impl ActiveCandidates {
         self.serves = serves;
     }
 
-    /// Whether all that may be near are among them, where blocks have this `ahead`.
+    /// Returns true if the list contains all candidates that may be near for these travel bounds
+    /// `ahead`.
     pub(super) fn serves(&self, ahead: &[BlockTravel]) -> bool {
         let serves = |(now, then): (&BlockTravel, &BlockTravel)| {
             now.distance - then.distance <= self.serves
@@ -60,7 +62,7 @@ impl ActiveCandidates {
 }
 
 impl BlockTravel {
-    /// The same where the block has gone on by `way`, m.
+    /// Returns the bounds after a further travel of the block by `way`, m.
     fn further(self, way: f64) -> Self {
         Self {
             way: self.way,

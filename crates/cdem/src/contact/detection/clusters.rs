@@ -1,8 +1,8 @@
-//! Patches: boundary features of a block that lie side by side.
+//! Clusters: neighbouring boundary features of a block.
 //!
-//! The broad phase looks for patches whose boxes overlap, and only then at their
-//! features. A block of one element is one patch, so a crowd costs what its blocks
-//! do; a mountain has many, so a pebble on it costs what lies below it.
+//! The broad phase finds clusters whose boxes overlap, and only then looks at their features. A
+//! block of one element is one cluster, so the cost of a crowd is that of its blocks. A mountain
+//! has many, so the cost of a pebble on it is that of the surface below the pebble.
 
 use std::ops::Range;
 
@@ -13,11 +13,11 @@ use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{CLUSTERS_PER_TASK, MOST_FEATURES_OF_CLUSTER};
 
-/// The patches of all blocks.
+/// The clusters of all blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
     patches: Vec<Cluster>,
-    /// Families of features.
+    /// Number of feature families.
     families: usize,
 }
 
@@ -31,7 +31,7 @@ struct Cluster {
     features: Vec<[Vec<u32>; 2]>,
 }
 
-/// A feature where patches are made.
+/// A feature to be put into a cluster.
 struct ClusteredFeature<const D: usize> {
     block: u32,
     /// Mean of its nodes at rest, m.
@@ -42,12 +42,11 @@ struct ClusteredFeature<const D: usize> {
     number: u32,
 }
 
-/// Boxes around the features of a patch, grown; those of its [`Cluster::features`].
+/// Boxes around the features of a cluster, grown, in the order of [`Cluster::features`].
 type ClusterBoxes<const D: usize> = Vec<[Vec<Aabb<D>>; 2]>;
 
 impl Clusters {
-    /// The patches of a surface whose nodes belong to `block_of` and lie at `rest`,
-    /// m.
+    /// Returns the clusters of a surface whose nodes belong to `block_of` and lie at `rest`, m.
     pub(crate) fn new<const D: usize>(
         surface: &dyn Surface<D>,
         block_of: &[u32],
@@ -85,8 +84,7 @@ impl Clusters {
         patches
     }
 
-    /// Halves the features of a block across their longest extent, until they are
-    /// few.
+    /// Splits the features of a block in halves across their longest extent, until they are few.
     fn divide<const D: usize>(
         &mut self,
         surface: &dyn Surface<D>,
@@ -134,14 +132,14 @@ impl Clusters {
         patch
     }
 
-    /// Number of features, mains and targets.
+    /// Returns the number of features, mains and targets.
     pub(super) fn features(&self) -> usize {
         let sides = self.patches.iter().flat_map(|patch| &patch.features);
         sides.flatten().map(Vec::len).sum()
     }
 
-    /// Pairs of features that match, of blocks that `may_meet`, whose boxes
-    /// overlap, each grown by the `margin` of its block, m; sorted.
+    /// Returns the canonical feature pairs of blocks that `may_meet` whose boxes overlap, sorted.
+    /// Each box is grown by the `margin` of its block, m.
     pub(in crate::contact) fn overlapping<const D: usize>(
         &self,
         surface: &dyn Surface<D>,
@@ -181,7 +179,7 @@ impl Clusters {
         pairs
     }
 
-    /// Mains of a patch and targets of another whose boxes overlap.
+    /// Returns the mains of a cluster and targets of another whose boxes overlap.
     fn pairs<const D: usize>(
         &self,
         [main, target]: [usize; 2],
@@ -206,7 +204,7 @@ impl Clusters {
 }
 
 impl Cluster {
-    /// Boxes around its features, grown by `margin`, m.
+    /// Returns the boxes around the features, grown by `margin`, m.
     fn boxes<const D: usize>(
         &self,
         surface: &dyn Surface<D>,

@@ -1,10 +1,10 @@
 //! Broad phase: pairs of boxes that overlap, at linear cost.
 //!
-//! Boxes are put into a grid whose cell is a power of two not below the box's
-//! size, one grid a size class, so that a pebble and a cliff cost the same. All
-//! grids share one table: a box has one entry, in the cell of its lower corner,
-//! and cells are hashed. A box looks for others in the classes that are not
-//! finer than its own, where it reaches three cells a direction at most.
+//! Boxes are put into a grid with cells of a power of two not below the size of the box. There is
+//! one grid for each size class, so that a pebble and a cliff cost the same. All grids share one
+//! table: a box has one entry, in the cell of its lower corner, and cells are hashed. A box is
+//! compared with the classes that are not finer than its own, where it reaches three cells in a
+//! direction at most.
 
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::tolerances::{COARSEST_CLASS, GRID_RESOLUTION};
@@ -13,7 +13,7 @@ use crate::contact::tolerances::{COARSEST_CLASS, GRID_RESOLUTION};
 struct SizeClass(i32);
 
 impl SizeClass {
-    /// The finest class that is of use for boxes of both sides.
+    /// Returns the finest class that is useful for boxes of both sides.
     fn finest<const D: usize>(sides: [&[Aabb<D>]; 2]) -> Self {
         let boxes = sides.into_iter().flatten().filter(|aabb| !aabb.is_empty());
         let corners = boxes.flat_map(|aabb| aabb.min.into_iter().chain(aabb.max));
@@ -21,8 +21,8 @@ impl SizeClass {
         Self(exponent(largest.fold(0.0, f64::max)) - GRID_RESOLUTION)
     }
 
-    /// The class of a box that is not empty, `finest` or coarser: the box reaches
-    /// from the cell of its lower corner no farther than into the next.
+    /// Returns the class of a non-empty box, `finest` or coarser. The box reaches from the cell of
+    /// its lower corner into the next one at most.
     #[inline]
     fn of<const D: usize>(aabb: &Aabb<D>, finest: Self) -> Self {
         let sizes = (0..D).map(|c| aabb.max[c] - aabb.min[c]);
@@ -35,7 +35,8 @@ impl SizeClass {
         class
     }
 
-    /// Number of the cell that holds a coordinate: never falls as that rises.
+    /// Returns the number of the cell that contains a coordinate; it never falls as the coordinate
+    /// rises.
     #[inline]
     fn cell(self, coordinate: f64) -> i64 {
         // 2 to the power of minus the class, from its bits.
@@ -46,15 +47,15 @@ impl SizeClass {
     }
 }
 
-/// The smallest e with 2^e not below `size`, so far as classes go.
+/// Returns the smallest e with 2^e not below `size`, within the range of the classes.
 #[inline]
 fn exponent(size: f64) -> i32 {
     let finest = f64::from(GRID_RESOLUTION - COARSEST_CLASS);
     size.log2().ceil().clamp(finest, f64::from(COARSEST_CLASS)) as i32
 }
 
-/// Where the row of cells begins that shares all indices of `cell` but the
-/// first: rows are hashed, the cells of a row lie side by side.
+/// Returns the hash of the row of cells that share all indices of `cell` but the first. Rows are
+/// hashed; the cells of a row lie side by side.
 #[inline]
 fn row<const D: usize>(class: SizeClass, cell: &[i64; D]) -> u64 {
     let mut hash = class.0 as u64;
@@ -65,10 +66,10 @@ fn row<const D: usize>(class: SizeClass, cell: &[i64; D]) -> u64 {
     hash.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 16
 }
 
-/// The boxes of one side that are not empty, in the order of their buckets.
+/// The non-empty boxes of one side, in the order of their buckets.
 struct Grid<const D: usize> {
     boxes: Vec<(Aabb<D>, u32)>,
-    /// Where each bucket begins; a power of two of them, and the end.
+    /// Index of the first box of each bucket, and the end. The number of buckets is a power of two.
     start: Vec<u32>,
     /// Classes in use, finest first.
     classes: Vec<SizeClass>,
@@ -113,8 +114,8 @@ impl<const D: usize> Grid<D> {
         }
     }
 
-    /// Calls `found` for every box that overlaps `aabb`, in the classes for which
-    /// `wanted` holds, none finer than that of `aabb`; a box may come twice.
+    /// Calls `found` for every box that overlaps `aabb`, in the classes selected by `wanted`, none
+    /// of them finer than that of `aabb`. A box may come twice.
     fn query(
         &self,
         aabb: &Aabb<D>,
@@ -123,7 +124,7 @@ impl<const D: usize> Grid<D> {
     ) {
         let mask = self.start.len() - 2;
         for &class in self.classes.iter().filter(|&&class| wanted(class)) {
-            // What lies here may begin one cell before.
+            // A box here may begin one cell before.
             let low = aabb.min.map(|x| class.cell(x).saturating_sub(1));
             let high = aabb.max.map(|x| class.cell(x));
             let mut cell = low;
@@ -148,7 +149,7 @@ impl<const D: usize> Grid<D> {
     }
 }
 
-/// All `(main, target)` whose boxes overlap and which `accept` wants, sorted.
+/// Returns all `(main, target)` whose boxes overlap and that `accept` selects, sorted.
 pub(crate) fn overlapping<const D: usize>(
     mains: &[Aabb<D>],
     targets: &[Aabb<D>],
@@ -177,7 +178,7 @@ pub(crate) fn overlapping<const D: usize>(
     pairs
 }
 
-/// Number, box and class of all boxes that are not empty.
+/// Returns number, box and class of all non-empty boxes.
 fn with_class<const D: usize>(
     boxes: &[Aabb<D>],
     finest: SizeClass,
@@ -213,9 +214,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Boxes of sizes from nothing to a multiple of what they are strewn over,
-    /// some of them empty; `scale` m each way around `origin`. Corners lie on the
-    /// borders of cells as often as not.
+    /// Boxes of sizes from nothing to a multiple of the region that contains them, some of them
+    /// empty; `scale` m each way around `origin`. Corners lie on cell borders as often as not.
     fn boxes<const D: usize>(origin: f64, scale: f64) -> impl Strategy<Value = Vec<Aabb<D>>> {
         let size = prop_oneof![
             Just(0.0),
@@ -244,7 +244,7 @@ mod tests {
         proptest::collection::vec(one, 0..40)
     }
 
-    /// By the definition of overlap.
+    /// All overlapping pairs, by the definition of overlap.
     fn all_pairs<const D: usize>(mains: &[Aabb<D>], targets: &[Aabb<D>]) -> Vec<(u32, u32)> {
         let mut all = Vec::new();
         for (m, main) in mains.iter().enumerate() {
@@ -263,8 +263,8 @@ mod tests {
     }
 
     fn both<const D: usize>() -> impl Strategy<Value = [Vec<Aabb<D>>; 2]> {
-        // Coordinates as they are, far off (few bits left for the boxes), huge,
-        // tiny, and with all boxes in one cell.
+        // Coordinates of usual size, far off (few bits left for the boxes), huge, tiny, and with
+        // all boxes in one cell.
         let place = prop_oneof![
             Just((0.0, 1.0)),
             Just((1e9, 1.0)),

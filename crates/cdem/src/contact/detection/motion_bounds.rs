@@ -1,4 +1,5 @@
-//! Shares of blocks that may touch each other: what is fastest among them may be handed on.
+//! Common motion bounds of blocks that may touch each other, because the fastest may hand on its
+//! velocity.
 
 use rayon::prelude::*;
 
@@ -9,8 +10,8 @@ use crate::contact::surface::Configuration;
 use crate::contact::tolerances::GLANCES_PER_TASK;
 
 impl<const D: usize> CandidateSearch<D> {
-    /// Gives blocks that may touch each other the largest share among them, and
-    /// looks again at the candidates of those that get more, until none does.
+    /// Gives blocks that may touch each other the largest motion bound among them. Tests the
+    /// candidates of blocks with an increased bound again, until no bound increases.
     pub(super) fn share_among_near(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let count = self.blocks.len();
         let SearchWorkspace {
@@ -31,7 +32,7 @@ impl<const D: usize> CandidateSearch<D> {
         }
     }
 
-    /// Joins the blocks listed that move, which then have the largest share in common.
+    /// Joins the listed blocks that move, and gives each set its largest motion bound.
     fn join_near(&mut self, fixed: &[bool]) {
         let SearchWorkspace {
             together,
@@ -49,8 +50,8 @@ impl<const D: usize> CandidateSearch<D> {
         together.flatten();
     }
 
-    /// Gives the blocks listed the largest share of those that they are joined to; whether any
-    /// gets more.
+    /// Gives the listed blocks the largest motion bound of their set. Returns true if any bound
+    /// increases.
     fn raise(&mut self) -> bool {
         let SearchWorkspace {
             together,
@@ -72,8 +73,7 @@ impl<const D: usize> CandidateSearch<D> {
         raised.contains(&true)
     }
 
-    /// Lists the blocks of the pairs near from the `first` on, those of one pair but once in a
-    /// row.
+    /// Lists the blocks of the near pairs from the `first` on, without equal neighbours.
     fn list_blocks_near(&mut self, first: usize) {
         let found = self.found[first..]
             .par_iter()
@@ -83,7 +83,7 @@ impl<const D: usize> CandidateSearch<D> {
         self.lists.of_near.dedup();
     }
 
-    /// Looks at what has not been near to blocks of a larger share than before.
+    /// Tests the candidates of blocks with an increased motion bound that have not been near.
     fn look_again(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.search_ahead(blocks.tolerance);
         let SearchWorkspace {

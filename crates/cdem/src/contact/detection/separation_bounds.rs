@@ -1,20 +1,19 @@
-//! The open pairs of an island, and which of them cannot touch in a drift.
+//! Lower bounds of the separation of the open pairs of an island: pairs that cannot touch in a
+//! drift are skipped.
 //!
-//! Most of the pairs that may touch within a coarse step cannot within a substep.
-//! A pair touches in t seconds only if its features are no farther apart than
-//! d_tol + t u at the start, u the most by which their nodes move against each
-//! other: that is [`touch`](crate::contact::island::touch_events)'s own rule. Here it is applied without
-//! a look at the features, to less than their distance and more than u:
-//! - the distance changes by no more than the nodes of both move. One that was d
-//!   is not below d − w₁ − w₂ as long as those of its blocks have gone ways of w₁
-//!   and w₂ since; a way is the sum, over all drifts, of duration times largest
-//!   speed in it;
-//! - with s₁ and s₂ the largest speeds now, u is not above s₁ + s₂, or 3 s₁ + s₂
-//!   where the main feature has nodes that move against each other.
+//! Most of the pairs that may touch within a coarse step cannot touch within a substep. A pair
+//! touches in t seconds only if its features are no farther apart than d_tol + t u at the start,
+//! with u the largest relative speed of their nodes. That is the rule of
+//! [`touch_events`](crate::contact::island::touch_events). Here it is applied without the geometry,
+//! to a lower bound of the distance and an upper bound of u:
+//! - The distance changes by no more than the nodes of both move. A distance d is not below d − w₁
+//!   − w₂ as long as the blocks have travelled w₁ and w₂ since. A travel is the sum, over all
+//!   drifts, of duration times largest speed.
+//! - With s₁ and s₂ the largest speeds now, u is not above s₁ + s₂, or 3 s₁ + s₂ if the main
+//!   feature has nodes that move against each other.
 //!
-//! So a pair that is left out is one that would be found not to touch. When pairs
-//! were looked at, and whether at all, changes no result: a run that resumes may
-//! start from distances measured then.
+//! So the full test would find that a skipped pair does not touch. The times of the full tests
+//! change no result, and a resumed run may start from distances measured then.
 
 use std::ops::Range;
 
@@ -27,17 +26,17 @@ use crate::math::vector::dot;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SeparationBounds {
     open: Vec<OpenPair>,
-    /// Those that were before a restart, and how many of them have been passed.
+    /// The pairs before a restart, and how many of them have been passed.
     before: Vec<OpenPair>,
     passed: usize,
-    /// The blocks of the island; the first stands for all that are fixed.
+    /// The blocks of the island; the first stands for all fixed blocks.
     bodies: Vec<IslandBlock>,
-    /// Distance within which nothing is left out, m.
+    /// Distance within which no pair is skipped, m.
     within: f64,
-    /// What a way may come to, m.
+    /// Travel at which all distances are measured again, m.
     longest: f64,
-    /// The only ones that may touch for now, in order, and for what more that serves: twice
-    /// the longest way from now on, with what a touch in the next drift takes, m.
+    /// Numbers of the only pairs that may touch for now, ascending. The list serves for `serves`:
+    /// twice the longest travel from now on, plus the travel of the next drift, m.
     soon: Vec<u32>,
     serves: f64,
 }
@@ -47,10 +46,9 @@ pub(crate) struct SeparationBounds {
 struct OpenPair {
     pair: Pair,
     bodies: [u32; 2],
-    /// Nodes of the main feature move against each other.
+    /// True if nodes of the main feature move against each other.
     turns: bool,
-    /// Ways of both blocks, with the distance to be left, that are between it and
-    /// a touch, m.
+    /// Travels of both blocks plus the remaining distance that lead to a touch, m.
     until: f64,
 }
 
@@ -58,17 +56,17 @@ struct OpenPair {
 #[derive(Clone, Debug)]
 struct IslandBlock {
     block: u32,
-    /// Where they are among those of the island.
+    /// Their indices among the nodes of the island.
     nodes: Range<usize>,
-    /// Duration times largest speed of all drifts, m.
+    /// Travel: sum of duration times largest speed over all drifts, m.
     way: f64,
     /// Largest speed, m/s.
     speed: f64,
 }
 
 impl SeparationBounds {
-    /// None yet, of an island of these nodes, sorted. `within` is the distance of
-    /// pairs that are always looked at, m: the tolerance, or more.
+    /// Makes an empty list for an island of these sorted `nodes`. Pairs no farther apart than
+    /// `within`, m, are always tested; it is the tolerance or more.
     pub(crate) fn new(nodes: &[u32], block_of: &[u32], tolerance: f64, within: f64) -> Self {
         let body = |block, nodes| IslandBlock {
             block,
@@ -95,7 +93,7 @@ impl SeparationBounds {
         }
     }
 
-    /// Leaves no pair, but for those there were to be [kept](Self::keep).
+    /// Removes all pairs, but stores them for [`keep`](Self::keep).
     pub(crate) fn restart(&mut self) {
         self.serves = -1.0;
         std::mem::swap(&mut self.open, &mut self.before);
@@ -103,8 +101,8 @@ impl SeparationBounds {
         self.passed = 0;
     }
 
-    /// Adds a pair with what is known of it from before the restart, if it was there; whether it
-    /// was. Pairs come in order.
+    /// Adds a pair with its bound from before the restart. Returns false if it was not there. Pairs
+    /// come in order.
     pub(crate) fn keep(&mut self, pair: Pair) -> bool {
         let ahead = &self.before[self.passed..];
         self.passed += ahead.iter().take_while(|open| open.pair < pair).count();
@@ -140,25 +138,26 @@ impl SeparationBounds {
         self.open[number].pair
     }
 
-    /// All pairs, in order.
+    /// Returns all pairs, in order.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = Pair> + '_ {
         self.open.iter().map(|open| open.pair)
     }
 
-    /// Takes the speeds of now, of the `nodes` of the island.
+    /// Measures the present speeds of the `nodes` of the island.
     pub(crate) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &KickedView<D>) {
         for body in &mut self.bodies {
             let velocities = nodes[body.nodes.clone()].iter();
             let velocities = velocities.map(|&node| &motion.velocity[node as usize]);
             let squares = velocities.map(|velocity| dot(velocity, velocity));
-            // Not a number is not left out.
+            // NaN stays, so that no pair is skipped.
             let larger = |a: f64, b: f64| if b <= a || a.is_nan() { a } else { b };
             let largest = squares.fold(0.0, larger);
             body.speed = largest.sqrt();
         }
     }
 
-    /// The pairs that may touch within `duration` at the velocities measured, in order.
+    /// Returns the numbers of the pairs that may touch within `duration` at the measured
+    /// velocities, in order.
     pub(crate) fn may_touch(&mut self, duration: f64) -> impl Iterator<Item = usize> + '_ {
         let fastest = self.bodies.iter().map(|body| body.speed);
         // Main features turn.
@@ -177,7 +176,7 @@ impl SeparationBounds {
         soon.filter(move |&number| !near.cannot_touch(number, duration))
     }
 
-    /// Whether a pair will not touch for `duration` at the velocities measured.
+    /// Returns true if a pair cannot touch for `duration` at the measured velocities.
     #[inline]
     fn cannot_touch(&self, number: usize, duration: f64) -> bool {
         let open = &self.open[number];
@@ -186,7 +185,8 @@ impl SeparationBounds {
         self.is_apart(number, duration * (turns * main.speed + target.speed))
     }
 
-    /// Whether a pair is farther apart than any are looked at, and more by a length, m.
+    /// Returns true if the separation of a pair exceeds the tested distance by more than `length`,
+    /// m.
     #[inline]
     fn is_apart(&self, number: usize, length: f64) -> bool {
         let open = &self.open[number];
@@ -194,7 +194,7 @@ impl SeparationBounds {
         open.until - (main.way + target.way) > self.within + length
     }
 
-    /// The features of a pair are `apart` now, m.
+    /// Sets the bound of a pair whose features are `apart` now, m.
     pub(crate) fn set_bound(&mut self, number: usize, apart: f64) {
         let [main, target] = self.bodies_of(&self.open[number]);
         self.open[number].until = apart + (main.way + target.way);
@@ -206,7 +206,7 @@ impl SeparationBounds {
         [&self.bodies[main as usize], &self.bodies[target as usize]]
     }
 
-    /// Counts a drift at the velocities measured, s.
+    /// Adds the travel of a drift of `duration` seconds at the measured velocities.
     pub(crate) fn advance(&mut self, duration: f64) {
         let (mut longest, mut fastest) = (0.0_f64, 0.0_f64);
         for body in &mut self.bodies {
@@ -220,7 +220,7 @@ impl SeparationBounds {
         }
     }
 
-    /// Nodes have moved otherwise, or far.
+    /// Discards all bounds, because nodes have moved in another way, or far.
     pub(crate) fn forget(&mut self) {
         self.serves = -1.0;
         for body in &mut self.bodies {

@@ -1,4 +1,4 @@
-//! Runs that leave pairs out against runs that look at all.
+//! Runs that skip pairs against runs that test all pairs.
 
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::mesh::{ElementKind, tests};
@@ -13,7 +13,7 @@ const PITCH: f64 = 1.5;
 /// Blocks in a row.
 const ROW: usize = 3;
 
-/// Where a block's centre is in the grid.
+/// Index of the centre of a block in the grid.
 fn cell<const D: usize>(number: usize) -> [f64; D] {
     std::array::from_fn(|c| ((number / ROW.pow(c as u32)) % ROW) as f64)
 }
@@ -46,7 +46,7 @@ fn blocks<const D: usize>() -> Vec<Block> {
     boxes.collect()
 }
 
-/// The blocks, with waves of about 1 m/s, flung at the one in their middle.
+/// The blocks, with waves of about 1 m/s, moving towards the one in their middle.
 fn run<const D: usize>(space: Space<D>) -> Run<D> {
     let mut scene: Scene = tests::scene(D, blocks::<D>());
     scene.material.push(Material {
@@ -66,7 +66,7 @@ fn run<const D: usize>(space: Space<D>) -> Run<D> {
     run.set_velocities(&|place| {
         let mut velocity = [0.0; 3];
         for (c, x) in place.into_iter().enumerate().take(D) {
-            // One for each block, towards the middle and a little past it.
+            // One velocity for each block, towards the middle and a little past it.
             let cell = (x / PITCH).round();
             velocity[c] = -0.05 * (cell - 1.0) + 0.01 * (cell + c as f64);
         }
@@ -75,7 +75,7 @@ fn run<const D: usize>(space: Space<D>) -> Run<D> {
     run
 }
 
-/// Steps both ways until `enough` contacts have begun; returns how many pairs have been left out.
+/// Steps both runs until `enough` contacts have begun. Returns the number of skipped pairs.
 fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
     let mut runs = [run(space), run(space)];
     let all = runs[1].contacts.as_mut().expect("many blocks");
@@ -108,7 +108,7 @@ fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
     left_out
 }
 
-/// Pairs that are left out in a drift of `duration` seconds.
+/// Number of pairs that are skipped in a drift of `duration` seconds.
 fn not_looked_at(near: &SeparationBounds, duration: f64) -> usize {
     near.pairs().count() - near.clone().may_touch(duration).count()
 }

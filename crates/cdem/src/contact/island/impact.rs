@@ -1,5 +1,5 @@
-//! Impacts: what the pairs of an island do at the instant at which some of them
-//! touch, (4) and (5) of the paper.
+//! Impacts: the impulses of an island at the instant of a first touch, (4) and (5) of the
+//! paper.
 
 use std::collections::BTreeSet;
 
@@ -17,20 +17,20 @@ use crate::contact::tolerances::{
 };
 use crate::model::kinematics::NodalMotion;
 
-/// An impact, to be solved as often as it takes.
+/// An impact, which may be solved several times.
 struct ImpactSolve<const D: usize> {
     constraints: Vec<Constraint<D>>,
-    /// Relative velocities of their points before it, m/s.
+    /// Relative velocities of the contacts before the impact, m/s.
     approach: Vec<[f64; D]>,
-    /// Nodes that it may move, once each, those of the island first, and their
+    /// Nodes that the impact may move, each once, those of the island first, with their
     /// velocities before it, m/s.
     start: Vec<(u32, [f64; D])>,
-    /// Relative velocity below which a change is none, m/s.
+    /// Change of a relative velocity that counts as none, m/s.
     precision: f64,
 }
 
 impl<const D: usize> ImpactSolve<D> {
-    /// Adds nodes that its contacts do not move, with their velocities of now.
+    /// Adds nodes that the contacts do not move, with their present velocities.
     fn start_also(&mut self, nodes: impl Iterator<Item = u32>, motion: &NodalMotion<D>) {
         let known: BTreeSet<u32> = self.start.iter().map(|start| start.0).collect();
         let others: BTreeSet<u32> = nodes.filter(|node| !known.contains(node)).collect();
@@ -38,8 +38,8 @@ impl<const D: usize> ImpactSolve<D> {
         self.start.extend(others.into_iter().map(with_velocity));
     }
 
-    /// The velocities after it, `scale` times `impulses` of the bodies acting at
-    /// the same instant, N·s.
+    /// Solves for the velocities after the impact, with `scale` times the `impulses` of the
+    /// bodies, N·s, acting at the same instant.
     fn solve(
         &mut self,
         system: &mut Solver<D>,
@@ -65,9 +65,8 @@ impl<const D: usize> ImpactSolve<D> {
 }
 
 impl<const D: usize> Island<D> {
-    /// The impact of the pairs that have just touched, in a drift of `duration`
-    /// seconds of which `remaining` are left, and what it does to the bodies
-    /// behind them.
+    /// Solves the impact of the pairs that have just touched, in a drift of `duration` seconds
+    /// of which `remaining` are left, together with the elements behind them.
     pub(super) fn solve_impact<I: BodyCoupling<D>>(
         &mut self,
         context: &ContactContext<D>,
@@ -126,8 +125,8 @@ impl<const D: usize> Island<D> {
         energies.impact_loss -= interior.finish_impact(touch, motion, timing, receivers.on_held);
     }
 
-    /// The impact of pairs that are closed at t = 0 and approach, before a drift
-    /// of `duration` seconds.
+    /// Solves the impact of pairs that are closed at t = 0 and approach, before a drift of
+    /// `duration` seconds.
     pub(crate) fn solve_initial_impact(
         &mut self,
         context: &ContactContext<D>,
@@ -141,8 +140,8 @@ impl<const D: usize> Island<D> {
         self.end_impact(context, motion, (&impact, duration), on_impulse, energies);
     }
 
-    /// Perfectly inelastic for the points that touch, within the shear limit;
-    /// those that were closed stay so as far as their last kick's impulse bears.
+    /// Sets up an impact: perfectly inelastic for the new contacts, within the shear limit.
+    /// Contacts closed before stay closed as far as the impulse of their last kick allows.
     fn impact(
         &mut self,
         context: &ContactContext<D>,
@@ -169,11 +168,11 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Asks of the closed pairs what their gaps would miss in the `remaining`
-    /// seconds: points that slide along a turning edge go into it by the square of
-    /// the time. Whether any goes too far. Those that were closed before have been
-    /// asked for it in their kick; they get no more than twice its velocity now,
-    /// however little time is left.
+    /// Corrects the targets of closed pairs that would penetrate in the `remaining` seconds: a
+    /// point that slides along a turning edge enters it by the square of the time. Returns true
+    /// if any was corrected. Contacts closed before were corrected in their kick already. Their
+    /// correction here is at most twice the velocity that the whole drift would need, however
+    /// little time is left.
     fn bend(
         &self,
         context: &ContactContext<D>,
@@ -199,7 +198,7 @@ impl<const D: usize> Island<D> {
         too_far
     }
 
-    /// Takes the impulses of a solved impact into the records and the books.
+    /// Books the impulses of a solved impact in the contact histories and the energies.
     fn end_impact(
         &mut self,
         context: &ContactContext<D>,

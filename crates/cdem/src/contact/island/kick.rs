@@ -1,5 +1,9 @@
-//! Kicks: what the closed pairs of an island bear in one, (11) of the paper, and which
-//! of them it parts, (6) to (10).
+//! Kicks of an island: Jacobi between islands, projected Gauss–Seidel within an island.
+//!
+//! Each island sees the velocities of the others as they were before this contact kick, after
+//! that of elements and loads. Within an island the impulses keep closed pairs together, (11)
+//! of the paper, or open, slip or break them, (6) to (10). The solver is
+//! [`solver`](crate::contact::solver).
 
 use std::collections::BTreeSet;
 
@@ -19,39 +23,40 @@ use crate::contact::surface::{Configuration, Pair};
 use crate::contact::tolerances::{AGAIN, CONTACTS_PER_TASK, MISS, PAIRS_WORTH_A_SOLVE, RESIDUAL};
 use crate::math::profile::Stage;
 
-/// What closed contacts are asked for in a kick, as often as it takes; its storage is kept.
+/// Constraints of the closed pairs in a kick, and their results. Its memory is reused.
 #[derive(Debug, Default)]
 pub(crate) struct KickWorkspace<const D: usize> {
     constraints: Vec<Constraint<D>>,
-    /// Of how many, from the first on.
+    /// The number of constraints that are set, from the first on.
     asked: usize,
-    /// By how much their gaps would have missed theirs, m; and what of it the last solve has
-    /// left.
+    /// Sum of the gap errors that the targets have been corrected for, m; and the errors after
+    /// the last solve.
     missed: Vec<f64>,
     misses: Vec<f64>,
-    /// How often that has been asked for.
+    /// The number of corrections so far.
     again: usize,
-    /// Pairs of those that are followed, sorted, and which have moved on.
+    /// Pairs of the contacts before tracking, sorted; and whether each contact has changed its
+    /// pair.
     followed: Vec<Pair>,
     moved: Vec<bool>,
-    /// Nodes that they move, sorted, and their velocities before and after, m/s.
+    /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
     nodes: Vec<u32>,
     start: Vec<[f64; D]>,
     end: Vec<[f64; D]>,
-    /// Contacts that have ended, energies, and other sums.
+    /// Contacts that have ended, and energies.
     ended: Vec<ContactHistory>,
     energies: ContactEnergies,
 }
 
 impl<const D: usize> Clone for KickWorkspace<D> {
-    /// An empty one: a kick asks for all anew.
+    /// Returns an empty workspace: a kick sets all of it anew.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
 impl<const D: usize> KickWorkspace<D> {
-    /// Begins a kick of so many contacts, of which nothing has been asked for yet.
+    /// Begins a kick of this many contacts, with no constraint set.
     fn begin(&mut self, contacts: usize) {
         self.constraints.resize_with(contacts, Constraint::default);
         self.asked = 0;
@@ -60,22 +65,22 @@ impl<const D: usize> KickWorkspace<D> {
         self.start(&[], &[]);
     }
 
-    /// What has been solved.
+    /// Returns the solved constraints.
     pub(super) fn solved(&self) -> &[Constraint<D>] {
         &self.constraints
     }
 
-    /// Energies, and other sums.
+    /// Returns the energies of the kick.
     pub(super) fn books(&self) -> &ContactEnergies {
         &self.energies
     }
 
-    /// Contacts that have ended, once.
+    /// Takes the contacts that have ended.
     pub(super) fn ended(&mut self) -> impl Iterator<Item = ContactHistory> + '_ {
         self.ended.drain(..)
     }
 
-    /// Takes the velocities before.
+    /// Stores the velocities before the kick.
     fn start(&mut self, nodes: &[u32], velocity: &[[f64; D]]) {
         self.nodes.clear();
         self.nodes.extend(nodes);
@@ -84,22 +89,22 @@ impl<const D: usize> KickWorkspace<D> {
         self.start.extend(velocities);
     }
 
-    /// Gives the nodes the velocities that they had before.
+    /// Sets the velocities of the nodes back to those before the kick.
     fn undo(&self, motion: &mut KickedView<D>) {
         for (&node, velocity) in self.nodes.iter().zip(&self.start) {
             motion.velocity[node as usize] = *velocity;
         }
     }
 
-    /// Takes the velocities after.
+    /// Stores the velocities after the kick.
     fn end(&mut self, velocity: &[[f64; D]]) {
         self.end.clear();
         let velocities = self.nodes.iter().map(|&node| velocity[node as usize]);
         self.end.extend(velocities);
     }
 
-    /// Gives the nodes the velocities after; or what these have changed by where another island
-    /// has moved the node, as one that a contact has slid on to.
+    /// Sets the velocities after the kick. Where another island has changed the node, as one
+    /// reached by sliding, adds the change instead.
     pub(super) fn redo(&self, velocity: &mut [[f64; D]]) {
         let changes = self.start.iter().zip(&self.end);
         for (&node, (old, new)) in self.nodes.iter().zip(changes) {
@@ -109,11 +114,10 @@ impl<const D: usize> KickWorkspace<D> {
 }
 
 impl<const D: usize> Island<D> {
-    /// After the kick of a substep: the impulses that keep closed pairs
-    /// together, (11), or part them, (6)–(10). `before` are the velocities
-    /// before the kick of `interval` seconds at `time`, which precedes a drift
-    /// of `drift` seconds; `books` are empty. Velocities stay: what becomes of them, and of the
-    /// rest, is [kept](KickWorkspace).
+    /// Finds the impulses of a substep that keep closed pairs together, (11), or open them,
+    /// (6)–(10). `before` are the velocities before the kick of `interval` seconds at `time`; a
+    /// drift of `drift` seconds follows. `energies` must be empty. Velocities are not changed:
+    /// the results stay in the [workspace](KickWorkspace).
     pub(super) fn kick(
         &mut self,
         context: &ContactContext<D>,
@@ -158,7 +162,7 @@ impl<const D: usize> Island<D> {
             }
         }
         let (moves, at) = (&*motion.velocity, motion.positions());
-        // One that is deeper than a touch may be would not be found again.
+        // An open pair deeper than the contact tolerance would not be found again.
         let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.tolerance;
         let mut solved = constraints.iter();
         self.contact_points.retain(|contact| {
@@ -181,8 +185,8 @@ impl<const D: usize> Island<D> {
         self.kick_workspace = hold;
     }
 
-    /// Moves sliding contacts on; those have `ended` that have left the surface, or slid
-    /// on to where another is.
+    /// Moves the feet of sliding contacts. Ends those that have left the surface or have moved
+    /// on to the pair of another contact.
     fn follow(
         &mut self,
         context: &ContactContext<D>,
@@ -220,7 +224,7 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Ends the contacts that have `moved` on to where another is.
+    /// Ends the contacts that have `moved` on to the pair of another contact.
     fn merge(&mut self, moved: &[bool], ended: &mut Vec<ContactHistory>) {
         let stayed = self
             .contact_points
@@ -238,9 +242,9 @@ impl<const D: usize> Island<D> {
         });
     }
 
-    /// Solves the closed contacts. Open pairs that touch already and still sink into each
-    /// other then are closed: no impact, unless they did before the kick; contacts beyond
-    /// their strength break together. After either, the island is solved again.
+    /// Solves the closed contacts. Closes open pairs that touch already and still approach: no
+    /// impact unless they approached before the kick. Breaks all joints beyond their strength
+    /// at once. After either, solves the island again.
     fn solve_held(
         &mut self,
         context: &ContactContext<D>,
@@ -278,7 +282,7 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Asks something of the contacts that nothing has been asked of yet.
+    /// Sets the constraints of the contacts that have none yet.
     fn set_new_constraints(
         &mut self,
         context: &ContactContext<D>,
@@ -306,7 +310,8 @@ impl<const D: usize> Island<D> {
         hold.start(self.solver.nodes(), motion.velocity);
     }
 
-    /// Solves for what is asked, and again for what gaps miss of it.
+    /// Solves the constraints, and again with targets corrected for the gap errors, at most
+    /// [`AGAIN`] times in a kick.
     fn solve_for_gaps(
         &mut self,
         context: &ContactContext<D>,
@@ -336,7 +341,7 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Closes the open pairs that touch already, if they are more than the `least`; whether
+    /// Closes the open pairs that touch already, if they are more than `least`. Returns true if
     /// any contact has begun.
     fn close_touching(
         &mut self,
@@ -357,8 +362,8 @@ impl<const D: usize> Island<D> {
         begun > 0
     }
 
-    /// Breaks the joints that bear more than their strength, and asks anew of all what
-    /// they bear without those; whether there are any.
+    /// Breaks the joints loaded beyond their strength. Then sets all constraints anew. Returns
+    /// true if any joint broke.
     fn break_joints(
         &mut self,
         context: &ContactContext<D>,
@@ -381,8 +386,8 @@ impl<const D: usize> Island<D> {
         breaks
     }
 
-    /// Finds by how much the gaps of contacts that press will miss theirs after the drift, or
-    /// sink in as they part; whether that is too far of any.
+    /// Computes the gap errors after the drift: of contacts that press, and of those that open
+    /// but still penetrate. Returns true if any is above [`MISS`].
     fn miss(
         &self,
         context: &ContactContext<D>,
@@ -393,7 +398,7 @@ impl<const D: usize> Island<D> {
         let (surface, tolerance) = (context.surface, context.tolerance);
         let then = motion.positions().after(motion.velocity, drift);
         let miss = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
-            // Edges that have turned parallel have no gap.
+            // Edges that have become parallel have no gap.
             let gap = surface.gap(contact.pair, then, &constraint.jacobian.frame[0]);
             let miss = gap.map_or(0.0, |gap| gap - contact.offset[0]);
             let sinks = || {

@@ -1,5 +1,5 @@
-//! Contacts that share nodes: their substep in two time stages (the paper's
-//! sections 3 and 4).
+//! Islands: contacts that share nodes, with their substep in two time stages (sections 3 and 4
+//! of the paper).
 
 pub(crate) mod impact;
 pub(crate) mod kick;
@@ -27,39 +27,39 @@ use crate::contact::tolerances::{EARLY, EVENTS, GAP_ROUND_OFF, SIMULTANEOUS};
 use crate::math::vector::pad;
 use crate::model::kinematics::NodalMotion;
 
-/// The bodies of an island, and whether a node moves with any island.
+/// The bodies behind the surfaces of an island.
 pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
     pub(crate) coupling: &'a I,
-    /// The touch in hand.
+    /// Data of the touch that is being solved.
     pub(crate) touch: I::Touch,
     pub(crate) in_island: &'a [bool],
-    /// What the island moves in its drift.
+    /// Log of the nodes that the island moves in its drift.
     pub(crate) rollback: &'a mut Rollback<D>,
 }
 
-/// Live and possible contacts that share nodes, solved together.
+/// Contact points and candidate pairs that share nodes, solved together.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Island<const D: usize> {
-    /// Open pairs that may touch in this coarse step.
+    /// Open candidate pairs of this coarse step, with their separation bounds.
     #[serde(skip)]
     pub(crate) separation_bounds: SeparationBounds,
-    /// Closed ones.
+    /// Closed pairs.
     pub(crate) contact_points: Vec<ContactPoint<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
-    /// What its contacts do to each other: kept while they stay, and for its storage.
+    /// Solver of its contacts. Kept while the contacts stay, and to reuse its memory.
     #[serde(skip)]
     pub(super) solver: Solver<D>,
-    /// When open pairs touch: known from a kick on, through its drift; storage until the next.
+    /// First touches of open pairs: valid from a kick to the end of its drift.
     #[serde(skip)]
     pub(super) touch_events: TouchEvents<D>,
-    /// What its contacts bear in a kick.
+    /// Constraints and results of a kick.
     #[serde(skip)]
     pub(super) kick_workspace: KickWorkspace<D>,
 }
 
 impl<const D: usize> Island<D> {
-    /// One without pairs and nodes, which keeps what may serve it if they come back.
+    /// Returns an island without pairs and nodes that keeps the solver and memory of this one.
     pub(super) fn restart(self) -> Self {
         Self {
             solver: self.solver,
@@ -69,8 +69,8 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// The drift of a substep after its kick: free flight to each first touch (time
-    /// stage 1), then unified (time stage 2).
+    /// Moves the island through the drift of a substep, after its kick: separate up to each
+    /// first touch (time stage 1), then as unified nodes (time stage 2).
     pub(crate) fn drift(
         &mut self,
         context: &ContactContext<D>,
@@ -128,29 +128,30 @@ impl<const D: usize> Island<D> {
         self.touch_events = touches;
     }
 
-    /// Kick interval and drift of its nodes, s, if they are due.
+    /// Returns the kick interval and the drift of the island, s, if it is due.
     pub(super) fn timing(&self, timing: KickTiming) -> Option<(f64, f64)> {
         timing(*self.nodes.first()?)
     }
 
-    /// How many pairs are closed, or known to touch in the drift.
+    /// Returns the number of pairs that are closed or will touch in the drift.
     pub(super) fn pair_count(&self) -> usize {
         self.contact_points.len() + self.touch_events.upcoming_count()
     }
 
-    /// Whether no pair is known to touch in the drift.
+    /// True if no pair will touch in the drift.
     pub(super) fn flies_freely(&self) -> bool {
         self.touch_events.upcoming_count() == 0
     }
 
-    /// Moves the island at the velocities that the pairs near were looked at with.
+    /// Moves the nodes at their present velocities, those that the separation bounds were
+    /// measured with.
     pub(super) fn advance(&mut self, motion: &mut NodalMotion<D>, duration: f64) {
         motion.drift(&self.nodes, duration);
         self.separation_bounds.advance(duration);
     }
 
-    /// Relative velocity below which contacts ask for what positions cannot say,
-    /// m/s: their round-off over a drift of `drift` seconds.
+    /// Returns the relative velocity, m/s, below which a request is round-off: that of the
+    /// positions over a drift of `drift` seconds.
     pub(super) fn precision(
         &self,
         context: &ContactContext<D>,
@@ -162,9 +163,9 @@ impl<const D: usize> Island<D> {
         context.least_speed(drift).max(GAP_ROUND_OFF * size / drift)
     }
 
-    /// All nodes that constraints may move, once each, and their velocities, m/s:
-    /// those of the island, then those beyond, which a contact that has slid on may
-    /// reach; both sorted.
+    /// Returns all nodes that constraints may move, each once, with their velocities, m/s.
+    /// First come the nodes of the island, then the others, which a contact may reach after
+    /// sliding. Both parts are sorted.
     pub(super) fn reached_nodes(
         &self,
         constraints: &[Constraint<D>],
@@ -180,19 +181,20 @@ impl<const D: usize> Island<D> {
             .collect()
     }
 
-    /// Whether a node moves with the island.
+    /// True if a node moves with the island.
     fn has(&self, node: u32) -> bool {
         self.nodes.binary_search(&node).is_ok()
     }
 
-    /// Velocities of the nodes, m/s.
+    /// Returns the velocities of its nodes, m/s.
     pub(super) fn velocities(&self, velocity: &[[f64; D]]) -> Vec<[f64; D]> {
         let of = |&node: &u32| velocity[node as usize];
         self.nodes.iter().map(of).collect()
     }
 
-    /// Closes pairs at the moment of their touch, one after the other, each unless another one
-    /// already says the same. Returns how many contacts have begun: they are the last ones.
+    /// Closes pairs at the instant of their touch, one after the other. Skips a pair that
+    /// duplicates a contact point. Returns the number of new contact points, which are the last
+    /// ones.
     pub(crate) fn activate_pairs(
         &mut self,
         context: &ContactContext<D>,
@@ -215,8 +217,8 @@ impl<const D: usize> Island<D> {
         (self.contact_points.len() - before) as u64
     }
 
-    /// The contacts between the blocks of some pairs: found for all of them together, as an
-    /// island may have very many.
+    /// Returns the indices of the contact points between the blocks of some pairs. One pass
+    /// serves all pairs, because an island may have very many contact points.
     fn between(
         &self,
         context: &ContactContext<D>,
@@ -235,7 +237,7 @@ impl<const D: usize> Island<D> {
         between
     }
 
-    /// Begins a contact of a pair that touches.
+    /// Begins the contact of a pair that touches.
     fn activate(
         &mut self,
         context: &ContactContext<D>,
@@ -285,13 +287,13 @@ impl<const D: usize> Island<D> {
 }
 
 impl<const D: usize> Island<D> {
-    /// Moves that take the penetration out of the island, m.
+    /// Returns the nodal moves, m, that take the penetration out of the island.
     pub(crate) fn project_positions(
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
     ) -> Vec<(u32, [f64; D])> {
-        // The solver of velocities, over one second from rest, without shear.
+        // Uses the solver of velocities, over one second from rest, without shear.
         let mut constraints: Vec<Constraint<D>> = Vec::with_capacity(self.contact_points.len());
         for contact in &mut self.contact_points {
             let mut constraint = Constraint::default();

@@ -1,5 +1,6 @@
-//! Kicks and drifts of all islands that are due, many at once: each sees the others as they were
-//! before, so that it does not matter who comes first, nor on how many threads.
+//! Kicks and drifts of all islands that are due, in parallel: Jacobi between islands. Each
+//! island sees the others as they were before, so the result depends neither on the order of
+//! islands nor on the number of threads.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -16,13 +17,13 @@ use crate::contact::tolerances::{CONTACTS_WORTH_A_THREAD, NODES_PER_CONTACT, TAS
 use crate::math::profile::Stage;
 use crate::model::kinematics::NodalMotion;
 
-/// Velocities of all nodes for parts of the islands to work with, m/s: as many as there are at
-/// work at once, kept for their storage.
+/// Copies of the velocities of all nodes, m/s, one for each thread at work. Kept to reuse their
+/// memory.
 #[derive(Debug, Default)]
 pub(crate) struct VelocityCopies<const D: usize>(Mutex<Vec<Vec<[f64; D]>>>);
 
 impl<const D: usize> VelocityCopies<D> {
-    /// Works with a copy of velocities.
+    /// Runs `work` on a copy of velocities.
     fn lend(&self, velocity: &[[f64; D]], work: impl FnOnce(&mut [[f64; D]])) {
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut copy = kept().pop().unwrap_or_default();
@@ -33,8 +34,8 @@ impl<const D: usize> VelocityCopies<D> {
     }
 }
 
-/// Holds all islands that are due in a kick at a time by its timing, velocities before which are
-/// `before`. Returns the contacts that have ended.
+/// Kicks all islands that are due at `time`, s. `before` are the velocities before the kick.
+/// Returns the contacts that have ended.
 pub(crate) fn hold<const D: usize>(
     (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
     context: &ContactContext<D>,
@@ -58,7 +59,7 @@ pub(crate) fn hold<const D: usize>(
     };
     if parts > 1 {
         let now = &*motion;
-        // Those without contacts look at their open pairs.
+        // An island without contacts still has to examine its open pairs.
         let weight =
             |island: &Island<D>| usize::from(is_due(island)) * (1 + island.contact_points.len());
         share_out(islands, parts, &weight, &|part| {
@@ -87,8 +88,9 @@ pub(crate) fn hold<const D: usize>(
         .collect()
 }
 
-/// Drifts all islands that are due from a `time` on, each for its `duration`: those whose pairs
-/// touch see all others as they were before, and nodes of no island as they are after.
+/// Moves all islands that are due through their drift, each for its `duration` from `time` on.
+/// An island whose pairs touch sees the other islands as they were before the drift, and nodes
+/// of no island as they are after it.
 pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     islands: &mut [Island<D>],
     context: &ContactContext<D>,
@@ -129,24 +131,24 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     }
 }
 
-/// An island, by its number, before a drift of `duration` seconds in which pairs of it touch.
+/// An island, with its index, before a drift of `duration` seconds in which pairs of it touch.
 struct DriftTask<'a, const D: usize> {
     number: usize,
     island: &'a mut Island<D>,
     duration: f64,
 }
 
-/// What has become of it.
+/// Result of a [`DriftTask`].
 struct DriftOutcome<const D: usize> {
     number: usize,
     trail: Rollback<D>,
-    /// Impulses of contacts, and of elements on nodes that are held, N·s.
+    /// Impulses of contacts, and of elements on nodes with prescribed components, N·s.
     of_contacts: Vec<(u32, [f64; D])>,
     on_held: Vec<(u32, [f64; D])>,
     energies: ContactEnergies,
 }
 
-/// Drifts islands whose pairs touch, from a `time` on; nodes stay.
+/// Computes the drift of islands whose pairs touch, from `time` on. Nodes stay where they are.
 fn meet<const D: usize, I: BodyCoupling<D>>(
     meetings: &mut [DriftTask<D>],
     context: &ContactContext<D>,
@@ -207,8 +209,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
     met
 }
 
-/// Works on so many parts of the islands on all threads: of equal weight, as far as islands let
-/// them be.
+/// Runs `work` on all threads, on this many runs of islands, of about equal weight.
 fn share_out<const D: usize>(
     islands: &mut [Island<D>],
     parts: usize,
@@ -235,8 +236,8 @@ fn share_out<const D: usize>(
     );
 }
 
-/// Into how many parts islands with so many contacts are worth to be put, where each has all
-/// `nodes` for itself.
+/// Returns the number of parts that are worthwhile for islands with these numbers of contacts,
+/// if each part copies all `nodes`.
 fn parts(contacts: impl Iterator<Item = usize>, nodes: usize) -> usize {
     let threads = rayon::current_num_threads();
     if threads == 1 {

@@ -1,4 +1,4 @@
-//! Which open pairs of an island touch first, and when.
+//! First touches of the open pairs of an island in a drift, in order of time.
 
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -14,14 +14,14 @@ use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
 use crate::contact::tolerances::{CONTACTS_PER_TASK, LEAST_DEPTH, SHALLOW};
 use crate::math::vector::{norm, sub};
 
-/// When the open pairs of an island touch in a drift.
+/// Times at which the open pairs of an island touch in a drift.
 #[derive(Debug, Default)]
 pub(crate) struct TouchEvents<const D: usize> {
-    /// Those that are not never, with their numbers among the pairs near, which
-    /// rise.
+    /// Pairs whose state is not [`TouchState::Never`], by their index among the separation
+    /// bounds, in rising order.
     states: Vec<(usize, TouchState)>,
-    /// Storage of a look: what there was before; places of the pairs looked at, and these; what
-    /// glances tell, and looks; closed pairs, sorted, and by place.
+    /// Reused memory: the states before; examined pairs with their index in `states`; results
+    /// of the quick check and of the full one; closed pairs, sorted, and their spatial index.
     before: Vec<(usize, TouchState)>,
     anew: Vec<(usize, Pair)>,
     glances: Vec<(PairCheck, Option<f64>)>,
@@ -31,37 +31,37 @@ pub(crate) struct TouchEvents<const D: usize> {
 }
 
 impl<const D: usize> Clone for TouchEvents<D> {
-    /// An empty one: a kick looks at all pairs anew.
+    /// Returns an empty list: a kick examines all pairs anew.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-/// When a pair touches, s from the start of the drift.
+/// Time of touch of a pair, s from the start of the drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TouchState {
     Never,
-    /// Then, and as a touch of that pair.
+    /// It touches at this time; the touch belongs to this pair.
     At(f64, Pair),
-    /// It would, but its surroundings do not let it as they move now.
+    /// It would touch, but the features around it rule that out at the present velocities.
     Refused,
-    /// It did at an event, or another pair in its place, and is not closed for all that
-    /// is known.
+    /// It, or a pair in its place, has touched at an event, and is not known to be closed.
     Due,
     Closed,
 }
 
-/// When pairs that have touched already are to be closed.
+/// Rule for closing pairs that touch already.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ClosureRule {
-    /// In a kick, before the drift: those that sink in at all.
+    /// In a kick, before the drift: all that penetrate.
     InKick,
     /// In the drift: those that cannot wait for the next kick.
     InDrift,
 }
 
 impl ClosureRule {
-    /// Up to how deep a pair does not sink in, over the tolerance.
+    /// Returns the depth, over the contact tolerance, up to which a pair does not count as
+    /// penetrating.
     fn depth(self) -> f64 {
         match self {
             Self::InKick => LEAST_DEPTH,
@@ -69,8 +69,8 @@ impl ClosureRule {
         }
     }
 
-    /// Gap, over the tolerance, above which a pair waits for the next kick that is too
-    /// slow to come deep in the drift.
+    /// Returns the gap, over the contact tolerance, above which a pair waits for the next kick
+    /// if it is too slow to get deep in the drift.
     fn waits_above(self) -> f64 {
         match self {
             Self::InKick => LEAST_DEPTH,
@@ -80,7 +80,7 @@ impl ClosureRule {
 }
 
 impl<const D: usize> TouchEvents<D> {
-    /// Looks at all open pairs for a drift of `duration` seconds from now.
+    /// Examines all open pairs for a drift of `duration` seconds from now.
     pub(crate) fn begin(
         &mut self,
         island: &mut Island<D>,
@@ -93,9 +93,9 @@ impl<const D: usize> TouchEvents<D> {
         self.examine(island, context, motion, interval, |_, _, _| true);
     }
 
-    /// The kick is over, in which contacts `parted`, or stood for pairs until they did, and
-    /// pairs that touched were left open: what of them cannot wait for the next touches in
-    /// the drift.
+    /// Examines some pairs again after a kick: those left open though they touch and, if
+    /// contacts `parted`, those closed or refused before. Those that would penetrate before the
+    /// next kick become touch events.
     pub(crate) fn reexamine(
         &mut self,
         island: &mut Island<D>,
@@ -115,20 +115,20 @@ impl<const D: usize> TouchEvents<D> {
         }
     }
 
-    /// Pairs that touch in the rest of the drift, as far as is known.
+    /// Returns the number of pairs that are known to touch in the rest of the drift.
     pub(crate) fn upcoming_count(&self) -> usize {
         let ahead = |(_, touch): &&(usize, TouchState)| matches!(touch, TouchState::At(..));
         self.states.iter().filter(ahead).count()
     }
 
-    /// The pairs that touch already, as one.
+    /// Takes the pairs that touch already, as one event.
     pub(crate) fn take_due_now(&mut self) -> Vec<Pair> {
         self.take(|time, _| time <= 0.0)
     }
 
-    /// The first instant at which pairs touch, s from the start of the drift,
-    /// and those that do within `window` seconds from then, in order of time;
-    /// with them those that are `close` at that instant and touch in this drift.
+    /// Takes the first event: its time, s from the start of the drift, and its pairs in order
+    /// of time. These are the pairs that touch within `window` seconds after it, and those that
+    /// touch later in the drift but are `close` at that time.
     pub(crate) fn take_first(
         &mut self,
         window: f64,
@@ -143,7 +143,8 @@ impl<const D: usize> TouchEvents<D> {
         Some((first, due))
     }
 
-    /// The pairs that touch at times that are `due`, in order of time: they are one event.
+    /// Takes the pairs for which `due` holds at their time of touch, in order of time. They are
+    /// one event.
     fn take(&mut self, due: impl Fn(f64, Pair) -> bool) -> Vec<Pair> {
         let mut taken = Vec::new();
         for (_, touch) in &mut self.states {
@@ -158,9 +159,10 @@ impl<const D: usize> TouchEvents<D> {
         taken.into_iter().map(|(_, pair)| pair).collect()
     }
 
-    /// After an event at `elapsed` that has changed the velocities `before` of
-    /// the island: pairs of nodes that go on as they did touch as they would. Those
-    /// that were due may not be what has closed, if any contact has begun.
+    /// Examines pairs again after an event at `elapsed` has changed the velocities `before` of
+    /// the island. Pairs whose nodes kept their velocity keep their time of touch. Pairs that
+    /// were due are examined if any contact has begun, since that may be the contact of another
+    /// pair.
     pub(crate) fn update(
         &mut self,
         island: &mut Island<D>,
@@ -185,8 +187,8 @@ impl<const D: usize> TouchEvents<D> {
         self.examine(island, context, motion, (wanted, interval), again);
     }
 
-    /// Looks `again` at pairs, given the nodes of the island; leaves out those that
-    /// cannot touch.
+    /// Examines the pairs that `again` selects from the nodes of the island, the state and the
+    /// pair. Drops those that cannot touch.
     fn examine(
         &mut self,
         island: &mut Island<D>,
@@ -232,7 +234,7 @@ impl<const D: usize> TouchEvents<D> {
         };
         let pairs = self.anew.par_iter().with_min_len(CONTACTS_PER_TASK);
         pairs.map(look).collect_into_vec(&mut self.glances);
-        // At rest most pairs are told at a glance.
+        // At rest the quick check settles most pairs, so the index is built only if needed.
         let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
         if self.glances.iter().any(more) {
             self.by_place
@@ -263,7 +265,7 @@ impl<const D: usize> TouchEvents<D> {
         self.states.retain(|(_, touch)| *touch != TouchState::Never);
     }
 
-    /// Adds the pairs near that may touch within a duration, s, and of which nothing is known.
+    /// Adds the pairs that may touch within `duration` seconds and are not listed yet.
     fn add_near(&mut self, near: &mut SeparationBounds, duration: f64) {
         std::mem::swap(&mut self.states, &mut self.before);
         self.states.clear();
@@ -279,17 +281,17 @@ impl<const D: usize> TouchEvents<D> {
     }
 }
 
-/// What a glance tells of an open pair.
+/// Result of the quick check of an open pair.
 #[derive(Clone, Copy, Debug)]
 enum PairCheck {
-    /// All.
+    /// Its state, settled.
     Touch(TouchState),
-    /// That it may touch within so many seconds.
+    /// It may touch within this many seconds.
     Within(f64),
 }
 
-/// A glance at an open pair in what is `remaining` of a drift, s, at constant velocities, and
-/// how far apart its features are now, m, or less, if that was asked.
+/// Checks an open pair quickly for the `remaining` seconds of a drift at constant velocities.
+/// Returns also a lower bound of the distance of its features now, m.
 fn check_pair<const D: usize>(
     context: &ContactContext<D>,
     (motion, at): (&KickedView<D>, Configuration<D>),
@@ -322,8 +324,8 @@ fn check_pair<const D: usize>(
     (look, Some(apart))
 }
 
-/// When a pair between the closed contacts of its blocks touches, within `span` seconds
-/// after `elapsed`.
+/// Returns the time of touch of a pair within `span` seconds after `elapsed`. Takes the closed
+/// contacts of its blocks into account.
 fn touch<const D: usize>(
     (closed, contact): (&ActiveSetIndex<D>, &[ContactPoint<D>]),
     context: &ContactContext<D>,
@@ -339,8 +341,8 @@ fn touch<const D: usize>(
     };
     let beside = closed.nearby(contact, context, (motion, at), (pair, remaining));
     let drift_interval = DriftInterval::in_drift(at, motion.velocity, [wait, remaining]);
-    // A whole drift on: by its end, a touch in the last instant of this one would
-    // leave the choice between faces to round-off.
+    // One whole drift later. At the end of this drift, a touch in its last instant would leave
+    // the choice between faces to round-off.
     let later = at.after(motion.velocity, wait + duration);
     match owning_pair(context, beside, pair, (drift_interval, later)) {
         Some(owner) => TouchState::At(elapsed + wait, owner),
@@ -348,8 +350,8 @@ fn touch<const D: usize>(
     }
 }
 
-/// The pair that a touch of `pair` belongs to, of those that closed contacts `beside` it
-/// do not stand for, if any.
+/// Returns the pair to which a touch of `pair` belongs. Returns `None` if the closed contacts
+/// `beside` it already stand for that pair.
 fn owning_pair<'a, const D: usize>(
     context: &ContactContext<D>,
     beside: impl Iterator<Item = &'a ContactPoint<D>> + Clone,
@@ -361,7 +363,7 @@ fn owning_pair<'a, const D: usize>(
     let is_here = |contact: &ContactPoint<D>| {
         norm(&sub(&surface.point(contact.pair, then), &point)) <= tolerance
     };
-    // What is closed at the same place comes first: it costs less to ask.
+    // Contacts at the same point come first: this test costs less.
     let mut gap = None;
     let bars = |contact: &ContactPoint<D>| {
         contact.is_duplicate_of(context, pair, drift_interval)
@@ -384,7 +386,7 @@ fn owning_pair<'a, const D: usize>(
     if best.is_some() && !beside.clone().any(says) {
         return best;
     }
-    // It belongs to what is closed, or goes past that, unless it is left to sink in.
+    // The touch belongs to a closed contact, or passes it, unless that lets the pair penetrate.
     let held: SmallVec<[&ContactPoint<D>; 8]> = beside
         .filter(|contact| is_here(contact) || says(contact))
         .collect();
@@ -398,8 +400,8 @@ fn owning_pair<'a, const D: usize>(
     select_feature_pair(surface, pair, [then, later], tolerance, &is_left)
 }
 
-/// Most by which the nodes of the two features move against each other, m/s:
-/// their velocities as seen from one of them.
+/// Returns a bound of the speed at which nodes of the two features approach, m/s: the largest
+/// speeds of either feature's nodes relative to one node, added up.
 fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &KickedView<D>, pair: Pair) -> f64 {
     let of = |node: &u32| &motion.velocity[*node as usize];
     let (main, target) = (

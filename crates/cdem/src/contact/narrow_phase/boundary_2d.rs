@@ -1,4 +1,4 @@
-//! The narrow phase in the plane: vertices against edges.
+//! The narrow phase in 2-D: vertices against edges.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use crate::contact::tolerances::{FLUSH, SAME_FEATURE_ANGLE};
 use crate::math::vector::{add, cross2, dot, norm, scale, sub};
 
 impl Boundary2d {
-    /// Whether an edge of the main vertex lies on the target edge over more
-    /// than `tolerance`.
+    /// Returns true if an edge of the main vertex lies on the target edge over more than
+    /// `tolerance`.
     pub(crate) fn lies_flush(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
         let own = self.vertices[pair.main as usize]
             .edges
@@ -23,8 +23,8 @@ impl Boundary2d {
             .any(|edge| self.overlap(edge, pair.target, at, tolerance) > tolerance)
     }
 
-    /// Lengths of the pieces in which a flush edge of the main vertex lies on
-    /// the target edge, halved to their two ends: the vertex's share, m.
+    /// Returns half the length over which the edges of the main vertex lie flush on the target
+    /// edge, m. The other half belongs to the other end of the overlap.
     pub(crate) fn flush_share(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> f64 {
         let Some(own) = self.vertices[pair.main as usize].edges else {
             return 0.0;
@@ -46,7 +46,7 @@ impl Boundary2d {
         share
     }
 
-    /// Length over which two edges of different blocks lie flush, m.
+    /// Returns the length over which two edges of different blocks lie flush, m.
     pub(crate) fn overlap(
         &self,
         one: u32,
@@ -64,7 +64,7 @@ impl Boundary2d {
         let (p, q) = self.edge(one, at);
         let [s, t] = [q, p].map(|point| dot(&sub(&point, &a), &along));
         let (low, high) = (s.max(0.0), t.min(norm(&sub(&b, &a))));
-        // Flush also means near where they overlap.
+        // Flush edges must also be near each other where they overlap.
         let middle = scale(0.5, &add(&p, &q));
         let gap = dot(&sub(&middle, &a), &self.outward(other, at));
         if high <= low || gap.abs() > tolerance + FLUSH * norm(&sub(&q, &p)) {
@@ -91,7 +91,7 @@ impl Distance<2> for Boundary2d {
             let (a, b) = self.edge(from, at);
             let (c, d) = self.edge(to, at);
             let middle = scale(0.5, &add(&c, &d));
-            // From the corner that they share, if they do: there they turn.
+            // From the corner that the edges share, if any: the boundary turns there.
             let ways = [a, b].map(|end| sub(&middle, &end));
             let way = if norm(&ways[0]) < norm(&ways[1]) {
                 ways[0]
@@ -143,8 +143,8 @@ impl Distance<2> for Boundary2d {
         let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
         let flush = cross2(&n, &m).abs() <= FLUSH;
         if one.main == other.main {
-            // One vertex at the joint of two edges of a smooth boundary; farther on it has
-            // bent away from the first.
+            // One vertex at the joint of two edges of a smooth boundary; farther on, the boundary
+            // has bent away from the first edge.
             let adjacent = self.ends[one.target as usize]
                 .iter()
                 .any(|end| self.ends[other.target as usize].contains(end));
@@ -169,7 +169,7 @@ impl ContactGeometry<2> for Boundary2d {
         if foot.min(1.0 - foot) * length > tolerance {
             return Pairs::new();
         }
-        // Each corner with both edges at the other.
+        // Each corner with both edges at the other corner.
         let end = self.ends[pair.target as usize][usize::from(foot > 0.5)];
         let mut pairs = Pairs::new();
         for (main, corner) in [(pair.main, end), (end, pair.main)] {
@@ -185,7 +185,7 @@ impl ContactGeometry<2> for Boundary2d {
             main: pair.main,
             target,
         };
-        // At a corner of less than a right angle's turn the surface goes on.
+        // The surface goes on at a corner that turns by less than a right angle.
         let turn = dot(&self.outward(pair.target, at), &self.outward(target, at));
         (turn > 0.0 && self.in_normal_cone(moved, at)).then_some(moved)
     }
@@ -215,8 +215,8 @@ impl ContactGeometry<2> for Boundary2d {
         jacobian.nodes[..3].copy_from_slice(&[p, a, b]);
         jacobian.rows[0] = frame;
         for (r, direction) in frame.iter().enumerate() {
-            // A turn ω = −normal·(v_b − v_a)/length moves the target's material
-            // at the main point by ω × offset.
+            // A rotation ω = −normal·(v_b − v_a)/length moves the material of the target at the
+            // main point by ω × offset.
             let turning = (direction[1] * offset[0] - direction[0] * offset[1]) / length;
             for c in 0..2 {
                 jacobian.rows[1][r][c] = -(1.0 - w) * direction[c] - turning * normal[c];
@@ -287,7 +287,7 @@ impl ContactGeometry<2> for Boundary2d {
             let [one, other] = [pair.target, next].map(|edge| self.direction(edge, at));
             cross2(&one, &other).abs() > FLUSH || dot(&one, &other) < 0.0
         };
-        // Edges that only go on in one line lie on each other by round-off.
+        // Edges that are only collinear overlap by round-off.
         let kind = if share > 0.5 * tolerance {
             ContactKind::EdgeEdge
         } else if foot.min(1.0 - foot) * length <= tolerance

@@ -1,4 +1,4 @@
-//! The narrow phase in space: vertices against triangles, edges against edges.
+//! The narrow phase in 3-D: vertices against triangles, edges against edges.
 
 use std::ops::Range;
 
@@ -41,7 +41,7 @@ impl Boundary3d {
         LinePair::new(&main, &target, self.triangulation.tolerance)
     }
 
-    /// What points out of the target edge and into the main one.
+    /// Returns a direction out of the target edge and into the main edge.
     pub(crate) fn outward(&self, main: u32, target: u32, at: Configuration<3>) -> [f64; 3] {
         sub(
             &self.triangulation.outward(target, at),
@@ -49,7 +49,7 @@ impl Boundary3d {
         )
     }
 
-    /// Whether two edges are so sharp that they can meet each other.
+    /// Returns true if two edges are so sharp that they can meet each other.
     pub(crate) fn are_sharp(&self, edges: [u32; 2], at: Configuration<3>) -> bool {
         let [one, other] = edges.map(|edge| self.length(edge, at));
         let under = edges.into_iter().zip([other, one]);
@@ -63,7 +63,7 @@ impl Boundary3d {
         norm(&sub(&b, &a))
     }
 
-    /// Blocks of a pair: main and target.
+    /// Returns the blocks of a pair: main and target.
     pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
         let of_edge = |edge: u32| {
             self.triangulation

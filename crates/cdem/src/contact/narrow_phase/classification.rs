@@ -1,10 +1,8 @@
-//! The features around a contact point: which pairs a touch may belong to, and
-//! which of the six types it is.
+//! Features around a contact point: the pairs that a touch may belong to, and the contact type.
 //!
-//! The types are told as with shrunken edges (Li, Tang, Wang 2015, section 2):
-//! a corner drawn a little along an edge or into a face shows whether the edge
-//! or the face lies in the plane of contact too, and on what. Only directions
-//! count, so that the result does not depend on how far is a little.
+//! The type is found as with shrunken edges (\[Li2015\], section 2): a corner moved a little along
+//! an edge or into a face shows if the edge or face lies in the plane of contact too, and on which
+//! feature. Only directions count, so that the result does not depend on the size of the move.
 
 use smallvec::{SmallVec, smallvec};
 
@@ -18,21 +16,20 @@ use crate::math::vector::{add, cross, dot, norm, scale, sub};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FeatureSet {
     vertex: Option<u32>,
-    /// Sharp ones.
+    /// Sharp edges.
     edges: FeatureList,
     pub(super) triangles: FeatureList,
 }
 
-/// Numbers of features around a point: as many as there mostly are take no memory of their own.
+/// Numbers of features around a point; the usual number needs no heap memory.
 pub(super) type FeatureList = SmallVec<[u32; 8]>;
 
-/// What of a block lies in the plane of a contact, seen from its point.
+/// Edges and faces of a block in the plane of a contact, seen from its point.
 #[derive(Default)]
 struct TangentSectors {
     /// Unit directions of sharp edges.
     rays: SmallVec<[[f64; 3]; 4]>,
-    /// Corners of faces: pairs of unit directions, counter-clockwise about the
-    /// normal of contact.
+    /// Corners of faces: pairs of unit directions, counter-clockwise about the contact normal.
     sectors: SmallVec<[Sector; 4]>,
 }
 
@@ -51,7 +48,7 @@ impl FeatureSet {
         }
     }
 
-    /// Around a point of an edge.
+    /// Returns the features around a point of an edge.
     fn on_edge(
         boundary: &Boundary3d,
         edge: u32,
@@ -72,7 +69,7 @@ impl FeatureSet {
         }
     }
 
-    /// Around the foot of a vertex on a triangle.
+    /// Returns the features around the foot point of a vertex on a triangle.
     fn on_triangle(
         boundary: &Boundary3d,
         (vertex, triangle): (u32, u32),
@@ -104,7 +101,7 @@ impl FeatureSet {
         place
     }
 
-    /// The places of main and target around a pair's contact point.
+    /// Returns the feature sets of main and target around the contact point of a pair.
     pub(crate) fn both(
         boundary: &Boundary3d,
         pair: Pair,
@@ -128,8 +125,8 @@ impl FeatureSet {
         }
     }
 
-    /// The pairs that a touch of `pair` may belong to: those of all features
-    /// around its point. None but itself in the middle of features.
+    /// Returns the pairs that a touch of `pair` may belong to: those of all features around its
+    /// point. In the middle of features that is only `pair` itself.
     pub(crate) fn pairs(
         boundary: &Boundary3d,
         pair: Pair,
@@ -155,7 +152,7 @@ impl FeatureSet {
         pairs
     }
 
-    /// The type of a contact between the places of main and target.
+    /// Returns the type of a contact between the feature sets of main and target.
     pub(crate) fn kind(
         boundary: &Boundary3d,
         pair: Pair,
@@ -190,7 +187,8 @@ impl FeatureSet {
         self.vertex.is_some()
     }
 
-    /// 0 at a corner, 1 on an edge, 2 within a face; a vertex may be all of them.
+    /// Returns 0 at a corner, 1 on an edge, 2 within a face. A vertex of a flat boundary may be on
+    /// an edge or within a face.
     fn dimension(&self, boundary: &Boundary3d, at: Configuration<3>) -> u32 {
         let is_straight = |vertex: u32, [one, other]: [u32; 2]| {
             let [one, other] =
@@ -247,8 +245,8 @@ impl FeatureSet {
         support
     }
 
-    /// How far a triangle reaches around the point of contact: its corner, half
-    /// a plane from its edge, or everywhere; as sectors of a right angle at most.
+    /// Returns the directions from the contact point into a triangle, as sectors of at most a right
+    /// angle: its corner, a half plane at its edge, or all directions.
     fn sectors(
         &self,
         boundary: &Boundary3d,
@@ -282,13 +280,13 @@ impl FeatureSet {
 }
 
 impl TangentSectors {
-    /// Whether a direction lies in a sector, by more than `margin`.
+    /// Returns true if a direction lies in a sector, by more than `margin`.
     fn contains(sector: &Sector, ray: &[f64; 3], normal: &[f64; 3], margin: f64) -> bool {
         dot(&cross(&sector[0], ray), normal) > margin
             && dot(&cross(ray, &sector[1]), normal) > margin
     }
 
-    /// Whether a face of one lies on a face of the other.
+    /// Returns true if a face of one lies on a face of the other.
     fn meets(&self, other: &Self, normal: &[f64; 3]) -> bool {
         self.sectors.iter().any(|[start, end]| {
             let middle = add(start, end);
@@ -301,7 +299,7 @@ impl TangentSectors {
         })
     }
 
-    /// Whether an edge of one lies along an edge of the other.
+    /// Returns true if an edge of one lies along an edge of the other.
     fn follows(&self, other: &Self) -> bool {
         let same =
             |one: &[f64; 3], two: &[f64; 3]| dot(one, two) > 0.0 && norm(&cross(one, two)) <= FLUSH;
@@ -310,7 +308,7 @@ impl TangentSectors {
             .any(|ray| other.rays.iter().any(|two| same(ray, two)))
     }
 
-    /// Whether an edge of one lies on a face of the other.
+    /// Returns true if an edge of one lies on a face of the other.
     fn enters(&self, other: &Self, normal: &[f64; 3]) -> bool {
         self.rays.iter().any(|ray| {
             let mut sectors = other.sectors.iter();

@@ -1,11 +1,10 @@
-//! Which pairs their surroundings keep apart, and for how long.
+//! Pairs whose orientation rules out contact, and the motion for which it does.
 //!
-//! A corner in front of a face may touch it only if no edge of the corner leads into
-//! the block behind the face; two edges may only if they are sharp, and no face beside
-//! one leads into the other's block. What keeps a pair apart turns as nodes move: with s
-//! the smallest length that bears on it, by no more than a few times their way over s.
-//! So each pair has a length by which its nodes must have moved against each other
-//! before it may touch.
+//! A corner in front of a face may touch it only if no edge of the corner leads into the block
+//! behind the face. Two edges may touch only if they are sharp, and no face beside one leads into
+//! the other's block. These directions turn as nodes move: with s the smallest length involved, by
+//! no more than a few times their travel over s. So each pair has a length by which its nodes must
+//! have moved against each other before it may touch.
 
 use crate::contact::narrow_phase::edge_edge::distance;
 use crate::contact::surface::boundary_3d::Boundary3d;
@@ -14,7 +13,7 @@ use crate::contact::tolerances::{EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TUR
 use crate::math::vector::{norm, sub};
 
 impl Boundary3d {
-    /// Of a vertex no farther from a triangle than reach and tolerance, about.
+    /// Tests a vertex no farther from a triangle than about reach and tolerance.
     pub(crate) fn cull_point_triangle(
         &self,
         vertex: u32,
@@ -35,7 +34,7 @@ impl Boundary3d {
         until_turned(turn * smallest / FACE_TURN_RATE, (reach, tolerance))
     }
 
-    /// Of two edges, no farther from each other than reach and tolerance, about.
+    /// Tests two edges no farther from each other than about reach and tolerance.
     pub(crate) fn cull_edge_edge(
         &self,
         edges: [u32; 2],
@@ -63,14 +62,14 @@ impl Boundary3d {
     }
 }
 
-/// Nearness of a pair that cannot touch before ways of its nodes have added up to
-/// `turned`, m; ≤ 0 where nothing is to turn.
+/// Returns the result for a pair that cannot touch before the travels of its nodes add up to
+/// `turned`, m; ≤ 0 if nothing must turn.
 fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> CullingResult {
     if reach.max(tolerance) >= turned {
         CullingResult::Near
     } else {
-        // Whatever the reach then: what touches at a corner may do so with any feature
-        // there within the tolerance.
+        // Whatever the reach is later: a touch at a corner may belong to any feature there within
+        // the tolerance.
         CullingResult::Lacks(turned - tolerance)
     }
 }

@@ -3,42 +3,42 @@
 use crate::contact::tolerances::{CLOSE_TO_PARALLEL, PARALLEL_SINE};
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-/// Two lines and their common normal.
+/// Two lines with their common normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeEdge {
     /// Unit normal of both, out of the target.
     pub(crate) normal: [f64; 3],
-    /// Distance of the main line from the target's along the normal, m.
+    /// Distance of the main line from the target line along the normal, m.
     pub(crate) gap: f64,
-    /// Where the lines are nearest, over the lengths of main and target edge.
+    /// Closest points of the lines, relative to the lengths of main and target edge.
     pub(crate) foot: [f64; 2],
     /// Sine of the angle between the edges.
     pub(super) sine: f64,
-    /// That times their lengths, m²: the gap times this is the volume of the four ends.
+    /// The sine times both lengths, m². The gap times this is the volume of the four ends.
     pub(crate) area: f64,
-    /// How far the normal and what points out of the target go the same way.
+    /// Component of the outward direction along the normal.
     pub(crate) outward: f64,
-    /// Whether the normal is main direction × target direction, or opposite.
+    /// True if the normal is main direction × target direction, false if opposite.
     pub(crate) forward: bool,
 }
 
-/// Two lines that are not parallel, of which nobody knows on which side the blocks lie.
+/// Two lines that are not parallel, without the sides of their blocks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinePair {
-    /// Where they are nearest, over the lengths of main and target edge.
+    /// Closest points of the lines, relative to the lengths of main and target edge.
     pub(crate) foot: [f64; 2],
-    /// Main direction × target direction, m², and its size.
+    /// Main direction × target direction, m², and its norm.
     area: [f64; 3],
     size: f64,
     /// Sine of the angle between the edges.
     sine: f64,
-    /// From the start of the target edge to that of the main one, m.
+    /// Vector from the start of the target edge to the start of the main edge, m.
     from: [f64; 3],
 }
 
 impl LinePair {
-    /// The lines through two edges; `None` where they are parallel, for contact within
-    /// `tolerance`, m.
+    /// Returns the lines through two edges, for contact within `tolerance`, m; `None` if they are
+    /// parallel.
     pub(crate) fn new(
         main: &[[f64; 3]; 2],
         target: &[[f64; 3]; 2],
@@ -67,7 +67,7 @@ impl LinePair {
         })
     }
 
-    /// The crossing of edges of which `outward` points out of the target and into the main
+    /// Returns the crossing of the edges; `outward` points out of the target and into the main
     /// block.
     pub(crate) fn between(&self, outward: &[f64; 3]) -> EdgeEdge {
         let forward = dot(&self.area, outward) >= 0.0;
@@ -85,27 +85,26 @@ impl LinePair {
 }
 
 impl EdgeEdge {
-    /// How far outside the edges, of these lengths, the feet lie, m; ≤ 0 within.
+    /// Returns the distance of the foot points outside the edges of these lengths, m; ≤ 0 within.
     pub(crate) fn foot_distance(&self, lengths: [f64; 2]) -> f64 {
         let beyond = |k: usize| (-self.foot[k]).max(self.foot[k] - 1.0) * lengths[k];
         beyond(0).max(beyond(1))
     }
 }
 
-/// The material of two edges at the points `foot`, as their ends move: what the velocity
-/// of each of these adds to the relative velocity of the points, main less target, the
-/// target's moved with the rotation of the two edges to the main's point, so that no rigid
-/// motion of all four adds anything.
+/// Relative velocity of the material of two edges at the points `foot`, main minus target, as a
+/// linear map of the velocities of their ends. The target material is moved to the main point with
+/// the rotation of the two edges. Then a rigid motion of all four ends has no relative velocity.
 ///
-/// With m normal to both directions d₁, d₂, a rotation ω changes them by
-/// ω·(d₁×m) = m·d₁', ω·(d₂×m) = m·d₂' and ω·m = (m×d₂)·d₂'/|d₂|².
+/// With m normal to both directions d₁ and d₂, a rotation ω changes them by ω·(d₁×m) = m·d₁',
+/// ω·(d₂×m) = m·d₂' and ω·m = (m×d₂)·d₂'/|d₂|².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NormalRotation {
     normal: [f64; 3],
     foot: [f64; 2],
-    /// Of the main point from the target's, m.
+    /// From the target point to the main point, m.
     offset: [f64; 3],
-    /// ω in terms of m·d₁', m·d₂' and (m×d₂)·d₂': the dual basis of d₁×m, d₂×m and m.
+    /// Coefficients of ω for m·d₁', m·d₂' and (m×d₂)·d₂': the dual basis of d₁×m, d₂×m and m.
     by_main: [f64; 3],
     by_target: [f64; 3],
     about_normal: [f64; 3],
@@ -114,7 +113,8 @@ pub(super) struct NormalRotation {
 }
 
 impl NormalRotation {
-    /// Of edges that have turned parallel the rotation about the others is not to be seen.
+    /// Makes the map. If the edges have turned parallel, the rotation about the other axes is not
+    /// defined and counts as zero.
     pub(super) fn new(
         main: &[[f64; 3]; 2],
         target: &[[f64; 3]; 2],
@@ -139,12 +139,12 @@ impl NormalRotation {
         }
     }
 
-    /// Of the main point from the target's, m.
+    /// Returns the vector from the target point to the main point, m.
     pub(super) fn offset(&self) -> &[f64; 3] {
         &self.offset
     }
 
-    /// What each end adds along a direction: of the main edge, then of the target.
+    /// Returns the coefficients of the ends for a direction: main edge first, then target edge.
     pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 4] {
         let drift_interval = cross(&self.offset, direction);
         let turn_main = scale(dot(&self.by_main, &drift_interval), &self.normal);
@@ -166,7 +166,7 @@ impl NormalRotation {
     }
 }
 
-/// Distance of two edges, m (\[Ericson2005\], section 5.1.9).
+/// Returns the distance of two edges, m (\[Ericson2005\], section 5.1.9).
 pub(crate) fn distance(main: &[[f64; 3]; 2], target: &[[f64; 3]; 2]) -> f64 {
     let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
     let from = sub(&main[0], &target[0]);

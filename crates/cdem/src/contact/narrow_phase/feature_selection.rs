@@ -1,15 +1,17 @@
-//! Which pair a touch belongs to: a corner that meets a corner may touch all of its
-//! faces, or edges, and it is one contact.
+//! Selects the feature pair of a touch. A corner that meets a corner may touch all of its faces or
+//! edges, but it is one contact.
 
 use crate::contact::surface::{Configuration, Pair, Pairs, Surface};
 use crate::contact::tolerances::{FLUSH, SHALLOW};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
-/// The pair that a touch of `pair` belongs to, if any, `at` the positions of the touch:
-/// of all that touch within `tolerance` of its point, that the surroundings and `may`
-/// allow and that lie in each other least, the one that does so `then`. Two of different
-/// normals would hold corners together sideways. None where a corner goes past another, or
-/// `pair` may not touch and that one, in front, has a touch of its own to come.
+/// Returns the feature pair of a touch of `pair` at the positions `at`. The candidates touch within
+/// `tolerance`, m, of the point of `pair`, and pass the normal-cone test and `may`. Among those
+/// with the least penetration now, the result has the least penetration at the positions `then`.
+/// Only one pair is taken, because two of different normals would lock corners sideways.
+///
+/// Returns `None` if a corner goes past another. Also returns `None` if `pair` itself is not
+/// admissible and the best pair is still open, so that it has a touch of its own later.
 pub(crate) fn select_feature_pair<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
@@ -20,8 +22,8 @@ pub(crate) fn select_feature_pair<const D: usize>(
     let slack = SHALLOW * tolerance;
     let mut rivals = competing_pairs(surface, pair, at, tolerance);
     rivals.retain(|rival| may(*rival));
-    // What a block that lands beside a joint is in the side of the next one by, within the
-    // tolerance, it did not get into now.
+    // A block that lands beside a joint may already lie in the side of the next block, within the
+    // tolerance. That is not this touch.
     let now = |pair: Pair| surface.project(pair, at).gap;
     let gaps = rivals.iter().map(|&rival| now(rival));
     let least = gaps.fold(f64::NEG_INFINITY, f64::max) - slack;
@@ -39,8 +41,8 @@ pub(crate) fn select_feature_pair<const D: usize>(
     if one_way || gap(best) <= -slack {
         return Some(best);
     }
-    // Where edges cross that are all but parallel moves fast: away from a corner that goes
-    // past, what is near no longer is.
+    // The crossing point of nearly parallel edges moves fast. It may leave a corner that goes past,
+    // so that pairs near it now are no longer near it then.
     let point = surface.point(pair, then);
     let stays = |rival: &Pair| norm(&sub(&surface.point(*rival, then), &point)) <= tolerance;
     let mut near = rivals.iter().filter(|rival| stays(rival));
@@ -51,7 +53,7 @@ pub(crate) fn select_feature_pair<const D: usize>(
     sinks.then_some(pair)
 }
 
-/// The pairs that touch within the tolerance of the point of `pair`, itself first.
+/// Returns the pairs that touch within the tolerance of the point of `pair`, itself first.
 fn competing_pairs<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
@@ -71,7 +73,8 @@ fn competing_pairs<const D: usize>(
     own.into_iter().chain(others).collect()
 }
 
-/// Whether two pairs press the same way up to a small angle, whichever is the main block.
+/// Returns true if the normals of two pairs are parallel up to a small angle, whichever is the main
+/// block.
 fn are_aligned<const D: usize>(
     surface: &dyn Surface<D>,
     pairs: [Pair; 2],

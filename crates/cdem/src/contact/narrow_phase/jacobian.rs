@@ -1,4 +1,4 @@
-//! Relative motion of the two points of a contact, as its nodes move.
+//! Contact Jacobians in 3-D.
 
 use crate::contact::narrow_phase::edge_edge::{LinePair, NormalRotation};
 use crate::contact::narrow_phase::point_triangle::TriangleMotion;
@@ -7,7 +7,7 @@ use crate::contact::surface::{Configuration, ContactJacobian};
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 impl Boundary3d {
-    /// Of a vertex and the point at `foot` of a triangle.
+    /// Assembles the Jacobian of a vertex and the point at `foot` of a triangle.
     pub(crate) fn jacobian_of_point_triangle(
         &self,
         jacobian: &mut ContactJacobian<3>,
@@ -29,7 +29,7 @@ impl Boundary3d {
         self.assemble(jacobian, frame, material.offset(), (corners, rows));
     }
 
-    /// Of the points at `foot` of two edges.
+    /// Assembles the Jacobian of the points at `foot` of two edges.
     pub(crate) fn jacobian_of_edge_edge(
         &self,
         jacobian: &mut ContactJacobian<3>,
@@ -60,8 +60,7 @@ impl Boundary3d {
         self.assemble(jacobian, frame, pivot.offset(), (corners, rows));
     }
 
-    /// Makes an operator that of what each of four corners adds along the directions of a
-    /// frame.
+    /// Assembles the Jacobian from the coefficients of four corners for the directions of a frame.
     fn assemble(
         &self,
         jacobian: &mut ContactJacobian<3>,
@@ -92,7 +91,7 @@ impl Boundary3d {
     }
 }
 
-/// A unit normal and two unit tangents, the first in the plane of `along`.
+/// Returns a unit normal and two unit tangents, the first in the plane of `along`.
 pub(super) fn frame(normal: &[f64; 3], along: &[f64; 3]) -> [[f64; 3]; 3] {
     let mut tangent = *along;
     add_scaled(&mut tangent, -dot(along, normal), normal);

@@ -54,14 +54,15 @@ impl Boundary3d {
         }
     }
 
-    /// Sum of the normals of the triangles at a vertex.
+    /// Returns the sum of the normals of the triangles at a vertex.
     fn outward_at(&self, vertex: u32, rest: Configuration<3>) -> [f64; 3] {
         let triangles = self.triangulation.triangles_at(vertex).iter();
         let normals = triangles.map(|&triangle| self.triangulation.normal(triangle, rest));
         normals.fold([0.0; 3], |sum, normal| add(&sum, &normal))
     }
 
-    /// The pair with its points there, on blocks of these nodes, and its foot.
+    /// Returns the pair at two material points, on the blocks with these node ranges, and its foot
+    /// point.
     pub(super) fn find_material_points(
         &self,
         [main, target]: &[MaterialPoint<3>; 2],
@@ -89,8 +90,8 @@ impl Boundary3d {
         }
     }
 
-    /// Those of some features that belong to the block of `nodes`: those of a block follow
-    /// each other in all lists, of which `node_of` gives a node.
+    /// Returns the features among `all` that belong to the block of `nodes`. The features of a
+    /// block are contiguous in all lists. `node_of` returns a node of a feature.
     fn of_block(
         &self,
         all: Range<u32>,
@@ -176,8 +177,8 @@ impl Boundary3d {
     }
 }
 
-/// Whether a place is in the box around some corners, or so near that they may have it, as by
-/// [`SAME_FEATURE_ANGLE`]: what is far from it is told by less than its normal takes.
+/// Returns true if a position is in the box around some corners, or as near to it as
+/// [`SAME_FEATURE_ANGLE`] allows. This rejects far positions at less cost than a normal.
 fn is_about<const N: usize>(place: &[f64; 3], corners: &[[f64; 3]; N]) -> bool {
     let spans = [0, 1, 2].map(|c| {
         let along = corners.iter().map(|corner| corner[c]);

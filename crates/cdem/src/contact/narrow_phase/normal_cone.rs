@@ -1,5 +1,4 @@
-//! What lies around the features of a pair: whether it lets them touch, and where a
-//! point that leaves them goes on.
+//! Normal-cone tests of feature pairs, and the walk to neighbouring features.
 
 use crate::contact::narrow_phase::point_triangle::PointTriangle;
 use crate::contact::surface::boundary_3d::Boundary3d;
@@ -9,12 +8,12 @@ use crate::math::vector::{add, cross, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 
 impl Boundary3d {
-    /// Whether the foot of a vertex lies on a triangle, or beyond its edges
-    /// - by what a vertex may be that is up to `depth` in the face on the other side of a
-    ///   [re-entrant](beyond_reentrant) one;
-    /// - where the vertex is within `depth` of the triangle and a face of it lies flush on
-    ///   that: the rims of two faces that end together wind about each other, all but
-    ///   parallel.
+    /// Returns true if the foot of a vertex lies on a triangle, or beyond its edges in one of two
+    /// cases:
+    /// - The edge is [re-entrant](beyond_reentrant), and the vertex may be up to `depth` in the
+    ///   face on its other side.
+    /// - The vertex is within `depth` of the triangle, and a face of it lies flush on the triangle.
+    ///   The rims of two faces that end together are nearly parallel and cross many times.
     pub(crate) fn lies_on(
         &self,
         (vertex, triangle): (u32, u32),
@@ -38,9 +37,9 @@ impl Boundary3d {
         })
     }
 
-    /// Whether the feet of two edges that cross lie on them, or beyond an end at which a
-    /// [re-entrant](beyond_reentrant) edge begins by what one may be that is up to `depth`
-    /// in a face beside that.
+    /// Returns true if the feet of two edges that cross lie on them. Also returns true if a foot
+    /// lies beyond an end at which a [re-entrant](beyond_reentrant) edge begins, by no more than
+    /// `depth` in a face beside that edge allows.
     pub(crate) fn cross_on(
         &self,
         edges: [u32; 2],
@@ -58,7 +57,7 @@ impl Boundary3d {
         })
     }
 
-    /// Whether two triangles look at each other, as those of a re-entrant corner.
+    /// Returns true if two triangles face each other, as those of a re-entrant corner.
     pub(crate) fn face_each_other(&self, triangles: [u32; 2], at: Configuration<3>) -> bool {
         let faces = |from: u32, to: u32| {
             let [a, b, c] = self.triangulation.triangle(to, at);
@@ -74,8 +73,8 @@ impl Boundary3d {
         }
     }
 
-    /// The same of two edges that meet in a corner, the rims of such triangles, and of
-    /// what bears on each along the `outward` normals.
+    /// Returns true if two edges that meet in a corner are rims of triangles that face each other,
+    /// seen along the `outward` normals of their contacts.
     pub(crate) fn rims_face_each_other(
         &self,
         edges: [u32; 2],
@@ -93,15 +92,15 @@ impl Boundary3d {
         edges[0] != edges[1] && rises(edges[1], &outward[0]) && rises(edges[0], &outward[1])
     }
 
-    /// The least turn of the edges that begin at a corner, rad.
+    /// Returns the least turn of the edges at a corner, rad.
     fn least_turn(&self, corner: u32, at: Configuration<3>) -> f64 {
         let edges = self.triangulation.edges_at(corner).iter();
         let turns = edges.map(|&edge| self.triangulation.turn(edge, at));
         turns.fold(f64::MAX, f64::min)
     }
 
-    /// Whether an edge of a vertex lies in the plane of a triangle, and leads to
-    /// its side of edge `k`.
+    /// Returns true if an edge of a vertex lies in the plane of a triangle, and leads to the inner
+    /// side of edge `k`.
     fn leads_onto(
         &self,
         vertex: u32,
@@ -119,8 +118,8 @@ impl Boundary3d {
         })
     }
 
-    /// The lowest an edge from a vertex leads over a plane with this normal: the sine
-    /// of its angle with it.
+    /// Returns the least height of the edges from a vertex over a plane with this normal: the sine
+    /// of the angle with the plane.
     pub(crate) fn least_cone_margin_at_vertex(
         &self,
         vertex: u32,
@@ -135,8 +134,8 @@ impl Boundary3d {
         heights.fold(f64::MAX, f64::min)
     }
 
-    /// The lowest a face beside a main edge leads over a plane with this normal, or one
-    /// beside a target edge under it: the sine of its angle with it.
+    /// Returns the least height of the faces beside the main edge over a plane with this normal,
+    /// and of those beside the target edge under it: the sine of the angle with the plane.
     pub(crate) fn least_cone_margin_at_edges(
         &self,
         edges: [u32; 2],
@@ -152,8 +151,8 @@ impl Boundary3d {
         both.flat_map(of).fold(f64::MAX, f64::min)
     }
 
-    /// A vertex that leaves a triangle goes on to the one beyond the edge, unless
-    /// the surface turns by a right angle or more there.
+    /// Returns the pair of a vertex that leaves a triangle with the next triangle beyond the edge;
+    /// `None` if the surface turns by a right angle or more there.
     pub(crate) fn next_triangle(
         &self,
         vertex: u32,
@@ -170,8 +169,8 @@ impl Boundary3d {
         (turn > 0.0 && self.in_normal_cone(pair, at)).then_some(pair)
     }
 
-    /// A point that leaves one of two edges at an end goes on along that edge from there
-    /// on which it lies, or nearly, if it turns by less than half a right angle.
+    /// Returns the pair of a point that leaves one of two edges at an end with the next edge there.
+    /// The next edge turns by less than half a right angle, and is the one nearest to the point.
     pub(crate) fn next_edge(
         &self,
         edges: [u32; 2],
@@ -200,8 +199,9 @@ impl Boundary3d {
         admitted.min_by(|one, other| outside(one).total_cmp(&outside(other)))
     }
 
-    /// Where two edges have left each other at an end of either: that end before the face
-    /// beside the other edge on which it has borne, and whether it is one of the target.
+    /// Returns the pair of an end and the face beside the other edge on which it has pressed, after
+    /// two edges have left each other at that end. The flag is true if the end is one of the
+    /// target.
     pub(crate) fn end_on_face(
         &self,
         edges: [u32; 2],

@@ -3,7 +3,7 @@
 use crate::contact::surface::triangulation::scaled_normal;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-/// Distance of the point `p` from the plane of a triangle, m; negative inside.
+/// Returns the distance of the point `p` from the plane of a triangle, m; negative inside.
 pub(crate) fn gap(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> f64 {
     let (normal, _) = scaled_normal(triangle);
     dot(&sub(p, &triangle[0]), &normal)
@@ -16,15 +16,14 @@ pub(crate) struct PointTriangle {
     pub(crate) normal: [f64; 3],
     /// Distance of the point from the plane, m; negative inside.
     pub(crate) gap: f64,
-    /// Weights of the three corners at the foot of the point.
+    /// Weights of the three corners at the foot point.
     pub(crate) weights: [f64; 3],
-    /// Heights of the triangle over its edges, m: the k-th edge goes from
-    /// corner k to the next.
+    /// Heights of the triangle over its edges, m; the k-th edge runs from corner k to the next.
     pub(crate) heights: [f64; 3],
 }
 
 impl PointTriangle {
-    /// The point `p` before a triangle.
+    /// Computes the position of the point `p` relative to a triangle.
     pub(crate) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> Self {
         let [a, b, c] = triangle;
         let (normal, twice) = scaled_normal(triangle);
@@ -41,12 +40,12 @@ impl PointTriangle {
         }
     }
 
-    /// Distance of the foot from the line of edge `k`, m; negative beyond it.
+    /// Returns the distance of the foot point inside the line of edge `k`, m; negative beyond it.
     pub(super) fn inside(&self, k: usize) -> f64 {
         self.weights[(k + 2) % 3] * self.heights[k]
     }
 
-    /// The edge beyond which the foot lies farthest, and how far, m; ≤ 0 within.
+    /// Returns the edge beyond which the foot point lies farthest, and the distance, m; ≤ 0 within.
     pub(crate) fn foot_distance(&self) -> (usize, f64) {
         let beyond = (0..3).map(|k| (k, -self.inside(k)));
         beyond
@@ -55,23 +54,23 @@ impl PointTriangle {
     }
 }
 
-/// The material of a triangle at some point, as its corners move: what the velocity of
-/// each of them adds to its velocity.
+/// Velocity of the material of a triangle at some point, as a linear map of the velocities of its
+/// corners.
 ///
-/// The normal turns by n' = −Σ (n·v) ∇N, and the triangle about it by half the
-/// curl of v: both exact for a rigid motion.
+/// The normal turns by n' = −Σ (n·v) ∇N, and the triangle turns about it by half the curl of v.
+/// Both are exact for a rigid motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriangleMotion {
     normal: [f64; 3],
     /// Weights of the corners, and their gradients in the plane, 1/m.
     weights: [f64; 3],
     gradients: [[f64; 3]; 3],
-    /// Of the point from where the weights are, m.
+    /// From the point of the weights to the point of the material, m.
     offset: [f64; 3],
 }
 
 impl TriangleMotion {
-    /// At the point `p`, that with these `weights` moved along.
+    /// Makes the map at the point `p`, which moves with the point of these `weights`.
     pub(super) fn new(p: &[f64; 3], triangle: &[[f64; 3]; 3], weights: &[f64; 3]) -> Self {
         let [a, b, c] = triangle;
         let (normal, twice) = scaled_normal(triangle);
@@ -79,7 +78,7 @@ impl TriangleMotion {
         for (corner, weight) in triangle.iter().zip(weights) {
             add_scaled(&mut offset, -weight, corner);
         }
-        // On the edge that a corner faces its weight is 0.
+        // The weight of a corner is 0 on the opposite edge.
         let gradient =
             |from: &[f64; 3], to: &[f64; 3]| scale(1.0 / twice, &cross(&normal, &sub(to, from)));
         Self {
@@ -90,17 +89,17 @@ impl TriangleMotion {
         }
     }
 
-    /// Outward unit normal of the triangle.
+    /// Returns the outward unit normal of the triangle.
     pub(super) fn normal(&self) -> &[f64; 3] {
         &self.normal
     }
 
-    /// Of the point from where the weights are, m.
+    /// Returns the vector from the point of the weights to the point of the material, m.
     pub(super) fn offset(&self) -> &[f64; 3] {
         &self.offset
     }
 
-    /// What each corner adds along a direction.
+    /// Returns the coefficients of each corner for a direction.
     pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 3] {
         let drift_interval = cross(&self.offset, direction);
         let (tilt, spin) = (

@@ -1,12 +1,14 @@
-//! The area that a contact point of flush faces stands for.
+//! Tributary area of a contact point of flush faces.
 //!
-//! Two flush facets lie on each other over a polygon, whose corners are vertices
-//! of either and crossings of their edges: contact points, but for crossings of
-//! flat edges. They share its area; where a polygon among flat edges has none,
-//! those of the facets' own vertices do that touch, by their shape functions; where
-//! none touches, the crossings at the rim of the main facet; where it has none, those
-//! at the rim of the other. So the shares of all contacts of a joint add up to its area,
-//! unless two facets in the middle of one have neither.
+//! Two flush facets overlap in a polygon. Its corners are vertices of either facet and crossings of
+//! their edges. They are contact points, except the crossings of flat edges, and they share the
+//! area of the polygon. If no corner is a contact point, the area goes, in this order,
+//! 1. to the touching vertices of both facets, by their shape functions;
+//! 2. to the crossings at the rim of the main facet;
+//! 3. to the crossings at the rim of the target facet.
+//!
+//! So the tributary areas of all contact points of a joint add up to its area, except for two
+//! facets inside a joint that have none of these.
 
 use smallvec::SmallVec;
 
@@ -18,14 +20,14 @@ use crate::math::vector::{add_scaled, cross, cross2, dot, norm, scale, sub};
 
 /// A facet in the plane of a contact.
 struct ProjectedFacet {
-    /// Its vertices, by number and place.
+    /// Its vertices, by number and position.
     vertices: SmallVec<[u32; 4]>,
     corners: SmallVec<[[f64; 2]; 4]>,
-    /// Whether each of its edges is sharp.
+    /// True for each sharp edge.
     sharp: SmallVec<[bool; 4]>,
 }
 
-/// What facets have in common: of two quadrilaterals it has eight corners at most.
+/// Overlap of two facets; two quadrilaterals have up to eight corners.
 type Polygon = SmallVec<[[f64; 2]; 8]>;
 
 /// Coordinates in the plane of a contact.
@@ -50,7 +52,7 @@ impl ContactPlane {
 }
 
 impl ProjectedFacet {
-    /// A facet, counter-clockwise about the normal of contact.
+    /// Makes a facet, counter-clockwise about the contact normal.
     fn new(boundary: &Boundary3d, facet: u32, plane: &ContactPlane, at: Configuration<3>) -> Self {
         let mut vertices = SmallVec::from_slice(boundary.triangulation.facet(facet));
         let mut corners: SmallVec<[[f64; 2]; 4]> = vertices
@@ -74,13 +76,13 @@ impl ProjectedFacet {
         }
     }
 
-    /// Whether a point is a vertex of the patch.
+    /// Returns true if a point is a vertex of the facet.
     fn has_vertex(&self, point: &[f64; 2], tolerance: f64) -> bool {
         let mut corners = self.corners.iter();
         corners.any(|corner| norm(&sub(corner, point)) <= tolerance)
     }
 
-    /// Its sharp edges, from end to end.
+    /// Returns the sharp edges, from end to end.
     fn sharp_edges(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
         let next = self.corners.iter().cycle().skip(1);
         let edges = self.corners.iter().zip(next).zip(&self.sharp);
@@ -96,7 +98,7 @@ impl ProjectedFacet {
         })
     }
 
-    /// Whether a point lies on the patch.
+    /// Returns true if a point lies on the facet.
     fn holds(&self, point: &[f64; 2], tolerance: f64) -> bool {
         let next = self.corners.iter().cycle().skip(1);
         self.corners.iter().zip(next).all(|(a, b)| {
@@ -105,8 +107,8 @@ impl ProjectedFacet {
         })
     }
 
-    /// Value of a vertex's shape function at a point: on a triangle that of the
-    /// element; on a quadrilateral that of the four triangles about its mean.
+    /// Returns the shape function of a vertex at a point. On a triangle it is that of the element;
+    /// on a quadrilateral, that of the four triangles about its mean.
     fn weight(&self, vertex: u32, point: &[f64; 2]) -> f64 {
         let count = self.corners.len();
         let Some(own) = self.vertices.iter().position(|&other| other == vertex) else {
@@ -137,8 +139,8 @@ impl ProjectedFacet {
 }
 
 impl Boundary3d {
-    /// Tributary area of a contact between the places of main and target, m²: 0
-    /// where no faces lie on each other.
+    /// Returns the tributary area of a contact between the feature sets of main and target, m²; 0
+    /// if no faces overlap.
     pub(crate) fn tributary_area(
         &self,
         pair: Pair,
@@ -183,7 +185,7 @@ impl Boundary3d {
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
                         Some(vertex) => {
-                            // It is among those that touch, be it told so or not.
+                            // The vertex counts as touching, whatever the test says.
                             let own = one.weight(vertex, &mean(&piece));
                             if own > 0.0 { own / among.max(own) } else { 0.0 }
                         }
@@ -203,8 +205,8 @@ impl Boundary3d {
         sum
     }
 
-    /// What a crossing at the rim of the `target` facets has of the pieces that they share
-    /// with main facets without any contact, m².
+    /// Returns the area of a crossing at the rim of the `target` facets, m²: its fraction of the
+    /// overlaps with main facets that have no other contact point.
     fn share_of_others(
         &self,
         [main, target]: [&[u32]; 2],
@@ -239,7 +241,7 @@ impl Boundary3d {
         sum
     }
 
-    /// Facets of triangles that lie in the plane of a contact, each once.
+    /// Returns the facets of triangles that lie in the plane of a contact, each once.
     fn flush_facets(
         &self,
         triangles: &[u32],
@@ -257,7 +259,7 @@ impl Boundary3d {
         facets
     }
 
-    /// The flush facets, from those given on, that a patch lies on.
+    /// Returns the flush facets that overlap a facet, by a walk from those given.
     fn beneath(
         &self,
         patch: &ProjectedFacet,
@@ -266,7 +268,7 @@ impl Boundary3d {
         at: Configuration<3>,
     ) -> Vec<ProjectedFacet> {
         let mut waiting = FeatureList::from_slice(from);
-        let mut known = waiting.clone(); // sorted, as those given are
+        let mut known = waiting.clone(); // sorted, like `from`
         let mut found = Vec::new();
         let mut next = 0;
         while let Some(&facet) = waiting.get(next) {
@@ -291,8 +293,8 @@ impl Boundary3d {
     }
 }
 
-/// What the contact at the origin has of the piece that two patches share: 0
-/// where it is none of the piece's corners; `None` where no corner is a contact.
+/// Returns the area that the contact at the origin has in the overlap of two facets, m²; 0 if it is
+/// no corner of the overlap. Returns `None` if no corner is a contact point.
 fn share_of_corner(
     piece: &[[f64; 2]],
     [one, other]: [&ProjectedFacet; 2],
@@ -323,8 +325,8 @@ fn share_of_corner(
     (touching > 0).then(|| own + left * f64::from(here) / f64::from(touching))
 }
 
-/// Sum of the shape functions at a point of those vertices of two patches that touch;
-/// with each patch come those that it lies on.
+/// Returns the sum of the shape functions at a point, over the touching vertices of two facets.
+/// Each facet comes with the facets that it overlaps.
 fn touching_weight(
     sides: [(&ProjectedFacet, &[ProjectedFacet]); 2],
     point: &[f64; 2],
@@ -341,7 +343,8 @@ fn touching_weight(
     sum
 }
 
-/// Crossings of a patch's sharp edges with those of the patches that it lies on, each once.
+/// Returns the crossings of the sharp edges of a facet with those of the facets that it overlaps,
+/// each once.
 fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], tolerance: f64) -> Vec<[f64; 2]> {
     let mut crossings: Vec<[f64; 2]> = Vec::new();
     for own in patch.sharp_edges() {
@@ -356,7 +359,7 @@ fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], tolerance: f64)
     crossings
 }
 
-/// The share of the contact at the origin among crossings: 0 where it is none of them.
+/// Returns the fraction of the contact at the origin among crossings; 0 if it is none of them.
 fn weight_of_crossing(crossings: &[[f64; 2]], tolerance: f64) -> f64 {
     let is_here = |point: &[f64; 2]| norm(point) <= tolerance;
     if crossings.iter().any(is_here) {
@@ -366,7 +369,7 @@ fn weight_of_crossing(crossings: &[[f64; 2]], tolerance: f64) -> f64 {
     }
 }
 
-/// Where two segments cross.
+/// Returns the point where two segments cross.
 fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let (along, other) = (sub(&b, &a), sub(&d, &c));
     let above = [a, b].map(|end| cross2(&other, &sub(&end, &c)));
@@ -378,14 +381,14 @@ fn crossing([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     })
 }
 
-/// Area of a polygon, m²; positive counter-clockwise.
+/// Returns the area of a polygon, m²; positive if it is counter-clockwise.
 fn area(polygon: &[[f64; 2]]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
     let sum: f64 = polygon.iter().zip(next).map(|(a, b)| cross2(a, b)).sum();
     0.5 * sum
 }
 
-/// Area that two convex polygons have in common, m².
+/// Returns the area of the overlap of two convex polygons, m².
 #[cfg(test)]
 pub(crate) fn common_area(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
     area(&clip(one, other))
@@ -399,8 +402,7 @@ fn mean<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
     scale(1.0 / points.len() as f64, &sum)
 }
 
-/// The part of a convex polygon inside another, both counter-clockwise
-/// \[Sutherland1974\].
+/// Returns the part of a convex polygon inside another, both counter-clockwise \[Sutherland1974\].
 fn clip(polygon: &[[f64; 2]], window: &[[f64; 2]]) -> Polygon {
     let mut rest = Polygon::from_slice(polygon);
     for (a, b) in window.iter().zip(window.iter().cycle().skip(1)) {

@@ -1,14 +1,13 @@
-//! Conjugate gradients on a face of the bounds: for contacts of known state the
-//! impulses solve linear equations.
+//! Active-set CG: conjugate gradients over the impulses that are within their bounds. For
+//! contacts of known state, the impulses solve linear equations.
 //!
-//! Sweeps crawl where contacts say nearly the same: two points that all but
-//! coincide, flush faces with more points than freedoms. Their equations have a
-//! few eigenvalues near zero, which conjugate gradients take one by one; and
-//! where contacts contradict each other a little, directions that change no
-//! velocity, along which impulses move until a contact opens or slips. To go to
-//! the next bound and on from there along the smaller face is the way of active
-//! sets \[Dostal2005\]; to let sweeps free what is bound in error, that of subspace
-//! minimisation \[Silcowitz2010\].
+//! Sweeps converge slowly where contacts are nearly redundant: two points that almost coincide,
+//! or flush faces with more points than degrees of freedom. Their equations have a few
+//! eigenvalues near zero, which conjugate gradients remove one by one. Where contacts
+//! contradict each other a little, there are also directions that change no velocity; impulses
+//! move along them until a contact opens or slips. Going to the next bound and on from there
+//! with a smaller active set follows \[Dostal2005\]; letting sweeps free impulses that were
+//! bound in error follows subspace minimisation \[Silcowitz2010\].
 
 use pulp::Scalar;
 
@@ -18,25 +17,25 @@ use crate::contact::solver::system::ContactSystem;
 use crate::contact::tolerances::{LARGEST_GROWTH, LEAST_CURVATURE};
 use crate::math::vector::{add_scaled, dot};
 
-/// Scratch: a value for each contact, or pack of nodes; those in use are of contacts awake.
+/// Workspace: a value for each contact or SIMD block. Only those of active contacts are valid.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ActiveSetCg<const D: usize, P> {
-    /// Packs of the contacts awake.
+    /// Indices of the SIMD blocks of active contacts.
     packs: Vec<u32>,
-    /// Rows whose impulse lies within its bounds.
+    /// True for each row whose impulse is within its bounds.
     free: Vec<[bool; D]>,
-    /// Velocities that are missing in free rows, m/s.
+    /// Velocity errors in free rows, m/s.
     missing: Vec<[f64; D]>,
-    /// Direction of search, N·s; what it does to the relative velocities in free
-    /// rows and to the packs, m/s.
+    /// Search direction, N·s; the relative velocities that it makes in all rows, and the
+    /// velocities that it makes in SIMD blocks, m/s.
     direction: Vec<[f64; D]>,
     response: Vec<[f64; D]>,
     velocity: Vec<P>,
-    /// Last square of the missing velocities, J; 0: begins anew.
+    /// Last square of the velocity errors, J; 0 to restart.
     square: f64,
 }
 
-/// Which bound ends a step.
+/// The bound that ends a step, with the position of its contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum StepBound {
     Open(usize),
@@ -44,11 +43,10 @@ enum StepBound {
 }
 
 impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
-    /// Moves impulses within their bounds towards those with which all contacts
-    /// that hold have the velocity they ask for: `steps` steps of conjugate
-    /// gradients at most, each of the cost of a sweep. Shear at its limit stays
-    /// as it is. Velocities that miss less than a tenth of `least` are right;
-    /// `scale` is that of all, m/s. Returns the steps made.
+    /// Moves impulses within their bounds towards those for which all closed contacts meet
+    /// their targets: at most `steps` steps of conjugate gradients, each as costly as a sweep.
+    /// Shear at its limit stays as it is. Velocity errors below a tenth of `least`, m/s, count
+    /// as none; `scale` is that of all contacts, m/s. Returns the number of steps.
     pub(super) fn descend(&mut self, steps: u32, least: f64, scale: f64) -> u32 {
         let mut face = std::mem::take(&mut self.face);
         face.enter(self);
@@ -72,7 +70,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
 }
 
 impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
-    /// The face of the impulses as they are, and what is missing on it.
+    /// Finds the free rows at the present impulses, and their velocity errors.
     fn enter(&mut self, system: &mut ContactSystem<D, P>) {
         let count = system.points.len();
         self.square = 0.0;
@@ -102,14 +100,14 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         }
     }
 
-    /// The largest velocity that is missing, m/s.
+    /// Returns the largest velocity error, m/s.
     fn worst(&self, system: &ContactSystem<D, P>) -> f64 {
         let missing = system.active().flat_map(|(place, _)| &self.missing[place]);
         missing.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
-    /// The next direction. Returns the step to its lowest point and the largest
-    /// velocity that a contact's part of it makes alone, m/s.
+    /// Computes the next direction. Returns the step to the minimum along it, and the largest
+    /// velocity that one contact's component of it makes alone, m/s.
     fn turn(&mut self, system: &ContactSystem<D, P>) -> (f64, f64) {
         let mut square = 0.0;
         for (place, point) in system.active() {
@@ -163,7 +161,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         )
     }
 
-    /// The step at which a first contact comes to a bound, and which.
+    /// Returns the step at which the first contact reaches a bound, and that bound.
     fn bound(&self, system: &ContactSystem<D, P>) -> (f64, Option<StepBound>) {
         let mut first = (f64::INFINITY, None);
         for (place, point) in system.active() {
@@ -199,7 +197,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         }
     }
 
-    /// Leaves a contact at its bound, and begins anew on the smaller face.
+    /// Fixes a contact at its bound, and restarts with the smaller active set.
     fn stop(&mut self, system: &mut ContactSystem<D, P>, end: StepBound) {
         let (place, first) = match end {
             StepBound::Open(place) => (place, 0),
@@ -217,8 +215,8 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 }
 
-/// How far an impulse may go along a direction until its shear is at the limit:
-/// the first root of |s + αd| = μ (n + αe) + c.
+/// Returns the step along a direction at which the shear of an impulse reaches its limit: the
+/// first root of |s + αd| = μ (n + αe) + c.
 fn step_to_slip<const D: usize>(
     limit: &FrictionBounds,
     impulse: &[f64; D],
@@ -230,7 +228,7 @@ fn step_to_slip<const D: usize>(
     let b = shear(impulse, direction) - bound * growth;
     let c = (bound * bound - shear(impulse, impulse)).max(0.0);
     let divisor = b + (b * b + a * c).max(0.0).sqrt();
-    // No real root: it never comes there.
+    // Without a real root it never reaches the limit.
     if divisor > 0.0 && b * b + a * c >= 0.0 {
         c / divisor
     } else {

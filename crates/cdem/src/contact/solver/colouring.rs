@@ -1,8 +1,8 @@
-//! Points that share nodes, changed by many threads at once: those of one colour
-//! share none.
+//! Graph colouring of points that share nodes, for parallel passes: points of one colour, in
+//! different tasks, share no node.
 //!
-//! Colours come from the points alone, and points of one colour do not see each
-//! other: a pass gives the same bits on any number of threads (design, section 5).
+//! Colours depend on the points alone, and tasks of one colour do not see each other. So a pass
+//! gives the same bits on any number of threads (design, section 5).
 
 #![allow(
     unsafe_code,
@@ -19,25 +19,25 @@ use crate::contact::tolerances::{
     COLOUR_TASKS_WORTH_A_THREAD, CONTACTS_ABREAST, CONTACTS_PER_COLOUR_TASK,
 };
 
-/// Colours that are given out at once: bits of a word.
+/// The number of colours that one round assigns: bits of a word.
 const PALETTE: u32 = u64::BITS;
 
-/// Nodes of points, one point after the other.
+/// Lists of the nodes of points, one after the other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NodesOf {
     nodes: Vec<u32>,
-    /// Where those of each begin, and where the last ones end.
+    /// Start of the list of each point, and the end of the last.
     starts: Vec<usize>,
 }
 
 impl NodesOf {
-    /// Has no points any more.
+    /// Removes all points.
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
         self.starts.clear();
     }
 
-    /// Adds a point, whose nodes are added to those of the others.
+    /// Adds a point. `add` appends its nodes to the list.
     pub(super) fn push(&mut self, add: impl FnOnce(&mut Vec<u32>)) {
         if self.starts.is_empty() {
             self.starts.push(0);
@@ -46,45 +46,46 @@ impl NodesOf {
         self.starts.push(self.nodes.len());
     }
 
-    /// How many points there are.
+    /// Returns the number of points.
     fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Nodes of a point.
+    /// Returns the nodes of a point.
     #[inline]
     pub(super) fn of(&self, point: usize) -> &[u32] {
         &self.nodes[self.starts[point]..self.starts[point + 1]]
     }
 }
 
-/// Points in the order in which passes visit them: colour by colour. Where a point
-/// is in that order is its place.
+/// Points in the order in which passes visit them, colour by colour. The position of a point is
+/// its index in that order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Colouring {
-    /// The point at each place, and its nodes.
+    /// The point at each position, and its nodes.
     order: Vec<u32>,
     nodes: NodesOf,
-    /// Places that are visited one after the other, by one thread; and how many at least.
+    /// Ranges of positions that one thread visits one after the other; and their least length,
+    /// except at the end of a colour.
     tasks: Vec<Range<usize>>,
     task: usize,
-    /// Tasks of each colour: they share no nodes.
+    /// Tasks of each colour, which share no nodes.
     colours: Vec<Range<usize>>,
-    /// How many nodes there are.
+    /// The number of nodes.
     node_count: usize,
-    /// Places that passes visit, in order, and where those of each task begin among them.
+    /// Positions that passes visit, in order; and the start of each task among them.
     active: Vec<u32>,
     begins: Vec<usize>,
 }
 
 impl Colouring {
-    /// Orders other points by the nodes that each changes, of `node_count`.
+    /// Arranges points anew, by the nodes that each changes, of `node_count`.
     ///
-    /// Points with the same first and last node form a group, as the contacts of two
-    /// blocks whose mass is consistent: fewer colours, and their nodes stay in the
-    /// cache. Each group gets the first colour that none of its nodes has. Points too
-    /// few for two threads keep their order, in which neighbours in space follow each
-    /// other: sweeps get on a little better so.
+    /// Points with the same first and last node form a group, such as the contacts of two
+    /// blocks with consistent mass: this takes fewer colours, and their nodes stay in the
+    /// cache. Each group gets the first colour that none of its nodes has. If there are too few
+    /// points for two threads, they keep their order, in which neighbours in space follow each
+    /// other: sweeps converge a little faster that way.
     ///
     /// # Panics
     /// If a node is not below `node_count`.
@@ -135,7 +136,7 @@ impl Colouring {
         }
     }
 
-    /// Has passes visit all places.
+    /// Makes all positions active.
     pub(super) fn activate_all(&mut self) {
         self.active.clear();
         self.active.extend(0..self.order.len() as u32);
@@ -144,8 +145,8 @@ impl Colouring {
         self.begins.push(self.order.len());
     }
 
-    /// Has passes visit only those, of the places that they do, that `stay` so; these are told
-    /// with their nodes.
+    /// Keeps only those active positions for which `stay` is true, given the position and its
+    /// nodes.
     pub(super) fn deactivate(&mut self, mut stay: impl FnMut(usize, &[u32]) -> bool) {
         let (mut kept, mut next) = (0, 0);
         for task in 1..self.begins.len() {
@@ -160,12 +161,12 @@ impl Colouring {
         self.active.truncate(kept);
     }
 
-    /// The places that passes visit, in order.
+    /// Returns the active positions, in order.
     pub(super) fn active(&self) -> &[u32] {
         &self.active
     }
 
-    /// Adds a colour: runs of points, each for one thread to visit.
+    /// Adds a colour from parts that share no nodes, and splits it into tasks.
     fn push(&mut self, parts: impl Iterator<Item = impl Iterator<Item = u32>>, nodes_of: &NodesOf) {
         let (first, mut start) = (self.tasks.len(), self.order.len());
         for points in parts {
@@ -186,24 +187,24 @@ impl Colouring {
         self.colours.push(first..self.tasks.len());
     }
 
-    /// The point at each place.
+    /// Returns the point at each position.
     pub(super) fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// How many nodes there are.
+    /// Returns the number of nodes.
     pub(super) fn node_count(&self) -> usize {
         self.node_count
     }
 
-    /// Nodes of the point at a place.
+    /// Returns the nodes of the point at a position.
     pub(super) fn nodes(&self, place: usize) -> &[u32] {
         self.nodes.of(place)
     }
 
-    /// Visits each place that is awake, with what it has in `own` and the `values` of its
-    /// nodes; colour by colour, the tasks of each at once. Returns what the visits return,
-    /// [put together](Visit::together) in an order that the points fix.
+    /// Visits each active position, with its value in `own` and the `values` of its nodes,
+    /// colour by colour, the tasks of a colour in parallel. Returns the
+    /// [combined](Visit::together) results. The points fix the order of combination.
     pub(super) fn pass<T: Send, V: Send, F: Visit<T, V, N>, const N: usize>(
         &self,
         own: &mut [T],
@@ -214,9 +215,9 @@ impl Colouring {
         assert_eq!(values.len(), self.node_count);
         let (own, values) = (SharedSlice::new(own), SharedSlice::new(values));
         let run = |awake: Range<usize>| {
-            // SAFETY: tasks of a colour share neither places nor nodes, and no two
-            // colours are visited at once. All are in range: `push` has asserted it of
-            // the nodes, and the lengths are asserted above.
+            // SAFETY: tasks of a colour share neither positions nor nodes, and no two colours
+            // are visited at the same time. All indices are in range: `push` has asserted it
+            // for the nodes, and the lengths are asserted above.
             let task =
                 unsafe { ColourTask::new(self, &self.active[awake], (&own, &values), visit) };
             Arch::new().dispatch(task)
@@ -239,8 +240,8 @@ impl Colouring {
     }
 }
 
-/// Runs one task or more on all threads, half by half: in which order their results come together
-/// does not depend on who is done first.
+/// Runs one or more tasks on all threads, in halves. The order in which results are combined
+/// does not depend on which task ends first.
 fn halves<R: Send>(
     tasks: Range<usize>,
     run: &(impl Fn(usize) -> R + Sync),
@@ -257,27 +258,28 @@ fn halves<R: Send>(
     together(one, other)
 }
 
-/// The first points of all groups, then the second, and so on.
+/// Returns the first point of each group, then the second of each, and so on.
 fn abreast<'a>(groups: &'a [&'a [u32]]) -> impl Iterator<Item = u32> + 'a {
     let longest = groups.iter().map(|group| group.len()).max().unwrap_or(0);
     (0..longest).flat_map(|k| groups.iter().filter_map(move |group| group.get(k).copied()))
 }
 
-/// What is done at a place. Compiled into each [`ColourTask`], for the instructions it runs with:
-/// `#[inline(always)]`, as no closure can be.
+/// Work at a position. It is compiled into each [`ColourTask`] for that task's instruction set:
+/// `#[inline(always)]`, which no closure can be.
 pub(super) trait Visit<T, V, const N: usize>: Sync {
     fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, values: NodeValues<V>)
     -> [f64; N];
 
-    /// What two visits, or any number, return together: the larger numbers, or what is not one.
+    /// Combines the results of two visits, or of any number: the larger value of each; NaN
+    /// stays.
     #[inline(always)]
     fn together(one: [f64; N], other: [f64; N]) -> [f64; N] {
         std::array::from_fn(|i| larger(one[i], other[i]))
     }
 }
 
-/// Places that are visited one after the other, with whatever instructions the machine
-/// has.
+/// Active positions that are visited one after the other, with the widest instructions of the
+/// machine.
 struct ColourTask<'a, T, V, F, const N: usize> {
     colours: &'a Colouring,
     places: &'a [u32],
@@ -289,8 +291,8 @@ struct ColourTask<'a, T, V, F, const N: usize> {
 impl<'a, T, V, F, const N: usize> ColourTask<'a, T, V, F, N> {
     /// # Safety
     ///
-    /// The places and their nodes are in range, and no one else uses what they have while
-    /// this lives.
+    /// The positions and their nodes are in range, and nothing else uses their values during
+    /// the lifetime of the result.
     unsafe fn new(
         colours: &'a Colouring,
         places: &'a [u32],
@@ -319,7 +321,7 @@ where
         for &place in self.places {
             let place = place as usize;
             let nodes = self.colours.nodes(place);
-            // SAFETY: promised to `new`.
+            // SAFETY: the caller of `new` guarantees it.
             let (own, values) =
                 unsafe { (self.own.get_mut(place), NodeValues::new(self.values, nodes)) };
             all = F::together(all, self.visit.visit(simd, place, own, values));
@@ -328,7 +330,7 @@ where
     }
 }
 
-/// The larger number; what is not a number stays.
+/// Returns the larger number; NaN stays.
 #[inline(always)]
 pub(super) fn larger(one: f64, other: f64) -> f64 {
     if one >= other || one.is_nan() {
@@ -338,7 +340,7 @@ pub(super) fn larger(one: f64, other: f64) -> f64 {
     }
 }
 
-/// The values of a point's nodes.
+/// Values of a point's nodes.
 pub(super) struct NodeValues<'a, V> {
     values: SharedSlice<'a, V>,
     nodes: &'a [u32],
@@ -347,7 +349,8 @@ pub(super) struct NodeValues<'a, V> {
 impl<'a, V> NodeValues<'a, V> {
     /// # Safety
     ///
-    /// The nodes are in range, and no one else uses their values while this lives.
+    /// The nodes are in range, and nothing else uses their values during the lifetime of the
+    /// result.
     unsafe fn new(values: &SharedSlice<'a, V>, nodes: &'a [u32]) -> Self {
         Self {
             values: SharedSlice { ..*values },
@@ -355,11 +358,12 @@ impl<'a, V> NodeValues<'a, V> {
         }
     }
 
-    /// Changes the value of each node in turn, given what there is `of_each`.
+    /// Changes the value of each node in turn, with its entry of `of_each`.
     #[inline(always)]
     pub(super) fn change<T>(&mut self, of_each: &[T], mut change: impl FnMut(&mut V, &T)) {
         for (&node, own) in self.nodes.iter().zip(of_each) {
-            // SAFETY: promised to `new`, and borrowed from it as a whole, one at a time.
+            // SAFETY: the caller of `new` guarantees it; all of `self` is borrowed, and one
+            // value at a time.
             change(unsafe { self.values.get_mut(node as usize) }, own);
         }
     }
@@ -368,7 +372,7 @@ impl<'a, V> NodeValues<'a, V> {
 impl<V: SimdBlock> SimdBlocks<V> for NodeValues<'_, V> {
     #[inline(always)]
     fn pack(&mut self, number: usize) -> &mut V {
-        // SAFETY: promised to `new`, and borrowed from it as a whole.
+        // SAFETY: the caller of `new` guarantees it; all of `self` is borrowed.
         unsafe { self.values.get_mut(self.nodes[number] as usize) }
     }
 
@@ -379,8 +383,9 @@ impl<V: SimdBlock> SimdBlocks<V> for NodeValues<'_, V> {
 }
 
 impl<V: SimdBlock> NodeValues<'_, V> {
-    /// `N` numbers of the point's nodes, the first in a lane of the node with this number, the
-    /// others each so far behind the one before: those of the next nodes follow.
+    /// Returns `N` numbers of the point's nodes. The first is at `lane` of the node with index
+    /// `number`; each other one is `stride` further, where the numbers of the next nodes
+    /// follow.
     #[inline(always)]
     pub(super) fn numbers<const N: usize>(
         &self,
@@ -396,8 +401,8 @@ impl<V: SimdBlock> NodeValues<'_, V> {
             are_beside &= self.nodes[number + beyond] == node + beyond as u32;
         }
         assert!(are_beside);
-        // SAFETY: the values of these nodes are promised to `new`, and lie side by side; what is
-        // read of them ends before what `pack` or `change` lends begins.
+        // SAFETY: the caller of `new` guarantees the values of these nodes, which lie side by
+        // side. The reads end before `pack` or `change` lends a value.
         std::array::from_fn(|n| unsafe {
             let first = self.values.first.add(node as usize).cast::<f64>();
             *first.add(lane + n * stride)
@@ -411,8 +416,8 @@ struct SharedSlice<'a, T> {
     slice: PhantomData<&'a mut [T]>,
 }
 
-// SAFETY: it hands out what a mutable slice would, each place to one thread at a
-// time, as `get_mut` demands.
+// SAFETY: it gives out what a mutable slice would, each position to one thread at a time, as
+// `get_mut` requires.
 unsafe impl<T: Send> Sync for SharedSlice<'_, T> {}
 
 impl<'a, T> SharedSlice<'a, T> {
@@ -425,11 +430,12 @@ impl<'a, T> SharedSlice<'a, T> {
 
     /// # Safety
     ///
-    /// `place` is within the slice, and no one else uses it while the result lives.
+    /// `place` is within the slice, and nothing else uses that element during the lifetime of
+    /// the result.
     #[inline]
     #[allow(clippy::mut_from_ref, reason = "as of a cell")]
     unsafe fn get_mut(&self, place: usize) -> &mut T {
-        // SAFETY: promised by the caller.
+        // SAFETY: the caller guarantees it.
         unsafe { &mut *self.first.add(place) }
     }
 }
@@ -439,7 +445,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Nodes of points.
+    /// Generates lists of nodes of points.
     fn lists() -> impl Strategy<Value = Vec<Vec<u32>>> {
         prop::collection::vec(prop::collection::vec(0..50_u32, 0..6), 0..300)
     }
@@ -450,7 +456,7 @@ mod tests {
             nodes_of.push(|all| all.extend(list));
         }
         let mut colours = Colouring::default();
-        // What was there before does not matter.
+        // An earlier arrangement must not matter.
         colours.arrange_in_tasks(100, &nodes_of, task + 1);
         colours.arrange_in_tasks(100, &nodes_of, task);
         colours
@@ -501,7 +507,7 @@ mod tests {
             }
         }
 
-        /// Against a plain loop over the places awake: sums that depend on the order.
+        /// Compares with a plain loop over the active positions. Sums depend on the order.
         #[test]
         fn a_pass_gives_the_same_bits_on_any_number_of_threads(
             lists in lists(),
@@ -537,7 +543,7 @@ mod tests {
                     .install(|| colours.pass(&mut found, &mut changed, &Mix));
                 prop_assert!((&found, &changed) == (&own, &values));
                 prop_assert_eq!(*told.get_or_insert(of_all), of_all);
-                // Round-off of as many additions.
+                // Round-off of this many additions.
                 prop_assert!((of_all - sum).abs() <= lists.len() as f64 * f64::EPSILON * size);
             }
         }

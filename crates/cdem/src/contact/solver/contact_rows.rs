@@ -1,5 +1,5 @@
-//! A contact as its island sees it: what the velocities of nodes mean to it, and what
-//! its impulses do to them.
+//! Rows of one contact in the solver: its relative velocity from nodal velocities, and the
+//! response of these to its impulse.
 
 use std::ops::Range;
 
@@ -16,75 +16,74 @@ use crate::contact::tolerances::{CONTACTS_PER_TASK, NEGLIGIBLE_MOBILITY};
 use crate::math::vector::{dot, sub};
 use crate::model::inverse_mass::KickMobility;
 
-/// A vector as the registers hold it: components that there are not are 0.
+/// A vector in register width, padded with 0.
 type PaddedVector = [f64; 4];
 
-/// The components that there are.
+/// Returns the components without the padding.
 #[inline(always)]
 fn truncated<const D: usize>(wide: &PaddedVector) -> [f64; D] {
     std::array::from_fn(|c| wide[c])
 }
 
-/// What contacts have to do with the nodes.
+/// Rows of all contacts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConstraintRows<const D: usize, P> {
-    /// Relative velocities as functions of nodal velocities.
+    /// Jacobians: relative velocities as functions of nodal velocities.
     pub(super) operators: Vec<JacobianTerm<D>>,
-    /// Velocities that impulses make, 1/kg, for each of a contact's packs in turn, row by row.
+    /// Responses M⁻¹Jᵀ, 1/kg, for each SIMD block of a contact in turn, row by row.
     pub(super) gains: Vec<[P; D]>,
-    /// Instead, of contacts that move their packs by columns: of each operator, which these are.
+    /// Instead, where impulses act by columns: the columns of M⁻¹ for each Jacobian term.
     pub(super) levers: Vec<ColumnTerm<D>>,
     pub(super) columns: InverseMassColumns<D, P>,
 }
 
-/// What the velocity of a node adds to a relative velocity.
+/// Part of the relative velocity that one node contributes.
 #[derive(Clone, Debug)]
 pub(super) struct JacobianTerm<const D: usize> {
-    /// In which of its contact's packs its numbers begin, where in that, and how far they are
-    /// apart.
+    /// Index of the first SIMD block among those of the contact, the lane of the node's first
+    /// number in it, and the stride to the next.
     pub(super) slot: u32,
     pub(super) lane: u32,
     pub(super) stride: u32,
-    /// What each of its components adds, row by row: for nothing has to be added up across a
-    /// register then.
+    /// Contribution of each component, row by row, so that no sum across a register is needed.
     pub(super) columns: [PaddedVector; D],
 }
 
-/// A contact in its system.
+/// Rows and impulse of a contact.
 #[derive(Clone, Debug)]
 pub(super) struct ContactRows<const D: usize> {
-    /// Its constraint.
+    /// Index of its constraint.
     pub(super) number: u32,
-    /// Its part of the terms.
+    /// Its ranges among the terms.
     pub(super) operators: Range<usize>,
     pub(super) gains: Range<usize>,
     /// Relative velocity in each row for a unit normal impulse, 1/kg.
     pub(super) by_normal: [f64; D],
-    /// Inverse mass seen by the normal and by the tangents, 1/kg; 0 where the
-    /// nodes are held. One for all tangents keeps the friction disc a disc.
+    /// Inverse effective mass of the normal and of the tangents, 1/kg; 0 where the nodes are
+    /// prescribed. One value for all tangents keeps the friction disc a disc.
     pub(super) compliance: [f64; 2],
-    /// 1 over that in each row, kg; 0 where the nodes are held along it.
+    /// Effective mass of each row, kg; 0 where the nodes are prescribed along it.
     pub(super) inertia: [f64; D],
     pub(super) target: [f64; D],
     pub(super) limit: FrictionBounds,
     pub(super) impulse: [f64; D],
-    /// The impulse that its solve began with, N·s.
+    /// Impulse at the start of the solve, N·s.
     pub(super) start: [f64; D],
     pub(super) borne: [f64; D],
-    /// What its last visit has changed of the impulse, N·s.
+    /// Change of the impulse in the last visit, N·s.
     pub(super) step: [f64; D],
-    /// Square of the largest change of a relative velocity in that, m²/s²; infinite if it
-    /// bears nothing.
+    /// Square of the largest change of a relative velocity in that visit, m²/s²; infinite if
+    /// the contact carries no impulse.
     pub(super) change: f64,
-    /// Direction of search between sweeps, N·s.
+    /// Search direction between sweeps, N·s.
     pub(super) direction: [f64; D],
 }
 
-/// How much of what a change of its impulse does a contact holds back.
+/// Weight of the proximal term, over the inverse effective mass.
 #[derive(Clone, Copy)]
 pub(super) struct ProximalWeight {
     share: f64,
-    /// That and all of it, and 1 over both.
+    /// 1 plus the weight, and its inverse.
     whole: f64,
     give: f64,
 }
@@ -99,7 +98,8 @@ impl ProximalWeight {
     }
 }
 
-/// Nodes of a contact, with their rows and whether they are held in all components.
+/// Returns the nodes of a contact, with their index in the Jacobian and true if all their
+/// components are prescribed.
 pub(super) fn nodes_of<'a, const D: usize>(
     jacobian: &'a ContactJacobian<D>,
     mobility: KickMobility<'a, D>,
@@ -109,17 +109,17 @@ pub(super) fn nodes_of<'a, const D: usize>(
 }
 
 impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
-    /// Forgets all contacts, but no columns.
+    /// Removes the rows of all contacts, but no columns of M⁻¹.
     pub(super) fn clear(&mut self) {
         self.operators.clear();
         self.gains.clear();
         self.levers.clear();
     }
 
-    /// Relative velocity of a contact whose nodes have these velocities, m/s.
+    /// Returns the relative velocity of a contact, m/s, from the velocities of its nodes.
     #[inline(always)]
     pub(super) fn relative(&self, point: &ContactRows<D>, velocity: &NodeValues<P>) -> [f64; D] {
-        // Component by component, as an addition waits for the one before.
+        // One sum per component, because an addition waits for the one before.
         let mut sums = [[0.0; 4]; D];
         for term in &self.operators[point.operators.clone()] {
             let first = (term.slot as usize, term.lane as usize);
@@ -161,7 +161,7 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
         });
     }
 
-    /// Operators of a contact that moves its packs by columns, and how.
+    /// Returns the Jacobian terms and column terms of a contact whose impulses act by columns.
     #[inline(always)]
     pub(super) fn by_columns(
         &self,
@@ -172,8 +172,8 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
     }
 }
 
-/// Works out the velocities that impulses of a contact with these rows make, 1/kg: those of
-/// the nodes of one mass matrix are next to each other, and so are what these move.
+/// Computes the response to impulses of a contact with this Jacobian, 1/kg. Nodes of one mass
+/// matrix are next to each other in the Jacobian, and so are their SIMD blocks.
 #[inline(always)]
 fn respond<S: Simd, const D: usize, P: SimdBlock>(
     simd: S,
@@ -226,8 +226,8 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
     }
 }
 
-/// Points that take their constraints' operators, with what impulses do: their parts of
-/// operators, gains and levers follow each other as they do.
+/// Assembly of the rows of contacts. Their ranges of terms follow each other in the order of
+/// the contacts.
 pub(super) struct RowAssembly<'a, const D: usize, P> {
     pub(super) points: &'a mut [ContactRows<D>],
     pub(super) operators: &'a mut [JacobianTerm<D>],
@@ -239,7 +239,7 @@ pub(super) struct RowAssembly<'a, const D: usize, P> {
 }
 
 impl<const D: usize, P: SimdBlock> RowAssembly<'_, D, P> {
-    /// Fills them, on as many threads as it is worth.
+    /// Fills the rows, on as many threads as is worthwhile.
     pub(super) fn run(self) {
         if self.points.len() <= CONTACTS_PER_TASK {
             return Arch::new().dispatch(self);
@@ -297,7 +297,8 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
     }
 }
 
-/// Takes an operator. Returns the inverse mass in each row if no node were held, 1/kg.
+/// Fills the Jacobian terms. Returns the inverse effective mass of each row if no node were
+/// prescribed, 1/kg, from lumped masses.
 #[inline(always)]
 fn take<const D: usize>(
     operators: &mut [JacobianTerm<D>],
@@ -323,12 +324,12 @@ fn take<const D: usize>(
     unheld
 }
 
-/// How many levers there are of so many operators.
+/// Returns the number of column terms for a number of Jacobian terms.
 const fn levers_of<P: SimdBlock>(operators: usize) -> usize {
     if P::BY_COLUMNS { operators } else { 0 }
 }
 
-/// Relative velocity in each row for a unit impulse in each other, 1/kg.
+/// Returns the relative velocity in each row for a unit impulse in each row, 1/kg.
 #[inline(always)]
 fn seen_by_gains<const D: usize, P: SimdBlock>(
     operators: &[JacobianTerm<D>],
@@ -350,7 +351,7 @@ fn seen_by_gains<const D: usize, P: SimdBlock>(
     seen
 }
 
-/// The same of a contact that moves its packs by columns.
+/// Returns these relative velocities for a contact whose impulses act by columns.
 #[inline(always)]
 fn seen_by_columns<const D: usize, P: SimdBlock>(
     operators: &[JacobianTerm<D>],
@@ -372,11 +373,12 @@ fn seen_by_columns<const D: usize, P: SimdBlock>(
 }
 
 impl<const D: usize> ContactRows<D> {
-    /// Takes the relative velocity `own` in each row for a unit impulse in each other, 1/kg.
+    /// Sets the effective masses, from the relative velocity in each row for a unit impulse in
+    /// each row, 1/kg.
     #[inline(always)]
     fn set_effective_mass(&mut self, own: &[PaddedVector; D], unheld: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
-        // Between nodes that are held along the row there is nothing to push.
+        // Nodes that are prescribed along the row cannot be pushed.
         let seen = |r: usize| {
             if own[r][r] <= NEGLIGIBLE_MOBILITY * unheld[r] {
                 0.0
@@ -394,21 +396,21 @@ impl<const D: usize> ContactRows<D> {
         });
     }
 
-    /// Whether an impulse in row `r` moves anything.
+    /// True if an impulse in row `r` moves a node.
     pub(super) fn moves(&self, r: usize) -> bool {
         self.inertia[r] > 0.0
     }
 
-    /// A `share` of the relative velocities that the change to an impulse since the start
-    /// makes alone, m/s.
+    /// Returns `share` times the relative velocities, m/s, that the change of the impulse since
+    /// the start makes alone.
     #[inline(always)]
     fn proximal_impulse(&self, impulse: &[f64; D], share: f64) -> [f64; D] {
         let change = |r: usize| impulse[r] - self.start[r];
         std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
     }
 
-    /// The largest relative velocity that it misses for a `reluctance`, m/s: none along
-    /// what is at its bound.
+    /// Returns the largest error of the relative velocity that a proximal term of weight
+    /// `reluctance` leaves, m/s. Directions at their bound count as none.
     pub(super) fn residual(&self, reluctance: f64) -> f64 {
         let mut missed = self.proximal_impulse(&self.impulse, reluctance);
         if self.impulse[0] <= -self.limit.tension {
@@ -420,7 +422,7 @@ impl<const D: usize> ContactRows<D> {
         missed[0].abs().max(shear_norm(&missed))
     }
 
-    /// A change of its impulse as an energy, J.
+    /// Returns the energy of a change of the impulse, J.
     #[inline(always)]
     pub(super) fn square(&self, step: &[f64; D]) -> f64 {
         let mut square = 0.0;
@@ -430,8 +432,8 @@ impl<const D: usize> ContactRows<D> {
         square
     }
 
-    /// The impulse that has gone on by a `ratio` of the last direction, which is then what has
-    /// changed since it was one.
+    /// Returns the impulse moved by `ratio` along the last direction. The new direction is the
+    /// whole change since the last call.
     #[inline(always)]
     pub(super) fn advance(&mut self, ratio: f64) -> [f64; D] {
         let mut impulse = self.impulse;
@@ -443,9 +445,10 @@ impl<const D: usize> ContactRows<D> {
         impulse
     }
 
-    /// The impulse, after the `old` one, with which this contact alone would do what is asked
-    /// of it at a relative velocity, held back by a `reluctance` to change it, the normal
-    /// first; the square of the largest change of relative velocity, m²/s².
+    /// Returns the impulse with which this contact alone would meet its target, from the `old`
+    /// impulse and its relative velocity, with the proximal term, cut back to its bounds. The
+    /// normal comes first. Returns also the square of the largest change of a relative
+    /// velocity, m²/s².
     #[inline(always)]
     pub(super) fn local_solve(
         &self,
@@ -464,7 +467,7 @@ impl<const D: usize> ContactRows<D> {
         if normal > 0.0 {
             let wanted = self.target[0] - relative[0] - back[0];
             let closed = old[0] + wanted * (give * self.inertia[0]);
-            // What is no number stays so, and is found.
+            // A NaN must remain NaN, so that it is detected.
             let opens = closed < -self.limit.tension;
             impulse[0] = if opens { -self.limit.tension } else { closed };
         }

@@ -1,4 +1,5 @@
-//! Which nodes the contacts of an island move, and where its solver keeps their velocities.
+//! Map from the nodes that contacts of an island move to the velocities in the solver's SIMD
+//! blocks.
 
 use std::ops::Range;
 
@@ -8,27 +9,28 @@ use crate::contact::solver::simd_block::SimdBlock;
 use crate::contact::surface::ContactJacobian;
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
-/// Where the components of a node are among the numbers of all packs.
+/// Position of a node's components among the numbers of all SIMD blocks: the first, and the
+/// stride to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DofSlot {
     pub(super) first: u32,
     pub(super) stride: u32,
 }
 
-/// Nodes that impulses may move, with all that mass matrices couple to them: held ones among these
-/// get nothing.
+/// Nodes that impulses may move, and all nodes that mass matrices couple to them. Prescribed
+/// ones among these do not move.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DofMap {
-    /// All, sorted.
+    /// All of them, sorted.
     nodes: Vec<u32>,
-    /// Those whose velocities each visit changes, sorted, and where their numbers are.
+    /// Nodes with a slot, whose velocities change at each visit, sorted; and their slots.
     seated: Vec<u32>,
     seats: Vec<DofSlot>,
-    /// The others, of blocks that contacts move by columns, sorted: they need no velocity before
-    /// the impulses are known.
+    /// The other nodes, sorted: those of blocks that move by columns and that no contact
+    /// touches. They need no velocity before the impulses are known.
     others: Vec<u32>,
     groups: Vec<CoupledNodes>,
-    /// How many packs there are.
+    /// The number of SIMD blocks.
     packs: usize,
 }
 
@@ -36,15 +38,15 @@ pub(super) struct DofMap {
 #[derive(Clone, Debug)]
 pub(super) struct CoupledNodes {
     nodes: Range<u32>,
-    /// Their parts of the nodes with seats and of the others, and their packs.
+    /// Their ranges among the nodes with a slot, the other nodes, and the SIMD blocks.
     pub(super) seats: Range<usize>,
     pub(super) others: Range<usize>,
     pub(super) packs: Range<u32>,
 }
 
 impl DofSlot {
-    /// The seats of so many nodes that one mass matrix couples, in packs from the one with this
-    /// number on; and how many packs they take.
+    /// Returns the slots of `nodes` nodes that one mass matrix couples, in SIMD blocks from
+    /// `pack` on; and the number of these SIMD blocks.
     fn of<const D: usize, P: SimdBlock>(
         nodes: usize,
         pack: usize,
@@ -61,7 +63,7 @@ impl DofSlot {
         (seats, packs)
     }
 
-    /// Where a component is.
+    /// Returns the position of a component.
     #[inline(always)]
     pub(super) fn number(self, component: usize) -> usize {
         self.first as usize + component * self.stride as usize
@@ -69,8 +71,8 @@ impl DofSlot {
 }
 
 impl DofMap {
-    /// Seats the nodes that contacts move, which are sorted; takes the `columns` of those that
-    /// are moved by them.
+    /// Assigns slots for the nodes that contacts move, given sorted. Fills the `columns` of
+    /// blocks that move by columns.
     pub(super) fn seat<const D: usize, P: SimdBlock>(
         &mut self,
         moved: &[u32],
@@ -113,17 +115,17 @@ impl DofMap {
         }
     }
 
-    /// All nodes, sorted.
+    /// Returns all nodes, sorted.
     pub(super) fn nodes(&self) -> &[u32] {
         &self.nodes
     }
 
-    /// Those with a seat, sorted.
+    /// Returns the nodes with a slot, sorted.
     pub(super) fn seated(&self) -> impl ExactSizeIterator<Item = (u32, DofSlot)> + '_ {
         self.seated.iter().copied().zip(self.seats.iter().copied())
     }
 
-    /// Those without, sorted.
+    /// Returns the nodes without a slot, sorted.
     pub(super) fn others(&self) -> &[u32] {
         &self.others
     }
@@ -132,13 +134,13 @@ impl DofMap {
         &self.groups
     }
 
-    /// How many packs there are.
+    /// Returns the number of SIMD blocks.
     pub(super) fn packs(&self) -> usize {
         self.packs
     }
 
-    /// The place of a node among those with a seat, that seat, and the packs of what a mass matrix
-    /// couples to it.
+    /// Returns the index of a node among those with a slot, its slot, and the SIMD blocks of
+    /// all nodes that a mass matrix couples to it.
     pub(super) fn find(&self, node: u32) -> (usize, DofSlot, Range<u32>) {
         let place = self.seated.partition_point(|&other| other < node);
         (place, self.seats[place], self.packs_around(node))
@@ -149,7 +151,7 @@ impl DofMap {
         self.groups[group].packs.clone()
     }
 
-    /// Adds the packs that a contact moves to those of `all`.
+    /// Appends the SIMD blocks that a contact moves to `all`.
     pub(super) fn add_packs<const D: usize>(
         &self,
         jacobian: &ContactJacobian<D>,

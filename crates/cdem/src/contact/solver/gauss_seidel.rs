@@ -1,5 +1,24 @@
-//! Contacts that share nodes, solved together: projected Gauss–Seidel over an
-//! island, on velocities (design, section 5).
+//! Solve of an island for its contact impulses, on velocities (design, section 5).
+//!
+//! Phases of a solve:
+//! 1. Projected Gauss–Seidel sweeps, from the start: each contact in turn gets the impulse that
+//!    meets its target, cut back to its bounds.
+//! 2. A nonlinear CG step \[Silcowitz2010\] after each sweep: impulses and velocities move on
+//!    along the last search direction. It restarts where the change of a sweep has grown.
+//! 3. Active-set CG, where sweeps stall: every [`STALL_SWEEPS`] sweeps, if the residual is
+//!    above [`STALL_RATIO`] of that at the check before. It starts from the best impulses so
+//!    far. At most [`CG_STEPS`] steps; the limit doubles each time, at most
+//!    [`LONGEST_CG_DOUBLING`] times. Then the sweeps go on.
+//! 4. The proximal term, of weight [`PROXIMAL_WEIGHT`], once [`CG_TRIES`] stalls in a row have
+//!    not brought the residual to [`CG_WORTH`] of the best, or only [`LAST_SWEEPS`] sweeps
+//!    remain. No active-set CG from then on, and at most [`LAST_SWEEPS`] sweeps.
+//!
+//! Deactivation of converged contacts, only in islands of more than [`FEW_CONTACTS`] contacts:
+//! a sweep over all contacts finds those that still change; phases 1 to 4 go on with these, and
+//! drop more as they converge; then comes a sweep over all again. If that has not brought the
+//! residual to [`CG_WORTH`] of the last such sweep, no contact is deactivated any more.
+//!
+//! A solve ends at its residual, or after [`MAX_SWEEPS`] sweeps and CG steps.
 
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::solver::simd_block::SimdBlock;
@@ -12,11 +31,11 @@ use crate::contact::tolerances::{
 use crate::math::vector::sub;
 
 impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
-    /// Finds the impulses of the constraints that were loaded and adds them to
-    /// the velocities. Returns the residual: the largest change of a relative velocity
-    /// in the last sweep, or what [`PROXIMAL_WEIGHT`] misses of one, over the largest that
-    /// the impulses make. It is done at one of `done`, and a change below `least`, m/s, is
-    /// none.
+    /// Finds the impulses of the loaded constraints and adds them to the velocities. Stops at a
+    /// residual of `done`; a change below `least`, m/s, counts as none. Returns the residual:
+    /// the largest change of a relative velocity in the last sweep, or the largest error that
+    /// the proximal term leaves, over the largest relative velocity that a normal impulse
+    /// makes.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],
@@ -35,7 +54,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         residual
     }
 
-    /// The same for nodes at rest: those that are moved, and their velocities, m/s.
+    /// Solves for nodes at rest. Returns the nodes that move and their velocities, m/s.
     pub(crate) fn solve_from_rest(
         &mut self,
         constraints: &[Constraint<D>],
@@ -47,7 +66,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.velocities().collect()
     }
 
-    /// Finds the impulses; returns the residual.
+    /// Finds the impulses. Returns the residual.
     fn iterate(&mut self, done: f64, least: f64) -> f64 {
         let mut course = SolveProgress {
             done,
@@ -71,9 +90,9 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         residual.max(missed.fold(0.0, f64::max) / scale)
     }
 
-    /// A sweep over all contacts tells which are awake: those that it changes. With
-    /// these alone the solve goes on until they are right, and begins anew; it ends with
-    /// a sweep over all. Returns its residual, and its scale, m/s.
+    /// Solves a large island: alternates a sweep over all contacts with [`Self::follow`], which
+    /// deactivates converged ones. Ends with a sweep over all. Returns its residual and its
+    /// scale, m/s.
     fn activate_and_iterate(&mut self, course: &mut SolveProgress) -> (f64, f64) {
         course.dozes = CONVERGED_FRACTION * course.done;
         let mut before = f64::INFINITY;
@@ -84,7 +103,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             if residual.is_nan() || residual <= course.done || course.is_over() {
                 return (residual, scale);
             }
-            // Contacts that contradict each other would wake each other for ever.
+            // Contacts that contradict each other would reactivate each other forever.
             if residual > CG_WORTH * before {
                 course.dozes = 0.0;
             }
@@ -93,14 +112,9 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Goes on with the contacts awake until they are right, or the course is over; those
-    /// that hardly change, or hardly do any more, fall asleep. `scale` is that of all, m/s.
-    /// Returns the residual of the last sweep, and its scale.
-    ///
-    /// Projected Gauss–Seidel, sped up as nonlinear conjugate gradients
-    /// \[Silcowitz2010\] and, where that does not get on, by
-    /// descents along the faces of the bounds; where those do not, with
-    /// [`PROXIMAL_WEIGHT`].
+    /// Runs phases 1 to 4 with the active contacts until their residual is met or the solve is
+    /// over. Deactivates contacts as they converge. `scale` is that of all contacts, m/s.
+    /// Returns the residual and the scale of the last sweep.
     fn follow(&mut self, course: &mut SolveProgress, scale: f64) -> (f64, f64) {
         let (done, least) = (course.done, course.least);
         let mut directions = std::mem::take(&mut self.directions);
@@ -121,7 +135,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             let pause = sweeps % STALL_SWEEPS == 0;
             if course.reluctance > 0.0 || !pause || residual <= STALL_RATIO * last {
                 last = if pause { residual } else { last };
-                // What a descent has set right may be wrong again after the next sweep.
+                // The first sweep after active-set CG may change contacts that the next one
+                // changes back.
                 if sweeps > 1 {
                     self.deactivate_converged(course.dozes * scale);
                 }
@@ -145,7 +160,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 course.effort += self.descend(steps, least.max(done * scale), scale);
                 course.descents = LONGEST_CG_DOUBLING.min(course.descents + 1);
             } else {
-                // The last sweeps: whom they concern is seen anew.
+                // All contacts take part in the last sweeps, until they converge again.
                 course.reluctance = PROXIMAL_WEIGHT;
                 self.activate_all();
             }
@@ -156,15 +171,15 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         last_sweep
     }
 
-    /// A sweep: its residual, that at which the solve is done at most where nothing
-    /// changes and no number where something is none, and what it has done.
+    /// Runs a sweep. Returns its residual, and its result. The residual is NaN if a change is
+    /// not finite, and at most `done` if the change is round-off.
     fn sweep_to(&mut self, course: &SolveProgress) -> (f64, SweepResult) {
         let swept = self.sweep(course.reluctance);
         let SweepResult { change, scale, .. } = swept;
         let residual = if !(change + scale).is_finite() {
             f64::NAN
         } else if change <= course.least {
-            (change / scale).min(course.done) // of round-off alone it says nothing
+            (change / scale).min(course.done) // a ratio of round-off means nothing
         } else {
             change / scale
         };
@@ -172,36 +187,36 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     }
 }
 
-/// Where a solve is to come to, and how far it has.
+/// Goal and progress of a solve.
 #[derive(Clone, Copy, Debug, Default)]
 struct SolveProgress {
-    /// Residual to come to, and the change of a relative velocity that is none, m/s.
+    /// Residual to reach, and the change of a relative velocity that counts as none, m/s.
     done: f64,
     least: f64,
-    /// What of its relative velocity a contact changes that falls asleep, over the scale.
+    /// Change of relative velocity below which a contact is deactivated, over the scale.
     dozes: f64,
-    /// Sweeps and steps of descents.
+    /// The number of sweeps and CG steps.
     effort: u32,
-    /// How often descents have got longer.
+    /// The number of times that the limit of CG steps has doubled.
     descents: u32,
     reluctance: f64,
-    /// Sweeps with that.
+    /// The number of sweeps with the proximal term.
     last: u32,
 }
 
 impl SolveProgress {
-    /// Whether nothing more is tried.
+    /// True if the solve must stop.
     fn is_over(&self) -> bool {
         self.last >= LAST_SWEEPS || self.effort >= MAX_SWEEPS
     }
 }
 
-/// What a solve has found on the way from sweep to sweep.
+/// State of the search between sweeps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SearchDirections<const D: usize> {
-    /// Square of the last sweep's change, J.
+    /// Square of the change in the last sweep, J.
     square: f64,
-    /// Impulses to come back to, by the places of contacts, N·s.
+    /// Best impulses so far, by contact position, N·s.
     kept: Vec<[f64; D]>,
 }
 
@@ -222,10 +237,10 @@ impl<const D: usize> SearchDirections<D> {
         system.add(|place, point| sub(&self.kept[place], &point.impulse));
     }
 
-    /// Goes on along the last direction after a sweep, whose change, of this square, stands for
-    /// a gradient.
+    /// Moves on along the last direction after a sweep. `square` is the square of the change in
+    /// that sweep, which takes the role of a gradient.
     fn advance<P: SimdBlock>(&mut self, system: &mut ContactSystem<D, P>, square: f64) {
-        // A change that grows says that bounds have changed hands: start anew.
+        // A change that grows means that contacts have reached or left their bounds: restart.
         let goes_on = square <= self.square && self.square > 0.0;
         let ratio = if goes_on { square / self.square } else { 0.0 };
         self.square = square;

@@ -1,8 +1,9 @@
-//! Columns of M⁻¹: what an impulse on a node of a large block makes of the others.
+//! Columns of M⁻¹: velocities that an impulse on one node of a large block makes at its other
+//! nodes.
 //!
-//! Gains of each contact with such a block would be more numbers than come into the caches; the
-//! columns of a node are there once, for all of its contacts. They hold the nodes that contacts
-//! touch, and those that none does, which get their velocities when the impulses are known.
+//! The responses of all contacts with such a block would not fit in the caches. The columns of
+//! a node are stored once, for all of its contacts. They contain the nodes that contacts touch,
+//! and the others, which get their velocities when the impulses are known.
 
 use std::ops::Range;
 
@@ -12,15 +13,15 @@ use crate::contact::solver::contact_rows::JacobianTerm;
 use crate::contact::solver::simd_block::{BlockFactors, SimdBlock, SimdBlocks};
 use crate::model::inverse_mass::InverseMass;
 
-/// Columns of nodes that contacts touch, by the order in which these were added.
+/// Columns of the nodes that contacts touch, in the order of addition.
 #[derive(Clone, Debug, Default)]
 pub(super) struct InverseMassColumns<const D: usize, P> {
-    /// Velocities that unit impulses make of the nodes of the block that contacts touch, 1/kg,
-    /// in packs of a component.
+    /// Velocities at the touched nodes of the block for unit impulses, 1/kg, in SIMD blocks of
+    /// one component.
     packs: Vec<P>,
-    /// The same of its other nodes.
+    /// Velocities at its other nodes for unit impulses, 1/kg.
     beyond: Vec<f64>,
-    /// Where those of each component of each node begin.
+    /// Start of the column of each component of each node.
     starts: Vec<[BlockStart; D]>,
 }
 
@@ -37,7 +38,8 @@ impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
         self.starts.clear();
     }
 
-    /// Adds those of the nodes of a block that contacts touch; `others` are its other nodes.
+    /// Adds the columns of the nodes of a block that contacts touch. `others` are its other
+    /// nodes.
     pub(super) fn add(&mut self, inertia: &InverseMass<D>, touched: &[u32], others: &[u32]) {
         let mut entries = Vec::with_capacity(touched.len());
         for &node in touched {
@@ -65,8 +67,8 @@ impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
         }
     }
 
-    /// Adds the velocities that impulses on the nodes of a block make of those that no contact
-    /// touches, m/s; `touched` says which of all nodes they are on.
+    /// Adds to the velocities of the other nodes of a block, m/s, the response to impulses on
+    /// its touched nodes. `touched` is their range among all touched nodes.
     pub(super) fn move_others(
         &self,
         (touched, impulses): (Range<usize>, &[[f64; D]]),
@@ -83,22 +85,23 @@ impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
     }
 }
 
-/// A node of a contact, as what moves its block.
+/// A node of a contact whose block moves by columns.
 #[derive(Clone, Debug)]
 pub(super) struct ColumnTerm<const D: usize> {
-    /// Its number among the nodes that contacts touch.
+    /// Index among all nodes that contacts touch.
     pub(super) node: u32,
-    /// First pack of its block among those of the contact, and how many a component has.
+    /// First SIMD block of its block among those of the contact, and their number per
+    /// component.
     slot: u32,
     count: u32,
-    /// Where its columns begin, by component.
+    /// Start of the column of each component.
     columns: [u32; D],
-    /// What damping leaves of an impulse.
+    /// Fraction of an impulse that damping leaves.
     pub(super) share: f64,
 }
 
 impl<const D: usize> ColumnTerm<D> {
-    /// Of a node whose block has these packs from a slot on.
+    /// Creates the term of a node whose block has these SIMD blocks from `slot` on.
     pub(super) fn new<P: SimdBlock>(
         columns: &InverseMassColumns<D, P>,
         node: usize,
@@ -113,12 +116,12 @@ impl<const D: usize> ColumnTerm<D> {
         }
     }
 
-    /// Whether the block of another node of the contact is that of this one.
+    /// True if another node of the contact belongs to the same block.
     fn moves(&self, other: &Self) -> bool {
         self.slot == other.slot
     }
 
-    /// What damping leaves of an impulse of the contact on the node, N·s.
+    /// Returns the damped impulse on the node for an impulse of the contact, N·s.
     #[inline(always)]
     pub(super) fn on_node(&self, term: &JacobianTerm<D>, impulse: &[f64; D]) -> [f64; D] {
         let mut own = [0.0; D];
@@ -150,8 +153,8 @@ impl<const D: usize> ColumnTerm<D> {
         }
     }
 
-    /// Adds the relative velocity in each row that an impulse on the node makes of another node
-    /// of the contact, 1/kg.
+    /// Adds to the rows of the contact the relative velocity that an impulse on the node makes
+    /// through another node of the contact, 1/kg.
     #[inline(always)]
     pub(super) fn add_to_rows<P: SimdBlock>(
         &self,

@@ -1,4 +1,4 @@
-//! The solver of an island, with packs as its masses couple nodes.
+//! Solver of an island. The type of its SIMD blocks depends on how mass matrices couple nodes.
 
 pub(crate) mod active_set_cg;
 pub(crate) mod colouring;
@@ -23,13 +23,13 @@ use crate::model::inverse_mass::{InverseMass, KickMobility};
 pub(crate) enum Solver<const D: usize> {
     /// No mass matrix couples nodes that contacts move.
     Nodes(ContactSystem<D, NodeBlock>),
-    /// Mass matrices couple a few of them.
+    /// Mass matrices couple at most [`SMALL_BLOCK_NODES`] nodes.
     Blocks(ContactSystem<D, CoupledBlock<false>>),
-    /// One couples more than [`SMALL_BLOCK_NODES`].
+    /// A mass matrix couples more than [`SMALL_BLOCK_NODES`] nodes.
     LargeBlocks(ContactSystem<D, CoupledBlock<true>>),
 }
 
-/// All that is done with a system, whatever its packs.
+/// Evaluates an expression for the system of a solver, for each type of SIMD block.
 macro_rules! with {
     ($solver:expr, $system:ident => $work:expr) => {
         match $solver {
@@ -47,7 +47,7 @@ impl<const D: usize> Default for Solver<D> {
 }
 
 impl<const D: usize> Solver<D> {
-    /// Takes the geometry of the constraints.
+    /// Takes the Jacobians of the constraints.
     pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         let coupled = Self::most_coupled(constraints, mobility.inertia);
         let fits = match self {
@@ -65,8 +65,8 @@ impl<const D: usize> Solver<D> {
         with!(self, system => system.load(constraints, mobility));
     }
 
-    /// The most nodes that one mass matrix couples to a node that contacts move; looked for until
-    /// more of them change nothing.
+    /// Returns the largest number of nodes that a mass matrix couples to a node that contacts
+    /// move. Stops as soon as a larger number would not change the type of the system.
     fn most_coupled(constraints: &[Constraint<D>], inertia: &InverseMass<D>) -> usize {
         let enough = if inertia.most_coupled() > SMALL_BLOCK_NODES {
             SMALL_BLOCK_NODES + 1
@@ -85,8 +85,8 @@ impl<const D: usize> Solver<D> {
         most
     }
 
-    /// Finds the impulses of the constraints that were loaded and adds them to the velocities,
-    /// m/s, as [`ContactSystem::solve`] says. Returns the residual.
+    /// Finds the impulses of the loaded constraints and adds them to the velocities, m/s; see
+    /// [`ContactSystem::solve`]. Returns the residual.
     pub(crate) fn solve(
         &mut self,
         constraints: &mut [Constraint<D>],
@@ -96,7 +96,7 @@ impl<const D: usize> Solver<D> {
         with!(self, system => system.solve(constraints, velocity, precision))
     }
 
-    /// The same for nodes at rest: those that are moved, and their velocities, m/s.
+    /// Solves for nodes at rest. Returns the nodes that move and their velocities, m/s.
     pub(crate) fn solve_from_rest(
         &mut self,
         constraints: &[Constraint<D>],
@@ -105,7 +105,7 @@ impl<const D: usize> Solver<D> {
         with!(self, system => system.solve_from_rest(constraints, least))
     }
 
-    /// Nodes that may be moved, and all that mass matrices couple to these, sorted.
+    /// Returns the nodes that may move, and all that mass matrices couple to them, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
         with!(self, system => system.nodes())
     }

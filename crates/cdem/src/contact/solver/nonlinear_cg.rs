@@ -1,6 +1,8 @@
-//! Where the velocities of an island are going while its solver goes along directions of
-//! search: what these do to the nodes is known without asking the contacts, as each sweep has
-//! added its part of it. A step along them takes each pack of nodes once.
+//! Nonlinear CG between sweeps, on the velocities of SIMD blocks.
+//!
+//! The velocities that a search direction makes are known without a pass over the contacts,
+//! because each sweep has added its part to them. A step along the direction visits each SIMD
+//! block once.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -10,15 +12,17 @@ use crate::contact::solver::simd_block::{BlockList, SimdBlock};
 use crate::contact::tolerances::BLOCKS_PER_TASK;
 use crate::math::vector::scale;
 
-/// What the directions of the contacts awake do to the velocities of nodes.
+/// Velocities that the search directions of the active contacts make.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NonlinearCg<P> {
-    /// That, and the velocities before the last sweep, m/s.
+    /// These velocities, and the velocities before the last sweep, m/s.
     heading: Vec<P>,
     before: Vec<P>,
-    /// How far along its direction each impulse has yet to go: velocities have.
+    /// Step that each impulse still has to take along its direction. The velocities have taken
+    /// it.
     ratio: f64,
-    /// Contacts of which all packs go; those of fewer are listed.
+    /// The number of contacts whose SIMD blocks are moved. If not all are, the blocks are
+    /// listed.
     of_contacts: usize,
     are_listed: bool,
     listed: Vec<u32>,
@@ -26,7 +30,7 @@ pub(super) struct NonlinearCg<P> {
 }
 
 impl<P: SimdBlock> NonlinearCg<P> {
-    /// Goes nowhere from these velocities, m/s, those of the nodes of all contacts.
+    /// Restarts with direction zero from these velocities, m/s, of all SIMD blocks.
     pub(super) fn begin(&mut self, colours: &Colouring, velocity: &[P]) {
         self.heading.resize(velocity.len(), P::default());
         self.before.resize(velocity.len(), P::default());
@@ -42,7 +46,8 @@ impl<P: SimdBlock> NonlinearCg<P> {
         }
     }
 
-    /// Goes on with the nodes of the contacts awake, once these are half as many as before.
+    /// Lists the SIMD blocks of the active contacts again, once these are fewer than half as
+    /// many.
     pub(super) fn narrow(&mut self, colours: &Colouring) {
         if 2 * colours.active().len() < self.of_contacts {
             self.list(colours);
@@ -69,7 +74,8 @@ impl<P: SimdBlock> NonlinearCg<P> {
         }
     }
 
-    /// Leaves out a contact with these packs: its direction, and what it did in the last sweep.
+    /// Removes a contact with these SIMD blocks: its direction, and its change in the last
+    /// sweep.
     pub(super) fn leave<const D: usize>(
         &mut self,
         packs: &[u32],
@@ -84,7 +90,7 @@ impl<P: SimdBlock> NonlinearCg<P> {
         });
     }
 
-    /// Has velocities go on by a `ratio` of the heading after a sweep.
+    /// Moves velocities along the direction by `ratio` after a sweep.
     pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [P]) {
         self.ratio = ratio;
         let packs = [velocity, &mut self.heading, &mut self.before];
@@ -100,14 +106,14 @@ impl<P: SimdBlock> NonlinearCg<P> {
         }
     }
 
-    /// By which ratio of its direction each impulse has to go on, from now on by none.
+    /// Takes the step that each impulse still has to take, and sets it to 0.
     pub(super) fn take_ratio(&mut self) -> f64 {
         std::mem::take(&mut self.ratio)
     }
 }
 
-/// Has a velocity go on by a `ratio` of its last heading, which is then what has changed since
-/// it was one.
+/// Moves a velocity along its last direction by `ratio`. The new direction is the whole change
+/// since the last call.
 #[inline(always)]
 fn advance<P: SimdBlock>(ratio: f64, packs: [&mut P; 3]) {
     let [velocity, heading, before] = packs;
@@ -121,7 +127,7 @@ fn advance<P: SimdBlock>(ratio: f64, packs: [&mut P; 3]) {
     }
 }
 
-/// The same for all packs.
+/// Moves all SIMD blocks.
 fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
     if velocity.len() > BLOCKS_PER_TASK {
         let middle = velocity.len() / 2;
@@ -139,10 +145,10 @@ fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P];
     });
 }
 
-/// Packs that go on, all or those listed, with whatever instructions the machine has.
+/// SIMD blocks to move, all or those listed, with the widest instructions of the machine.
 struct AdvanceBlocks<'a, P> {
     ratio: f64,
-    /// Their velocities, headings, and velocities before.
+    /// Velocities, directions, and velocities before the last sweep.
     packs: [&'a mut [P]; 3],
     listed: Option<&'a [u32]>,
 }
@@ -167,7 +173,7 @@ impl<P: SimdBlock> WithSimd for AdvanceBlocks<'_, P> {
     }
 }
 
-/// What impulses of a contact do to its packs, each to values of its own.
+/// Adds the response to two impulses of a contact, each to values of its own.
 struct ApplyImpulses<'a, const D: usize, P> {
     packs: &'a [u32],
     terms: &'a ConstraintRows<D, P>,

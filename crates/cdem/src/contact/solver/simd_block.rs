@@ -1,18 +1,19 @@
-//! Numbers of the nodes of an island that its solver changes side by side.
+//! SIMD blocks: numbers of nodes that the solver changes together.
 
 use std::fmt::Debug;
 
 use bytemuck::{Pod, Zeroable};
 use pulp::Simd;
 
-/// Numbers side by side: the components of one node, or one component of nodes that one mass
-/// matrix couples.
+/// Numbers side by side: the components of one node, or one component of several nodes that one
+/// mass matrix couples.
 pub(crate) trait SimdBlock: Pod + Debug + Default + Send + Sync {
-    /// How many there are.
+    /// The number of numbers.
     const WIDTH: usize = size_of::<Self>() / size_of::<f64>();
 
-    /// Whether contacts move them by the [columns](crate::contact::solver::inverse_mass_columns::InverseMassColumns) of their nodes, and
-    /// not by gains of their own.
+    /// True if impulses act through the [columns of
+    /// M⁻¹](crate::contact::solver::inverse_mass_columns::InverseMassColumns) of their nodes,
+    /// not through a response stored for each contact.
     const BY_COLUMNS: bool = false;
 
     #[inline(always)]
@@ -25,7 +26,7 @@ pub(crate) trait SimdBlock: Pod + Debug + Default + Send + Sync {
         bytemuck::cast_slice_mut(std::slice::from_mut(self))
     }
 
-    /// Adds multiples of others.
+    /// Adds multiples of other SIMD blocks.
     fn add_scaled<S: Simd, const N: usize>(
         &mut self,
         simd: S,
@@ -33,7 +34,7 @@ pub(crate) trait SimdBlock: Pod + Debug + Default + Send + Sync {
         all: &[Self; N],
     );
 
-    /// The first of some numbers, and 0 behind the last.
+    /// Returns the first numbers of a slice, padded with 0.
     #[inline(always)]
     fn of(numbers: &[f64]) -> Self {
         let mut pack = Self::default();
@@ -46,16 +47,16 @@ pub(crate) trait SimdBlock: Pod + Debug + Default + Send + Sync {
     }
 }
 
-/// Packs of a contact, to be changed.
+/// SIMD blocks of a contact, for writing.
 pub(super) trait SimdBlocks<P> {
-    /// That with a number, from 0.
+    /// Returns the one with an index, from 0.
     fn pack(&mut self, number: usize) -> &mut P;
 
-    /// Changes each in turn, given what there is `of_each`.
+    /// Changes each in turn, with its entry of `of_each`.
     fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut P, &T));
 }
 
-/// Some of all packs, by their numbers.
+/// A selection of all SIMD blocks, by index.
 pub(super) struct BlockList<'a, P> {
     pub(super) numbers: &'a [u32],
     pub(super) all: &'a mut [P],
@@ -75,7 +76,7 @@ impl<P: SimdBlock> SimdBlocks<P> for BlockList<'_, P> {
     }
 }
 
-/// Numbers that packs are multiplied by, each once and in a register.
+/// Factors of SIMD blocks, each also broadcast to a register.
 pub(crate) struct BlockFactors<S: Simd, const N: usize> {
     numbers: [f64; N],
     registers: [S::f64s; N],
@@ -95,13 +96,13 @@ impl<S: Simd, const N: usize> BlockFactors<S, N> {
     }
 }
 
-/// The components of one node, and 0: where masses are lumped.
+/// The components of one node, padded with 0: for lumped masses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct NodeBlock([f64; 4]);
 
-/// A component of as many nodes as the widest registers hold, and a multiple of what the others
-/// do; or, of a node alone that contacts move by gains, its components.
+/// One component of 8 nodes: the width of the widest registers, and a multiple of the width of
+/// others. For a node alone, where impulses do not act by columns: its components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct CoupledBlock<const BY_COLUMNS: bool>(BlockNumbers);
@@ -129,7 +130,7 @@ impl SimdBlock for NodeBlock {
 impl<const BY_COLUMNS: bool> SimdBlock for CoupledBlock<BY_COLUMNS> {
     const BY_COLUMNS: bool = BY_COLUMNS;
 
-    /// Told register by register: compilers would gather numbers of several packs into one.
+    /// Written register by register: compilers would gather numbers of several blocks into one.
     #[inline(always)]
     fn add_scaled<S: Simd, const N: usize>(
         &mut self,

@@ -1,9 +1,8 @@
-//! An island on its own: what the impulses of its contacts do to each other.
+//! System of an island: the effect of contact impulses on each other's relative velocities.
 //!
-//! Storage is kept from solve to solve.
-//! Contacts mostly stay, so they are numbered and coloured only when their nodes
-//! change. Nodes of contacts that are held do not take part: their velocities go into what is
-//! asked for.
+//! Memory is kept from solve to solve. Contacts mostly stay, so they are numbered and coloured
+//! only when their nodes change. Prescribed nodes do not take part: their velocities go into
+//! the targets.
 
 use pulp::{Scalar, Simd};
 
@@ -21,52 +20,52 @@ use crate::contact::solver::simd_block::{BlockList, SimdBlock};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 use crate::model::inverse_mass::KickMobility;
 
-/// Contacts that share nodes, their nodes numbered anew and side by side.
+/// Contacts that share nodes, with their nodes numbered anew and stored side by side.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactSystem<const D: usize, P> {
-    /// Nodes of each contact, and whether they are held, and `None` behind the last:
-    /// what the numbers are for; and after how many changes of what is held.
+    /// Nodes of each contact, each with true if it is prescribed, then `None`. The numbering
+    /// holds for these, and for this number of changes of the prescribed components.
     known: Vec<Option<(u32, bool)>>,
     changes: u64,
-    /// The nodes that impulses may move.
+    /// Map of the nodes that impulses may move.
     seating: DofMap,
-    /// Velocities, m/s: those of nodes that one mass matrix couples side by side. Packs
-    /// are what [colours](Colouring) know as nodes.
+    /// Velocities, m/s, in SIMD blocks: nodes that one mass matrix couples lie side by side.
+    /// SIMD blocks are the nodes of the [colouring](Colouring).
     pub(super) velocity: Vec<P>,
-    /// Velocities of the nodes without a seat, m/s, and what a solve has added to the impulses on
-    /// those with one, N·s.
+    /// Velocities of the nodes without a slot, m/s; and the impulses that a solve has added to
+    /// nodes with a slot, N·s.
     others: Vec<[f64; D]>,
     on_nodes: Vec<[f64; D]>,
-    /// Nodes of contacts that are held, and their largest speed, m/s.
+    /// Prescribed nodes of contacts, and their largest speed, m/s.
     held: Vec<PrescribedNode>,
     held_speed: f64,
-    /// Where they are going.
+    /// Search directions of the velocities.
     heading: NonlinearCg<P>,
-    /// In which order contacts are visited.
+    /// Order in which contacts are visited.
     pub(super) colours: Colouring,
-    /// The contacts, by their places in that order.
+    /// Rows of the contacts, by position in that order.
     pub(super) points: Vec<ContactRows<D>>,
     terms: ConstraintRows<D, P>,
-    /// Nodes that contacts move, sorted, and packs of each contact: what numbering takes, for its
-    /// storage.
+    /// Nodes that contacts move, sorted, and SIMD blocks of each contact. Kept to reuse their
+    /// memory.
     moved: Vec<u32>,
     packs_of: NodesOf,
-    /// Scratch of the solver.
+    /// Workspace of the solver.
     pub(super) directions: SearchDirections<D>,
     pub(super) face: ActiveSetCg<D, P>,
 }
 
-/// A node of a contact that is held.
+/// A prescribed node of a contact.
 #[derive(Clone, Copy, Debug)]
 struct PrescribedNode {
-    /// Place of the contact, and the node's number among those of its constraint.
+    /// Position of the contact, and index of the node in its Jacobian.
     place: usize,
     of_constraint: usize,
     node: u32,
 }
 
 impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
-    /// Takes the geometry of the constraints.
+    /// Takes the Jacobians of the constraints.
     pub(crate) fn load(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         if !self.fits(constraints, mobility) {
             self.number(constraints, mobility);
@@ -83,7 +82,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         filling.run();
     }
 
-    /// Whether the constraints are between the nodes that they were.
+    /// True if the constraints are between the same nodes as before.
     fn fits(&self, constraints: &[Constraint<D>], mobility: KickMobility<D>) -> bool {
         let mut known = self.known.iter();
         let same = |constraint: &Constraint<D>| {
@@ -130,7 +129,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.packs_of = packs_of;
     }
 
-    /// Makes room for the contacts, in their order.
+    /// Creates the rows of the contacts, in their order.
     fn arrange(
         &mut self,
         constraints: &[Constraint<D>],
@@ -178,7 +177,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Adds a node to the contact that moves the packs of this list.
+    /// Adds a node to a contact that moves the SIMD blocks of this list.
     fn add_node(&mut self, node: u32, list: &[u32]) {
         let (place, seat, packs) = self.seating.find(node);
         let first = seat.number(0);
@@ -196,7 +195,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Begins a solve: impulses, bounds, and the velocities without impulses.
+    /// Begins a solve: sets start impulses, bounds and velocities.
     pub(super) fn begin(
         &mut self,
         constraints: &[Constraint<D>],
@@ -233,7 +232,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.add_prescribed(constraints, velocity);
     }
 
-    /// Ends a solve: nodes without a seat get their velocities.
+    /// Ends a solve: computes the velocities of nodes without a slot.
     pub(super) fn end(&mut self) {
         if self.others.is_empty() {
             return;
@@ -254,8 +253,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Takes what nodes that are held do from what is asked of the others; notes how fast they
-    /// are.
+    /// Subtracts the motion of prescribed nodes from the targets. Records their largest speed.
     fn add_prescribed(
         &mut self,
         constraints: &[Constraint<D>],
@@ -273,7 +271,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Adds to the velocities what impulses do that each contact awake has of its own, N·s.
+    /// Adds to the velocities the response to an impulse of each active contact, N·s.
     fn push(&mut self, impulse: impl Fn(usize, &mut ContactRows<D>) -> [f64; D] + Sync) {
         let push = ApplyImpulse {
             terms: &self.terms,
@@ -283,7 +281,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             .pass(&mut self.points, &mut self.velocity, &push);
     }
 
-    /// The largest speed of a node, m/s.
+    /// Returns the largest speed of a node, m/s.
     pub(super) fn fastest(&self) -> f64 {
         let squares = self
             .velocities()
@@ -291,13 +289,13 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         squares.fold(0.0, f64::max).sqrt().max(self.held_speed)
     }
 
-    /// Nodes that may be moved, sorted.
+    /// Returns the nodes that may move, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
         self.seating.nodes()
     }
 
-    /// Nodes that are moved and their velocities, m/s; of those without a seat those of the
-    /// [end](Self::end).
+    /// Returns the nodes that may move, with their velocities, m/s. Those of nodes without a
+    /// slot hold after [`Self::end`].
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
         let numbers = bytemuck::cast_slice::<P, f64>(&self.velocity);
         let of = |seat: DofSlot| std::array::from_fn(|c| numbers[seat.number(c)]);
@@ -309,13 +307,13 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         seated.chain(others.zip(self.others.iter().copied()))
     }
 
-    /// Has all contacts take part in what follows.
+    /// Makes all contacts active.
     pub(super) fn activate_all(&mut self) {
         self.colours.activate_all();
     }
 
-    /// Leaves those out of what follows whose relative velocities changed by less than
-    /// `least` in the last sweep, m/s: directions go on without theirs.
+    /// Deactivates the contacts whose relative velocities changed by less than `least`, m/s, in
+    /// the last sweep. Removes their part from the search direction.
     pub(super) fn deactivate_converged(&mut self, least: f64) {
         if least == 0.0 {
             return;
@@ -333,13 +331,13 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.heading.narrow(&self.colours);
     }
 
-    /// The contacts that take part, by their places.
+    /// Returns the active contacts, with their positions.
     pub(super) fn active(&self) -> impl ExactSizeIterator<Item = (usize, &ContactRows<D>)> {
         let places = self.colours.active().iter();
         places.map(|&place| (place as usize, &self.points[place as usize]))
     }
 
-    /// The packs of those, sorted.
+    /// Returns the SIMD blocks of the active contacts, sorted.
     pub(super) fn active_blocks(&self, packs: &mut Vec<u32>) {
         packs.clear();
         for &place in self.colours.active() {
@@ -349,7 +347,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         packs.dedup();
     }
 
-    /// One sweep of Gauss–Seidel with some [`ProximalWeight`].
+    /// Runs one Gauss–Seidel sweep over the active contacts. `reluctance` is the weight of the
+    /// proximal term.
     pub(super) fn sweep(&mut self, reluctance: f64) -> SweepResult {
         let sweep = SweepVisit {
             terms: &self.terms,
@@ -366,8 +365,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Relative velocities of the contacts awake without what held nodes add, m/s, by
-    /// their places.
+    /// Computes the relative velocities of the active contacts by position, m/s, without the
+    /// motion of prescribed nodes.
     pub(super) fn relative_velocities(&self, velocity: &mut [P], relative: &mut [[f64; D]]) {
         let relate = RelativeVelocityVisit {
             terms: &self.terms,
@@ -376,7 +375,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.colours.pass(relative, velocity, &relate);
     }
 
-    /// Has the next [`advance`](Self::advance) go nowhere.
+    /// Sets the search directions to zero.
     pub(super) fn forget_directions(&mut self) {
         for &place in self.colours.active() {
             let point = &mut self.points[place as usize];
@@ -385,15 +384,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.heading.begin(&self.colours, &self.velocity);
     }
 
-    /// Has each contact awake go on by a `ratio` of its last direction after a sweep: the
-    /// velocities now, all at once, and each impulse in the next sweep, which sets it right
-    /// where it is then beyond a bound.
+    /// Moves each active contact by `ratio` along its last direction, after a sweep. Velocities
+    /// move now, all at once. Impulses move in the next sweep, which also cuts them back to
+    /// their bounds.
     pub(super) fn advance(&mut self, ratio: f64) {
         self.heading.advance(ratio, &mut self.velocity);
     }
 
-    /// Adds to the impulse of each contact awake what `change` says of it, and what that
-    /// does to the velocities.
+    /// Adds `change` to the impulse of each active contact, and its response to the velocities.
     pub(super) fn add(&mut self, change: impl Fn(usize, &ContactRows<D>) -> [f64; D] + Sync) {
         self.push(|place, point| {
             let change = change(place, point);
@@ -402,7 +400,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         });
     }
 
-    /// The same for one contact.
+    /// Adds a change to the impulse of one contact, and its response to the velocities.
     pub(super) fn add_to(&mut self, place: usize, change: &[f64; D]) {
         let point = &mut self.points[place];
         add_scaled(&mut point.impulse, 1.0, change);
@@ -413,8 +411,9 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.terms.push(Scalar::new(), point, change, velocity);
     }
 
-    /// Velocities that impulses of the contacts awake make alone, m/s: of each what
-    /// `direct` makes of its own. Returns the largest that it returns.
+    /// Computes the velocities that impulses of the active contacts make alone, m/s. `direct`
+    /// returns the impulse of a contact, from its value in `own`, and a size. Returns the
+    /// largest size.
     pub(super) fn respond<T: Send>(
         &self,
         own: &mut [T],
@@ -431,17 +430,18 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     }
 }
 
-/// What a sweep has done.
+/// Result of a sweep.
 pub(super) struct SweepResult {
-    /// The largest change of a relative velocity, and the largest that a normal impulse of
-    /// the substep makes, m/s.
+    /// Largest change of a relative velocity, and largest relative velocity that a normal
+    /// impulse makes, m/s.
     pub(super) change: f64,
     pub(super) scale: f64,
-    /// The square of its change, J.
+    /// Square of the change, J.
     pub(super) square: f64,
 }
 
-/// A visit of Gauss–Seidel, at velocities that have gone on by a ratio of the directions.
+/// Gauss–Seidel visit of a contact, after the velocities have moved by `ratio` along the
+/// directions.
 struct SweepVisit<'a, const D: usize, P> {
     terms: &'a ConstraintRows<D, P>,
     ratio: f64,
@@ -461,12 +461,12 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
         let old = point.advance(self.ratio);
         let (impulse, change) = point.local_solve(&old, &relative, self.reluctance);
         let mut step = [0.0; D];
-        // Number by number: what is written as a whole and read in parts waits for that.
+        // Number by number: a read of a part waits for the write of the whole.
         for r in 0..D {
             step[r] = impulse[r] - old[r];
             (point.impulse[r], point.step[r]) = (impulse[r], step[r]);
         }
-        // What bears nothing may have to at any time, and does not sleep.
+        // An open contact may carry an impulse at any time, so it stays active.
         let is_open = impulse[0] <= -point.limit.tension;
         point.change = if is_open { f64::INFINITY } else { change };
         if step != [0.0; D] {
@@ -486,7 +486,7 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
     }
 }
 
-/// A visit that makes an impulse known.
+/// Visit that adds the response to an impulse.
 struct ApplyImpulse<'a, const D: usize, P, F> {
     terms: &'a ConstraintRows<D, P>,
     impulse: F,
@@ -510,7 +510,7 @@ where
     }
 }
 
-/// A visit that takes a relative velocity.
+/// Visit that computes a relative velocity.
 struct RelativeVelocityVisit<'a, const D: usize, P> {
     terms: &'a ConstraintRows<D, P>,
     points: &'a [ContactRows<D>],
@@ -530,7 +530,7 @@ impl<const D: usize, P: SimdBlock> Visit<[f64; D], P, 0> for RelativeVelocityVis
     }
 }
 
-/// A visit that makes known what becomes of something of a contact.
+/// Visit that adds the response to an impulse computed from a value of the contact.
 struct ResponseVisit<'a, const D: usize, P, F> {
     terms: &'a ConstraintRows<D, P>,
     points: &'a [ContactRows<D>],

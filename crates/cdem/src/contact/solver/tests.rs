@@ -1,4 +1,4 @@
-//! Tests of the solver on islands made by hand.
+//! Tests of the solver on handmade islands.
 
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::solver::Solver;
@@ -6,7 +6,7 @@ use crate::contact::surface::ContactJacobian;
 use crate::contact::tolerances::{FEW_CONTACTS, RESIDUAL};
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
-/// Mobility of blocks without damping at an instant.
+/// Returns the mobility of undamped blocks at an instant.
 fn mobility<'a, const D: usize>(
     inertia: &'a InverseMass<D>,
     block_of: &'a [u32],
@@ -19,7 +19,7 @@ fn mobility<'a, const D: usize>(
     }
 }
 
-/// A contact between nodes with these weights, its normal along the last axis.
+/// Returns a contact between nodes with these weights, with its normal along the last axis.
 fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<D> {
     let frame: [[f64; D]; D] = std::array::from_fn(|r| {
         let mut row = [0.0; D];
@@ -47,8 +47,8 @@ fn contact<const D: usize>(weights: &[(u32, f64)], friction: f64) -> Constraint<
     }
 }
 
-/// Two flush faces, one of `counts` nodes upon one of as many as it says, each
-/// node on the edges of the other face: more contacts than freedoms.
+/// Returns the contacts of two flush faces with `counts` nodes, each inner node on an edge of
+/// the other face: more contacts than degrees of freedom.
 fn flush_faces(counts: [u32; 2], friction: f64) -> Vec<Constraint<2>> {
     let mut constraints = Vec::new();
     for (side, sign) in [(0, -1.0), (1, 1.0)] {
@@ -72,7 +72,7 @@ fn flush_faces(counts: [u32; 2], friction: f64) -> Vec<Constraint<2>> {
     constraints
 }
 
-/// Whether contacts bear within their bounds and only where they hold, but for
+/// Asserts that impulses are within their bounds and act only where contacts are closed, up to
 /// `least`, m/s.
 fn assert_solved(constraints: &[Constraint<2>], velocity: &[[f64; 2]], least: f64) {
     for constraint in constraints {
@@ -87,7 +87,7 @@ fn assert_solved(constraints: &[Constraint<2>], velocity: &[[f64; 2]], least: f6
     }
 }
 
-/// Velocities between ±1 m/s and towards each other.
+/// Returns velocities within ±1 m/s, with the faces approaching each other.
 fn closing(counts: [u32; 2], seed: u64) -> Vec<[f64; 2]> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut velocity = |side: f64| [random.f64() - 0.5, side + 0.2 * random.f64()];
@@ -119,8 +119,8 @@ fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
     }
 }
 
-/// Of pairs of faces that close ever more slowly most contacts fall asleep on the way, and
-/// directions go on with the others: to velocities that are those which the impulses make.
+/// Pairs of faces close ever more slowly, so most contacts are deactivated on the way while
+/// directions go on with the others. The final velocities must be those that the impulses make.
 #[test]
 fn velocities_are_what_impulses_make_of_them() {
     let (counts, pairs) = ([21, 17], 12);
@@ -154,13 +154,13 @@ fn velocities_are_what_impulses_make_of_them() {
             inertia.push(node as usize, impulse, &mut start);
         });
     }
-    // Velocities are up to 1 m/s: some hundred sweeps of a rounding each.
+    // Velocities are up to 1 m/s: some hundred sweeps with one rounding each.
     for (solved, made) in velocity.iter().zip(&start) {
         assert!((0..2).all(|c| (solved[c] - made[c]).abs() < 1e-13));
     }
 }
 
-/// Redundant contacts leave their impulses open, but never the velocities.
+/// With redundant contacts, impulses are not unique, but velocities are.
 #[test]
 fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
     let counts = [12, 9];
@@ -202,8 +202,8 @@ fn storage_that_has_been_used_gives_the_same_bits_as_new() {
     assert_eq!(std::mem::take(&mut results[0]), results[1]);
 }
 
-/// A row of blocks of two nodes with consistent masses: what one end feels,
-/// all must.
+/// A row of two-node blocks with consistent masses: an impact at one end must reach all of
+/// them.
 #[test]
 fn a_long_row_of_rigid_masses_is_stopped_as_one() {
     const BLOCKS: u32 = 200;
@@ -242,7 +242,8 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     }
 }
 
-/// So many blocks of `size` nodes, the first of which have a dense mass matrix of unlike masses.
+/// Returns `of` blocks of `size` nodes with unequal masses. The first `dense` of them have a
+/// dense mass matrix.
 fn blocks<const D: usize>(
     [size, dense, of]: [usize; 3],
     random: &mut fastrand::Rng,
@@ -261,7 +262,7 @@ fn blocks<const D: usize>(
     InverseMass::new(mass, matrices)
 }
 
-/// Contacts of random nodes of one block of some and of another, in number above what one thread
+/// Returns contacts between random nodes of one block and of another: more than one thread
 /// solves alone.
 fn contacts_between<const D: usize>(
     [size, _, count]: [usize; 3],
@@ -277,9 +278,9 @@ fn contacts_between<const D: usize>(
     (0..400).map(contact).collect()
 }
 
-/// Impulses of contacts are what their nodes have got, whatever masses are lumped and damped, and
-/// though nodes are held, some in one component, others later than some. Storage that has been
-/// used gives the same bits as new.
+/// Nodes must get exactly the impulses of their contacts, with lumped and dense masses and
+/// damping, and with prescribed nodes, some in one component, that change between solves.
+/// Reused memory must give the same bits as new.
 fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
     let mut random = fastrand::Rng::with_seed(11);
     let (size, mut inertia) = (shape[0], blocks::<D>(shape, &mut random));
@@ -342,8 +343,8 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
     }
 }
 
-/// Blocks have more nodes than a pack; those of the large ones get their impulses by columns, and
-/// some have no contact.
+/// The blocks have more nodes than a SIMD block. Impulses on the large ones act by columns, and
+/// some of their nodes have no contact.
 #[test]
 fn nodes_get_the_impulses_of_their_own_contacts() {
     for shape in [
@@ -358,10 +359,11 @@ fn nodes_get_the_impulses_of_their_own_contacts() {
     }
 }
 
-/// Of a block of consistent mass, nodes that no contact has are held and let go.
+/// In a block of consistent mass, components of nodes without a contact are prescribed and
+/// freed.
 #[test]
 fn what_is_held_may_change_between_solves() {
-    // Of a square of 1 kg, whose nodes are numbered as 00, 01, 10, 11.
+    // Mass matrix of a square of 1 kg with nodes numbered 00, 01, 10, 11.
     let unit = [4.0, 2.0, 2.0, 1.0].map(|x: f64| x / 36.0);
     let matrix: Vec<f64> = (0..16).map(|k| unit[(k / 4) ^ (k % 4)]).collect();
     let mut inertia = InverseMass::<2>::new(vec![0.25, 0.25, 0.25, 0.25, 1.0], vec![(0, matrix)]);
@@ -384,7 +386,7 @@ fn what_is_held_may_change_between_solves() {
     }
 }
 
-/// Two contacts hold the same two nodes and ask for what cannot be both.
+/// Two contacts between the same two nodes have targets that exclude each other.
 #[test]
 fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
     let inertia = InverseMass::<2>::new(vec![1.0; 2], Vec::new());
@@ -401,8 +403,8 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
         let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &[0, 0]));
         let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
-        // What either misses, over the velocity that its impulse makes; the last sweeps
-        // come within a hundredth of the end.
+        // Error of either contact, over the velocity that its impulse makes. The last sweeps
+        // come within a hundredth of the solution.
         let largest = constraints
             .iter()
             .map(|c| c.impulse[0].abs())
@@ -412,15 +414,15 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
             (residual / missed - 1.0).abs() < 1e-2,
             "{residual:e} {missed:e}"
         );
-        // They stop each other: in the middle of what is asked.
+        // They stop each other, in the middle between their targets.
         assert!(
             (velocity[0][1] - velocity[1][1]).abs() < 1e-2 * asked,
             "{velocity:?}"
         );
         constraints[0].impulse[0] - constraints[1].impulse[0]
     };
-    // Held back by a 1000th of what the impulse makes, 2 m/s for 1 Ns: each grows by
-    // what is asked, over that.
+    // The proximal term takes 1/1000 of what the impulse makes, 2 m/s for 1 N·s: each impulse
+    // grows by its target over that.
     let grown = asked / (1e-3 * 2.0);
     for start in [[0.5, 0.5], [2.0, -1.0]] {
         let apart = solve(start) - (start[0] - start[1]);

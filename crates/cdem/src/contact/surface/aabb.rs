@@ -1,7 +1,6 @@
 //! Axis-aligned boxes.
 
-/// Axis-aligned box. It is empty where a lower corner is above the upper one:
-/// no box overlaps it.
+/// Axis-aligned box, m. A box with a lower corner above the upper one is empty: no box overlaps it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aabb<const D: usize> {
     /// Lower corner.
@@ -11,7 +10,7 @@ pub(crate) struct Aabb<const D: usize> {
 }
 
 impl<const D: usize> Aabb<D> {
-    /// The smallest box around points, grown by `margin` on all sides.
+    /// Returns the smallest box around points, grown by `margin` on all sides.
     #[inline]
     pub(crate) fn around(points: impl IntoIterator<Item = [f64; D]>, margin: f64) -> Self {
         let mut aabb = Self {
@@ -27,20 +26,20 @@ impl<const D: usize> Aabb<D> {
         aabb
     }
 
-    /// Whether it holds no point.
+    /// Returns true if the box contains no point.
     #[inline]
     pub(crate) fn is_empty(&self) -> bool {
         (0..D).any(|c| self.min[c] > self.max[c])
     }
 
-    /// Whether the two share a point; neither is empty, but for boxes around nothing,
-    /// which overlap none.
+    /// Returns true if the boxes share a point. Both must be non-empty, or around no points: such
+    /// boxes overlap none.
     #[inline]
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         (0..D).all(|c| self.min[c] <= other.max[c] && other.min[c] <= self.max[c])
     }
 
-    /// Widest gap between the two along an axis, m; negative where they overlap.
+    /// Returns the widest gap between the boxes along an axis, m; negative if they overlap.
     #[inline]
     pub(crate) fn apart(&self, other: &Self) -> f64 {
         (0..D)

@@ -1,4 +1,4 @@
-//! Types of contact of two blocks.
+//! Contact types of two blocks.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub enum ContactKind {
 }
 
 impl ContactKind {
-    /// The word used in files.
+    /// Returns the name used in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

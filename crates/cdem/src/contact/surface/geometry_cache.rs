@@ -1,23 +1,23 @@
-//! What many pairs have in common of a surface at some positions: worked out when the first of
-//! them asks, and kept for the others, on all threads.
+//! Cache of the geometry of a surface at some positions. The first pair that needs a value computes
+//! it; all pairs on all threads share it.
 
 use crate::contact::tolerances::CACHE_CHUNK;
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A surface at some positions, as far as any pair has asked.
+/// Cached geometry of a surface at some positions.
 #[derive(Debug)]
 pub(crate) struct GeometryCache<const D: usize> {
     /// Points of the surface by number, m.
     pub(super) points: Lazy<[f64; D]>,
-    /// In space, how its triangles lie by number.
+    /// Shapes of the triangles by number; in 3-D only.
     pub(super) triangle_shapes: Lazy<TriangleShape>,
-    /// In space, how its edges stand out by number.
+    /// Shapes of the edges by number; in 3-D only.
     pub(super) edge_shapes: Lazy<EdgeShape>,
 }
 
-/// How a triangle lies, and how large it is.
+/// Normal and size of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleShape {
     /// Outward unit normal.
@@ -28,23 +28,23 @@ pub(crate) struct TriangleShape {
     pub(super) least_height: f64,
 }
 
-/// How an edge between two triangles stands out.
+/// Height of an edge over the two triangles beside it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeShape {
-    /// How far a straight line laid across it, between the far corners of both
-    /// triangles, is below it, m: ≤ 0 where it is re-entrant, infinite where it is
-    /// clearly sharp, or between more than two triangles.
+    /// Height of the edge over a straight line between the far corners of both triangles, laid
+    /// across it, m: ≤ 0 for a re-entrant edge, infinite for a clearly sharp edge or one of more
+    /// than two triangles.
     pub(super) height: f64,
-    /// That over its turn, rad, where it is small: 1/(1/h₁ + 1/h₂) of the heights of
-    /// both triangles over the edge, m.
+    /// The height over the turn, rad, for a small turn: 1/(1/h₁ + 1/h₂) of the heights of both
+    /// triangles over the edge, m.
     pub(super) arm: f64,
-    /// The smallest height of the two triangles over any of their edges, m; no more
-    /// than its own length.
+    /// The smallest height of the two triangles over any of their edges, m; no more than the length
+    /// of this edge.
     pub(crate) least_height: f64,
 }
 
 impl<const D: usize> GeometryCache<D> {
-    /// Of a surface with so many points, triangles and edges, of which nothing is known.
+    /// Makes an empty cache of a surface with this many points, triangles and edges.
     pub(super) fn new([points, triangles, edges]: [usize; 3]) -> Self {
         Self {
             points: Lazy::new(points),
@@ -53,7 +53,7 @@ impl<const D: usize> GeometryCache<D> {
         }
     }
 
-    /// Forgets all: positions have changed.
+    /// Clears all values, because the positions have changed.
     pub(super) fn clear(&mut self) {
         self.points.clear();
         self.triangle_shapes.clear();
@@ -61,14 +61,14 @@ impl<const D: usize> GeometryCache<D> {
     }
 }
 
-/// Values by number, each from when it is first asked for.
+/// Values by number, each computed when it is first needed.
 #[derive(Debug)]
 pub(super) struct Lazy<T>(Vec<LazyChunk<T>>);
 
 /// Values that are cleared together.
 #[derive(Debug)]
 struct LazyChunk<T> {
-    /// Whether there may be any.
+    /// True if any value may be set.
     is_used: AtomicBool,
     values: [OnceLock<T>; CACHE_CHUNK],
 }
@@ -83,14 +83,14 @@ impl<T> Default for LazyChunk<T> {
 }
 
 impl<T: Copy> Lazy<T> {
-    /// None yet of so many.
+    /// Makes room for `count` values, none set.
     fn new(count: usize) -> Self {
         let all = std::iter::repeat_with(LazyChunk::default);
         Self(all.take(count.div_ceil(CACHE_CHUNK)).collect())
     }
 
-    /// The value with this number; `work` finds it if nobody has asked yet. Whoever does finds
-    /// the same.
+    /// Returns the value with this number; `work` computes it if it is not set. Every caller must
+    /// compute the same value.
     #[inline]
     pub(super) fn get(&self, number: u32, work: impl FnOnce() -> T) -> T {
         let few = &self.0[number as usize / CACHE_CHUNK];

@@ -2,32 +2,32 @@
 
 use crate::math::vector::{add_scaled, dot};
 
-/// Nodes that a contact constraint touches at most: two edges, each from a
-/// corner of a quadrilateral to the mean of its four.
+/// Most nodes of a contact constraint: two edges, each from a corner of a quadrilateral to the mean
+/// of its four.
 pub(crate) const MAX_NODES: usize = 8;
 
-/// Relative velocity of the two points of a contact as a linear map of nodal
-/// velocities, row by row: normal first, then the tangents.
+/// Linear map from nodal velocities to the relative velocity of the two points of a contact, row by
+/// row: normal first, then the tangents.
 ///
-/// The target's velocity is that of its material *at the main point*, rotation
-/// of the feature included; impulses act by the transpose, so that neither
-/// momentum changes at any gap (design, section 5).
+/// The velocity of the target is that of its material *at the main point*, with the rotation of the
+/// feature. Impulses act by the transpose, so that linear and angular momentum are conserved at any
+/// gap (design, section 5).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactJacobian<const D: usize> {
-    /// Nodes in use.
+    /// Number of nodes in use.
     pub(crate) count: usize,
-    /// Their numbers.
+    /// Numbers of the nodes.
     pub(crate) nodes: [u32; MAX_NODES],
-    /// `rows[k][r]`: what node k's velocity adds to row r.
+    /// `rows[k][r]`: coefficients of the velocity of node k in row r.
     pub(crate) rows: [[[f64; D]; D]; MAX_NODES],
-    /// Row vectors in space: normal, then tangents.
+    /// Directions of the rows in space: normal, then tangents.
     pub(crate) frame: [[f64; D]; D],
     /// Offset main point − anchored target point in the frame, m.
     pub(crate) offset: [f64; D],
 }
 
 impl<const D: usize> Default for ContactJacobian<D> {
-    /// Of no nodes.
+    /// Makes a Jacobian without nodes.
     fn default() -> Self {
         Self {
             count: 0,
@@ -40,12 +40,12 @@ impl<const D: usize> Default for ContactJacobian<D> {
 }
 
 impl<const D: usize> ContactJacobian<D> {
-    /// The nodes in use.
+    /// Returns the nodes in use.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes[..self.count]
     }
 
-    /// Relative velocity of row `r`, m/s.
+    /// Returns the relative velocity of row `r`, m/s.
     pub(crate) fn relative_velocity(&self, r: usize, velocity: &[[f64; D]]) -> f64 {
         let nodes = self.nodes().iter().enumerate();
         nodes
@@ -53,7 +53,7 @@ impl<const D: usize> ContactJacobian<D> {
             .sum()
     }
 
-    /// Relative velocity of all rows, m/s.
+    /// Returns the relative velocity of all rows, m/s.
     pub(crate) fn relative_velocities(&self, velocity: &[[f64; D]]) -> [f64; D] {
         let mut relative = [0.0; D];
         for (&node, rows) in self.nodes().iter().zip(&self.rows) {
@@ -65,7 +65,7 @@ impl<const D: usize> ContactJacobian<D> {
         relative
     }
 
-    /// Calls `receive` with the impulse on each node, N·s, of one in the frame.
+    /// Calls `on_impulse` with each node and its impulse, N s, for an `impulse` in the frame.
     pub(crate) fn apply_transpose(
         &self,
         impulse: &[f64; D],

@@ -4,7 +4,7 @@ use crate::contact::surface::Configuration;
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::model::kinematics::NodalMotion;
 
-/// Nodes between a kick and the drift after it: where they are, and how they are about to move.
+/// Positions and velocities of the nodes between a kick and the drift after it.
 pub(crate) struct KickedView<'a, const D: usize> {
     /// Current positions.
     at: Configuration<'a, D>,
@@ -13,7 +13,8 @@ pub(crate) struct KickedView<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> KickedView<'a, D> {
-    /// Nodes at their present positions, with a geometry cache of these if one is kept.
+    /// Makes a view of the nodes at their present positions, with the geometry cache of these, if
+    /// any.
     pub(crate) fn new(motion: &'a mut NodalMotion<D>, cache: Option<&'a GeometryCache<D>>) -> Self {
         Self {
             at: Configuration::new(motion.rest, motion.displacement).with(cache),
@@ -21,7 +22,7 @@ impl<'a, const D: usize> KickedView<'a, D> {
         }
     }
 
-    /// Other velocities at the same positions.
+    /// Returns a view of other velocities at the same positions.
     pub(crate) fn with<'b>(&self, velocity: &'b mut [[f64; D]]) -> KickedView<'b, D>
     where
         'a: 'b,
@@ -32,7 +33,7 @@ impl<'a, const D: usize> KickedView<'a, D> {
         }
     }
 
-    /// Current positions.
+    /// Returns the current positions.
     pub(crate) fn positions(&self) -> Configuration<'a, D> {
         self.at
     }

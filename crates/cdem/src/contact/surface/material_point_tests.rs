@@ -1,4 +1,4 @@
-//! Marks on a block with a crack: what is on one lip is not found on the other.
+//! Material points on a block with a crack: those on one lip are not found on the other.
 
 use crate::contact::detection::candidates::Clusters;
 use crate::contact::surface::Configuration;
@@ -9,7 +9,7 @@ use crate::refinement::dimension::{PLANE, SOLID, Space};
 fn cracked<const D: usize>(kind: ElementKind) -> Mesh<D> {
     let below = 1 << D;
     let corner = |cell: usize, number: usize| -> [f64; D] {
-        // Counter-clockwise in each layer, as the shapes have it.
+        // Counter-clockwise in each layer, as the shapes require.
         let (plane, layer) = (number % 4, number / 4);
         let x = [0.0, 1.0, 1.0, 0.0][plane];
         let y = [0.0, 0.0, 1.0, 1.0][plane];

@@ -1,4 +1,4 @@
-//! What contact needs to know of the blocks' surfaces, in any dimension.
+//! Boundaries of the blocks, as contact uses them, in any dimension.
 
 use crate::contact::tolerances::FLUSH;
 
@@ -26,10 +26,13 @@ pub(crate) use crate::contact::surface::traits::{
     ContactGeometry, Distance, Surface, TimeOfImpact, Topology,
 };
 
-/// How far beyond an edge that turns by this angle, rad, a point may be that touches the
-/// face on its other side, no deeper than `depth` in that on its own; 0 where it is convex.
-/// In its plane it is beyond the edge by its depth over the sine of the turn; where both
-/// faces are flush and one contact, as deep in both, by that times half the turn.
+/// Returns the largest distance beyond an edge, m, at which a point may touch the face on the other
+/// side of the edge, with `depth` of penetration in that face. `turn` is the turn of the edge, rad.
+/// Returns 0 for a convex edge.
+///
+/// The distance in the plane of the face is the depth over the sine of the turn. If the faces are
+/// flush, they are one contact with equal depths, and the distance is the depth times half the turn
+/// or more.
 pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
     if turn < -FLUSH {
         depth / (-turn).sin().max(FLUSH)
@@ -38,15 +41,16 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
     }
 }
 
-/// Whether two features may touch within some reach.
+/// Result of the test if two features may touch within some motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum CullingResult {
-    /// They may.
+    /// They may touch.
     Near,
     /// They are too far from each other, at least by a little.
     Apart,
-    /// They may not for how they lie, as long as the reach and [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) times the ways
-    /// of both blocks' nodes since are less than this together, m.
+    /// Their orientation rules out contact as long as the motion bound and
+    /// [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) times the travels of the nodes of
+    /// both blocks since the test add up to less than this length, m.
     Lacks(f64),
 }
 
@@ -59,27 +63,28 @@ pub(crate) struct Pair {
     pub(crate) target: u32,
 }
 
-/// Pairs around one point: as many as there mostly are take no memory of their own.
+/// Pairs around one point; the usual number needs no heap memory.
 pub(super) type Pairs = SmallVec<[Pair; 16]>;
 
-/// Where the main point lies with respect to its target.
+/// Position of the main point relative to the target.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projection {
     /// Signed distance along the normal, m; negative inside the target.
     pub(crate) gap: f64,
     /// Parameters of the foot point on the target.
     pub(crate) foot: [f64; 2],
-    /// How far the foot lies outside the target feature, m; ≤ 0 within it.
+    /// Distance of the foot point outside the target feature, m; ≤ 0 within it.
     pub(crate) outside: f64,
 }
 
-/// What of a gap is none.
+/// Gaps and penetrations that count as closed contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GapAllowance {
-    /// Of a pair that touches at the start of a drift, or that was left to sink in, m.
+    /// Largest gap of a pair in contact at the start of a drift, and largest penetration of a pair
+    /// that was left to sink in, m.
     pub(crate) within: f64,
-    /// How deep it may be at the end, m.
+    /// Penetration allowed at the end of the drift, m.
     pub(crate) depth: f64,
-    /// Gap above which a pair waits for the next kick, m; infinite where none can.
+    /// Gap above which a pair waits for the next kick, m; infinite if no pair can wait.
     pub(crate) clear: f64,
 }

@@ -1,4 +1,4 @@
-//! The four questions that contact asks a boundary, in any dimension.
+//! The four interfaces of a boundary, in any dimension.
 
 use std::ops::Range;
 
@@ -12,13 +12,13 @@ use crate::contact::surface::{CullingResult, GapAllowance, Pair, Pairs, Projecti
 
 /// Features of the boundaries of all blocks, by number.
 pub(crate) trait Topology<const D: usize>: Send + Sync {
-    /// Nodes of a main feature.
+    /// Returns the nodes of a main feature.
     fn main_nodes(&self, main: u32) -> &[u32];
-    /// Nodes of a target feature.
+    /// Returns the nodes of a target feature.
     fn target_nodes(&self, target: u32) -> &[u32];
-    /// Room for what so many `pairs` have in common of it at some positions, if that pays: `old`
-    /// room of this surface, emptied, is used in any case. What is asked with that has the same
-    /// bits.
+    /// Returns a geometry cache for positions at which this many `pairs` are tested, if it pays. An
+    /// `old` cache of this surface is cleared and always used again. Results with a cache have the
+    /// same bits as without.
     fn geometry_cache(
         &self,
         _pairs: usize,
@@ -26,22 +26,22 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
     ) -> Option<GeometryCache<D>> {
         None
     }
-    /// Numbers of the main and of the target features that are looked at against
-    /// each other, family by family.
+    /// Returns the number ranges of main and target features that are tested against each other,
+    /// one entry for each family.
     fn families(&self) -> Vec<[Range<u32>; 2]>;
-    /// Box around a main feature, grown by the `margin` that its nodes may move, m; empty
-    /// where nothing can touch it until then.
+    /// Returns the box around a main feature, m, grown by the `margin` that its nodes may move, m.
+    /// The box is empty if nothing can touch the feature until then.
     fn main_box(&self, main: u32, at: Configuration<D>, margin: f64) -> Aabb<D> {
         let nodes = self.main_nodes(main).iter();
         Aabb::around(nodes.map(|&node| at.at(node)), margin)
     }
-    /// The same around a target feature.
+    /// Returns the box around a target feature, m, in the same way.
     fn target_box(&self, target: u32, at: Configuration<D>, margin: f64) -> Aabb<D> {
         let nodes = self.target_nodes(target).iter();
         Aabb::around(nodes.map(|&node| at.at(node)), margin)
     }
-    /// Whether a pair of a family is one to look at: where either feature could be
-    /// the main one, only one of the two ways is.
+    /// Returns true if a pair of a family is to be tested. If either feature could be the main one,
+    /// only one of the two orders is canonical.
     fn is_canonical(&self, _pair: Pair) -> bool {
         true
     }
@@ -49,15 +49,15 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
 
 /// Distances, normals and normal cones of feature pairs: the narrow phase.
 pub(crate) trait Distance<const D: usize>: Topology<D> {
-    /// Distance between the features of a pair, m, or less: never more, and it
-    /// changes by no more than the nodes of both features move.
+    /// Returns a lower bound of the distance between the features of a pair, m. It changes by no
+    /// more than the nodes of both features move.
     fn distance_lower_bound(&self, pair: Pair, at: Configuration<D>) -> f64 {
         let main = self.main_box(pair.main, at, 0.0);
         main.apart(&self.target_box(pair.target, at, 0.0))
     }
-    /// Whether a relative motion of `reach` may make the two touch; `tolerance`
-    /// is what they may lie in each other. Only asked of features no farther
-    /// [that bound](Self::distance_lower_bound) than 1.5 of both together.
+    /// Returns the result of the test if a relative motion of `reach`, m, may make the features
+    /// touch, with penetrations up to `tolerance`, m. The caller tests only features with a [lower
+    /// bound](Self::distance_lower_bound) of at most 1.5 times the sum of both.
     fn cull(&self, pair: Pair, at: Configuration<D>, reach: f64, tolerance: f64) -> CullingResult {
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
@@ -67,34 +67,33 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
             CullingResult::Apart
         }
     }
-    /// Whether a pair that touches at rest presses. Edges within a flat face do not
-    /// as long as it is flat; nor do corners and edges that only just meet, as those
-    /// of stones side by side and one above the other: it takes a motion to say
-    /// which way.
+    /// Returns true if a pair that touches at rest can press. Edges within a flat face cannot.
+    /// Corners and edges that only just meet cannot either, as those of stones side by side and one
+    /// above the other: only a motion tells their direction.
     fn can_transmit_load(&self, _pair: Pair, _at: Configuration<D>, _tolerance: f64) -> bool {
         true
     }
-    /// Whether a point has two contacts, as in a re-entrant corner, whose sides face
-    /// each other: neither leaves nothing to the other.
+    /// Returns true if the pairs are the two contacts of one point with the sides of a re-entrant
+    /// corner, so that both must be kept.
     fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<D>) -> bool;
-    /// Where the main point lies with respect to the target.
+    /// Returns the gap and foot point of the main point on the target.
     fn project(&self, pair: Pair, at: Configuration<D>) -> Projection;
-    /// Gap of a pair whose normal, out of the target, goes the way of `along`, m; `None` for
-    /// parallel edges.
+    /// Returns the gap of a pair, m, with the normal out of the target on the side of `along`;
+    /// `None` for parallel edges.
     fn gap(&self, pair: Pair, at: Configuration<D>, _along: &[f64; D]) -> Option<f64> {
         let projection = self.project(pair, at);
         projection.outside.is_finite().then_some(projection.gap)
     }
-    /// Unit normal of a contact, out of the target; `None` for parallel edges.
+    /// Returns the unit normal of a contact, out of the target; `None` for parallel edges.
     fn normal(&self, pair: Pair, at: Configuration<D>) -> Option<[f64; D]>;
-    /// Whether the target's inward normal lies in the main feature's normal
-    /// cone: without it, flush corners press sideways (design, section 4.3).
+    /// Returns true if the normal is in the normal cone of the pair. Without this test, flush
+    /// corners press sideways (design, section 4.3).
     fn in_normal_cone(&self, pair: Pair, at: Configuration<D>) -> bool;
-    /// Size of the target feature, m.
+    /// Returns the size of the target feature, m.
     fn target_size(&self, target: u32, at: Configuration<D>) -> f64;
-    /// Whether two pairs say the same: one physical contact is counted once.
+    /// Returns true if two pairs are the same physical contact, which is counted once.
     fn same_contact(&self, one: Pair, other: Pair, at: Configuration<D>, tolerance: f64) -> bool;
-    /// The point of contact on the main feature, m.
+    /// Returns the contact point on the main feature, m.
     fn point(&self, pair: Pair, at: Configuration<D>) -> [f64; D] {
         at.at(self.main_nodes(pair.main)[0])
     }
@@ -102,8 +101,9 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
 
 /// Times of impact of feature pairs at constant velocities: continuous collision detection.
 pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
-    /// Earliest touch within `duration` at constant velocities: of what is in front, or
-    /// comes in, moving farther in, no deeper than `depth` inside.
+    /// Returns the time of impact within `duration` at constant velocities, s. A pair touches if
+    /// its gap closes. It also touches if its main point, no deeper inside than `depth`, m, moves
+    /// farther in while its foot point is on the target.
     fn time_of_impact(
         &self,
         pair: Pair,
@@ -112,8 +112,8 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
-    /// Whether the features of a pair may be such that they touch in a drift from `at` to its
-    /// `end`, at a glance: edges within flat faces are not.
+    /// Returns false if a cheap test shows that the features cannot touch in a drift from `at` to
+    /// `end`: edges within flat faces cannot.
     fn may_touch_in_drift(
         &self,
         _pair: Pair,
@@ -122,10 +122,9 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     ) -> bool {
         true
     }
-    /// Whether a pair that touches, within some slack, stays as it is for `duration` at
-    /// constant velocities, within some too; never, if it might not. Or whether it is clear
-    /// of its target by so much that it waits: parallel edges, whose gap says nothing, are
-    /// wherever a pair can be.
+    /// Returns true if a pair in contact, within `slack`, surely stays so for `duration` at
+    /// constant velocities. Also returns true if its gap is so large that it waits for the next
+    /// kick. The gap of parallel edges says nothing, so they wait if a pair can wait at all.
     fn stays_in_contact(
         &self,
         pair: Pair,
@@ -136,16 +135,16 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     ) -> bool;
 }
 
-/// Geometry of a contact point while it lasts: neighbours, Jacobian, material points, type.
+/// Geometry of a contact point during its life: neighbours, Jacobian, material points, type.
 pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
-    /// The pairs of all features around the point of a pair, within `tolerance`, which may
-    /// touch there as well; of a point in the middle of a feature none but the pair itself.
+    /// Returns all feature pairs around the point of a pair, within `tolerance`, m, which may touch
+    /// there as well. For a point in the middle of a feature there are none but the pair itself.
     fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> Pairs;
-    /// The target feature on which a point goes on that has left this one.
+    /// Returns the pair of a point that has left its target, on the neighbouring target feature.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Option<Pair>;
-    /// The pair that goes on bearing where the point of one has left its features by more
-    /// than the tolerance, and whether its main block is the other's target: of an edge that
-    /// slides lengthwise off one it lies on flush, its end.
+    /// Returns the pair that continues the contact after its point has left its features by more
+    /// than the tolerance, and true if its main block is the other's target. An edge that slides
+    /// lengthwise off an edge it lies on flush is followed by its end.
     fn successor(
         &self,
         _pair: Pair,
@@ -154,9 +153,9 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     ) -> Option<(Pair, bool)> {
         None
     }
-    /// Makes an operator that of the relative motion of the pair with the target point anchored
-    /// at `foot`, its normal going the way of `along`, if that is known. In place: operators
-    /// are large, and kept where solvers find them.
+    /// Assembles the Jacobian of the pair in place, with the target point anchored at `foot`, and
+    /// the normal on the side of `along`, if given. In place, because Jacobians are large and stay
+    /// in the storage of the solver.
     fn assemble_jacobian(
         &self,
         jacobian: &mut ContactJacobian<D>,
@@ -165,27 +164,28 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
         at: Configuration<D>,
         along: Option<&[f64; D]>,
     );
-    /// A new one, whose normal goes the way that the surface says.
+    /// Returns a new Jacobian, with the normal that the surface gives.
     fn jacobian(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> ContactJacobian<D> {
         let mut jacobian = ContactJacobian::default();
         self.assemble_jacobian(&mut jacobian, pair, foot, at, None);
         jacobian
     }
-    /// Where the points of a pair with this `foot` are: on the main and on the target.
+    /// Returns the material points of a pair with this `foot`, on the main and on the target.
     fn material_points(
         &self,
         pair: Pair,
         foot: &[f64; 2],
         rest: Configuration<D>,
     ) -> [MaterialPoint<D>; 2];
-    /// The pair with its points there, on blocks of these nodes, and its foot.
+    /// Returns the pair at two material points, on the blocks with these node ranges, and its foot
+    /// point.
     fn locate(
         &self,
         marks: &[MaterialPoint<D>; 2],
         nodes: [Range<u32>; 2],
         rest: Configuration<D>,
     ) -> Option<(Pair, [f64; 2])>;
-    /// Configuration of the two blocks at the pair, and its tributary area, m².
+    /// Returns the contact type of the two blocks at the pair, and its tributary area, m².
     fn classify(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> (ContactKind, f64);
 }
 

@@ -1,5 +1,4 @@
-//! The boundary of all blocks in space as triangles with their edges and
-//! vertices.
+//! The boundary of all blocks in space as triangles with their edges and vertices.
 
 use crate::contact::surface::Configuration;
 use crate::contact::surface::aabb::Aabb;
@@ -12,8 +11,7 @@ use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{Block, Mesh};
 
-/// A corner of triangles: a boundary node, or the mean of a quadrilateral's
-/// four.
+/// A corner of triangles: a boundary node, or the mean of the four nodes of a quadrilateral.
 #[derive(Clone, Debug)]
 struct Corner {
     nodes: Nodes,
@@ -57,9 +55,9 @@ impl std::ops::Deref for Nodes {
 pub(crate) struct Triangle {
     /// Its corners.
     pub(crate) corners: [u32; 3],
-    /// Its edges: the k-th goes from corner k to corner k + 1.
+    /// Its edges: the k-th runs from corner k to corner k + 1.
     pub(crate) edges: [u32; 3],
-    /// The facet of the mesh that it is a part of.
+    /// The facet of the mesh that contains it.
     pub(crate) facet: u32,
     nodes: Nodes,
 }
@@ -69,8 +67,8 @@ pub(crate) struct Triangle {
 pub(crate) struct Edge {
     /// The corners at its ends.
     pub(crate) ends: [u32; 2],
-    /// The triangles on its sides, one along it from its first end to its second,
-    /// the other back; `None` where there are more than two.
+    /// The triangles on its sides; the first has the edge in the direction from its first end to
+    /// its second, the other in the opposite direction. `None` if there are more than two.
     pub(crate) sides: Option<[u32; 2]>,
     nodes: Nodes,
 }
@@ -78,28 +76,28 @@ pub(crate) struct Edge {
 /// The boundary of all blocks in space.
 #[derive(Clone, Debug)]
 pub(crate) struct Triangulation {
-    /// Vertices first: one a boundary node.
+    /// Vertices first, one for each boundary node.
     corners: Vec<Corner>,
     pub(crate) vertex_count: u32,
-    /// Facets of the mesh: their vertices, counter-clockwise seen from outside.
+    /// Vertices of the facets of the mesh, counter-clockwise seen from outside.
     facets: Vec<Nodes>,
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) edges: Vec<Edge>,
     /// Edges and triangles around corners.
     edges_at: Adjacency,
     triangles_at: Adjacency,
-    /// How far each block is across at the start, m.
+    /// Diameter of the box around each block at rest, m.
     sizes: Vec<f64>,
-    /// Tolerance of contact, m.
+    /// Contact tolerance, m.
     pub(crate) tolerance: f64,
 }
 
 impl Triangulation {
-    /// The boundary of `mesh`, for contact within `tolerance`, m.
+    /// Returns the boundary of `mesh`, for contact within `tolerance`, m.
     ///
-    /// A quadrilateral becomes four triangles about the mean of its nodes: blocks
-    /// that share it agree on where it is, warped or not, and a force on its
-    /// middle goes to all four nodes alike.
+    /// A quadrilateral becomes four triangles about the mean of its nodes. Then blocks that share
+    /// it agree on its position, warped or not, and a force on its middle acts on all four nodes
+    /// alike.
     pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         let facets: Vec<Nodes> = mesh
             .boundary_facets()
@@ -124,7 +122,7 @@ impl Triangulation {
             let mut add = |corners: [u32; 3]| {
                 triangles.push(Triangle {
                     corners,
-                    edges: [u32::MAX; 3], // told by `edges_of`
+                    edges: [u32::MAX; 3], // set by `edges_of`
                     facet: number as u32,
                     nodes: *facet,
                 });
@@ -161,49 +159,49 @@ impl Triangulation {
         }
     }
 
-    /// Nodes of a corner; each has the same share in it.
+    /// Returns the nodes of a corner, which all have the same weight.
     pub(crate) fn nodes_of_corner(&self, corner: u32) -> &[u32] {
         &self.corners[corner as usize].nodes
     }
 
-    /// Nodes of an edge.
+    /// Returns the nodes of an edge.
     pub(crate) fn nodes_of_edge(&self, edge: u32) -> &[u32] {
         &self.edges[edge as usize].nodes
     }
 
-    /// Nodes of a triangle.
+    /// Returns the nodes of the facet of a triangle.
     pub(crate) fn nodes_of_triangle(&self, triangle: u32) -> &[u32] {
         &self.triangles[triangle as usize].nodes
     }
 
-    /// Vertices of a facet of the mesh.
+    /// Returns the vertices of a facet of the mesh.
     pub(crate) fn facet(&self, facet: u32) -> &[u32] {
         &self.facets[facet as usize]
     }
 
-    /// The edge between two vertices of a facet.
+    /// Returns the edge between two vertices of a facet.
     pub(crate) fn edge_between(&self, one: u32, other: u32) -> Option<u32> {
         let edges = self.edges_at(one).iter().copied();
         let mut ends = edges.filter(|&e| self.edges[e as usize].ends.contains(&other));
         ends.next()
     }
 
-    /// Block of a corner.
+    /// Returns the block of a corner.
     pub(crate) fn block(&self, corner: u32) -> u32 {
         self.corners[corner as usize].block
     }
 
-    /// Edges that end at a corner.
+    /// Returns the edges that end at a corner.
     pub(crate) fn edges_at(&self, corner: u32) -> &[u32] {
         self.edges_at.of(corner)
     }
 
-    /// Triangles that meet at a corner.
+    /// Returns the triangles at a corner.
     pub(crate) fn triangles_at(&self, corner: u32) -> &[u32] {
         self.triangles_at.of(corner)
     }
 
-    /// What the nodes of a corner have on average of `of`.
+    /// Returns the mean of `of` over the nodes of a corner.
     pub(crate) fn mean(&self, corner: u32, of: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
         match self.nodes_of_corner(corner) {
             &[node] => of(node),
@@ -216,7 +214,7 @@ impl Triangulation {
         }
     }
 
-    /// Position of a corner, m.
+    /// Returns the position of a corner, m.
     #[inline]
     pub(crate) fn point(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
         match at.cache() {
@@ -225,24 +223,24 @@ impl Triangulation {
         }
     }
 
-    /// The same, whether it is kept or not.
+    /// Computes the position of a corner without the cache, m.
     fn point_of(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
         self.mean(corner, |node| at.at(node))
     }
 
-    /// Configuration of a triangle's corners, m.
+    /// Returns the positions of the corners of a triangle, m.
     pub(crate) fn triangle(&self, triangle: u32, at: Configuration<3>) -> [[f64; 3]; 3] {
         let [a, b, c] = self.triangles[triangle as usize].corners;
         [self.point(a, at), self.point(b, at), self.point(c, at)]
     }
 
-    /// Configuration of an edge's ends, m.
+    /// Returns the positions of the ends of an edge, m.
     pub(crate) fn edge(&self, edge: u32, at: Configuration<3>) -> [[f64; 3]; 2] {
         let [a, b] = self.edges[edge as usize].ends;
         [self.point(a, at), self.point(b, at)]
     }
 
-    /// Outward unit normal of a triangle.
+    /// Returns the outward unit normal of a triangle.
     #[inline]
     pub(crate) fn normal(&self, triangle: u32, at: Configuration<3>) -> [f64; 3] {
         match at.cache() {
@@ -251,7 +249,7 @@ impl Triangulation {
         }
     }
 
-    /// How a triangle lies.
+    /// Returns the normal and size of a triangle.
     #[inline]
     fn triangle_shape(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         match at.cache() {
@@ -262,7 +260,7 @@ impl Triangulation {
         }
     }
 
-    /// The same, whether it is kept or not.
+    /// Computes the normal and size of a triangle without the cache.
     fn shape_of(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
@@ -276,12 +274,13 @@ impl Triangulation {
         }
     }
 
-    /// Room for all points, shapes and ridges.
+    /// Returns an empty cache of all points, triangles and edges.
     pub(super) fn geometry_cache(&self) -> GeometryCache<3> {
         GeometryCache::new([self.corners.len(), self.triangles.len(), self.edges.len()])
     }
 
-    /// Direction from `corner` along an edge that ends there, of its length.
+    /// Returns the vector from `corner` along an edge that ends there, with the length of the edge,
+    /// m.
     pub(crate) fn away(&self, corner: u32, edge: u32, at: Configuration<3>) -> [f64; 3] {
         let [a, b] = self.edge(edge, at);
         if self.edges[edge as usize].ends[0] == corner {
@@ -291,8 +290,8 @@ impl Triangulation {
         }
     }
 
-    /// Unit vectors across an edge into the triangles on its two sides; `None`
-    /// where there are more than two.
+    /// Returns the unit vectors across an edge into the triangles on its two sides; `None` if there
+    /// are more than two.
     pub(crate) fn directions_into_sides(
         &self,
         edge: u32,
@@ -306,8 +305,8 @@ impl Triangulation {
         Some([cross(&normals[0], &along), cross(&along, &normals[1])])
     }
 
-    /// Angle by which the boundary turns at an edge, rad: positive where it is
-    /// convex, and where more than two triangles meet.
+    /// Returns the turn of the boundary at an edge, rad: positive if the edge is convex, π if it
+    /// has more than two triangles.
     pub(crate) fn turn(&self, edge: u32, at: Configuration<3>) -> f64 {
         let Some(sides) = self.edges[edge as usize].sides else {
             return std::f64::consts::PI;
@@ -318,8 +317,8 @@ impl Triangulation {
         angle(sine, cosine)
     }
 
-    /// Sine and cosine of the angle by which the boundary turns from one triangle to
-    /// another over the edge `along`, of a length, m.
+    /// Returns the sine and cosine of the turn of the boundary from one triangle to another over
+    /// the edge `along`, of a length, m.
     fn turned(
         &self,
         sides: [u32; 2],
@@ -332,27 +331,27 @@ impl Triangulation {
         [sine, dot(&one, &other)]
     }
 
-    /// Whether an edge can meet other edges: it is convex, and so sharp that one
-    /// laid across it would sink in by more than a quarter of the tolerance
-    /// before its ends touch.
+    /// Returns true if an edge can meet other edges: it is convex, and so sharp that an edge laid
+    /// across it would sink in by more than a quarter of the tolerance before its ends touch.
     pub(crate) fn is_sharp(&self, edge: u32, at: Configuration<3>) -> bool {
         self.is_sharp_under(edge, 0.0, at)
     }
 
-    /// The same for one of a length, m, that may reach over many edges which turn alike.
+    /// Returns true if an edge is sharp under another edge of a length, m, which may reach over
+    /// many edges that turn alike.
     pub(crate) fn is_sharp_under(&self, edge: u32, length: f64, at: Configuration<3>) -> bool {
         let ridge = self.edge_shape(edge, at);
         let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
         ridge.height * widened > SAGITTA * self.tolerance
     }
 
-    /// Whether an edge is surely not [sharp](Self::is_sharp_under), told without a root: of
-    /// meshed faces on each other most edges are so.
+    /// Returns true if an edge is surely not [sharp](Self::is_sharp_under), by a test without a
+    /// root. Most edges of meshed faces that lie on each other are so.
     ///
-    /// With e the edge, N₁ and N₂ the normals of its triangles of twice their areas, and c the
-    /// way to the far corner of the first, the sine of its turn is −N₂·c |e|/|N₁||N₂|. Its arm is
-    /// 1/(|e|/|N₁| + |e|/|N₂|), and times that sine −N₂·c/(|N₁| + |N₂|), which is no more than
-    /// over |N₁ + N₂|.
+    /// With e the edge, N₁ and N₂ the normals of its triangles with the lengths of twice their
+    /// areas, and c the vector to the far corner of the first, the sine of the turn is −N₂·c
+    /// |e|/|N₁||N₂|. The arm is 1/(|e|/|N₁| + |e|/|N₂|). Their product is −N₂·c/(|N₁| + |N₂|),
+    /// which is no more than −N₂·c/|N₁ + N₂|.
     pub(crate) fn is_flat_under(&self, edge: u32, length: f64, at: Configuration<3>) -> bool {
         let Edge { ends, sides, .. } = &self.edges[edge as usize];
         let Some(sides) = *sides else {
@@ -377,49 +376,49 @@ impl Triangulation {
         below <= 0.0 || (below * widened).powi(2) <= allowed * allowed * dot(&sum, &sum)
     }
 
-    /// The corner of a triangle that is not on one of its edges.
+    /// Returns the corner of a triangle that is not on one of its edges.
     fn far_corner(&self, triangle: u32, edge: u32) -> u32 {
         let Triangle { corners, edges, .. } = &self.triangles[triangle as usize];
         let k = edges.iter().position(|&of| of == edge).unwrap_or(0);
         corners[(k + 2) % 3]
     }
 
-    /// What times its turn is how far a straight edge of a length, m, laid across an edge
-    /// is below it, m: the [arm](EdgeShape::arm) a, or, over the many edges of a face of curvature
-    /// turn/2a, the sagitta of its length, no more than the block is across.
+    /// Returns the ratio of height to turn for a straight edge of a length, m, laid across an edge,
+    /// m. It is the [arm](EdgeShape::arm) a, or the sagitta of the length over the many edges of a
+    /// face of curvature turn/2a, if that is larger. The length counts up to the size of the block.
     fn arm_under(&self, edge: u32, ridge: &EdgeShape, length: f64) -> f64 {
         let length = length.min(self.sizes[self.block(self.edges[edge as usize].ends[0]) as usize]);
         f64::max(ridge.arm, length * length / (16.0 * ridge.arm))
     }
 
-    /// How far the nodes beside an edge must have moved, each its own way, m, before
-    /// it is [sharp](Self::is_sharp_under), at least; less than 0 where it is.
+    /// Returns a lower bound of the travel of the nodes beside an edge, each in its own direction,
+    /// m, at which the edge becomes [sharp](Self::is_sharp_under); less than 0 if it is sharp.
     ///
-    /// With m the least height, a way w of all turns each of the two triangles by 2w/m
-    /// at most, so raises the ridge by 4aw/m at first order; a fifth more covers what m
-    /// and the arm a change by meanwhile.
+    /// With m the least height, travels w of all nodes turn each of the two triangles by 2w/m at
+    /// most, so they raise the edge by 4aw/m at first order. A fifth more covers the changes of m
+    /// and of the arm a meanwhile.
     pub(crate) fn sharpens_after(&self, edge: u32, length: f64, at: Configuration<3>) -> f64 {
         let ridge = self.edge_shape(edge, at);
         if ridge.height.is_infinite() {
             return f64::NEG_INFINITY;
         }
         let arm = self.arm_under(edge, &ridge, length);
-        // The arm is half of the least height or more: this is below a ridge that
-        // turns by REENTRANT, through which all that turn farther back must come.
+        // The arm is half of the least height or more, so this is below the height of an edge that
+        // turns by REENTRANT. Every edge that turns farther back must pass that height.
         let height = (ridge.height * arm / ridge.arm).max(0.5 * REENTRANT * ridge.least_height);
         let sharp = f64::min(SAGITTA * self.tolerance, SHARP * arm);
         (sharp - height) * ridge.least_height / (5.0 * arm)
     }
 
-    /// Whether an edge is sharp or may be so before nodes beside it have moved by
-    /// `margin`, m: each triangle turns by twice that over its smallest height, or less,
-    /// and where that is no small angle anything may be.
+    /// Returns true if an edge is sharp or may become so before nodes beside it have moved by
+    /// `margin`, m. Each triangle turns by no more than twice the margin over its smallest height.
+    /// If that is no small angle, nothing is ruled out.
     pub(super) fn may_be_sharp(&self, edge: u32, at: Configuration<3>, margin: f64) -> bool {
         let turns = 4.0 * margin / self.edge_shape(edge, at).least_height;
         turns > FIRST_ORDER_TURN || self.turn(edge, at) > REENTRANT - turns
     }
 
-    /// How an edge stands out.
+    /// Returns the height of an edge over its triangles.
     #[inline]
     pub(crate) fn edge_shape(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         match at.cache() {
@@ -428,7 +427,7 @@ impl Triangulation {
         }
     }
 
-    /// The same, whether it is kept or not.
+    /// Computes the height of an edge over its triangles without the cache.
     fn ridge_of(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);
@@ -442,7 +441,7 @@ impl Triangulation {
         let arm = 1.0 / bend;
         let sides = self.edges[edge as usize].sides;
         let turned = sides.map(|sides| self.turned(sides, &along, length, at));
-        // What is not a number is not sharp.
+        // NaN counts as not sharp: the height is NaN.
         let below = turned.filter(|[sine, cosine]| !(*sine >= 0.0 && *cosine <= COSINE_OF_SHARP));
         EdgeShape {
             height: below.map_or(f64::INFINITY, |[sine, cosine]| angle(sine, cosine) * arm),
@@ -451,7 +450,7 @@ impl Triangulation {
         }
     }
 
-    /// Sum of the normals on the two sides of an edge.
+    /// Returns the sum of the normals on the two sides of an edge.
     pub(crate) fn outward(&self, edge: u32, at: Configuration<3>) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for side in self.edges[edge as usize].sides.into_iter().flatten() {
@@ -460,8 +459,8 @@ impl Triangulation {
         sum
     }
 
-    /// Whether an edge that is not [sharp](Self::is_sharp_under) may be so `duration` seconds
-    /// later, at constant velocities: seen from one of its ends.
+    /// Returns true if an edge that is not [sharp](Self::is_sharp_under) may become so within
+    /// `duration` seconds at constant velocities, relative to one of its ends.
     pub(crate) fn may_sharpen(
         &self,
         edge: u32,
@@ -478,7 +477,7 @@ impl Triangulation {
         duration * speeds.fold(0.0, f64::max) > self.sharpens_after(edge, length, at)
     }
 
-    /// The triangle on the other side of edge `k` of a triangle.
+    /// Returns the triangle on the other side of edge `k` of a triangle.
     pub(crate) fn across(&self, triangle: u32, k: usize) -> Option<u32> {
         let edge = self.triangles[triangle as usize].edges[k];
         let [one, other] = self.edges[edge as usize].sides?;
@@ -486,7 +485,7 @@ impl Triangulation {
     }
 }
 
-/// The angle of a sine and a cosine, rad: most are small.
+/// Returns the angle of a sine and a cosine, rad. Most angles are small.
 #[inline]
 fn angle(sine: f64, cosine: f64) -> f64 {
     if cosine > 0.0 && sine.abs() < ANGLE_SERIES {
@@ -496,7 +495,7 @@ fn angle(sine: f64, cosine: f64) -> f64 {
     }
 }
 
-/// Outward unit normal of a triangle, and twice its area, m².
+/// Returns the outward unit normal of a triangle, and twice its area, m².
 #[inline]
 pub(crate) fn scaled_normal([a, b, c]: &[[f64; 3]; 3]) -> ([f64; 3], f64) {
     let normal = cross(&sub(b, a), &sub(c, a));
@@ -504,7 +503,7 @@ pub(crate) fn scaled_normal([a, b, c]: &[[f64; 3]; 3]) -> ([f64; 3], f64) {
     (scale(1.0 / twice_area, &normal), twice_area)
 }
 
-/// The edges of the triangles, which learn their numbers.
+/// Returns the edges of the triangles, and sets their edge numbers in these.
 fn edges_of(triangles: &mut [Triangle], corners: &[Corner]) -> Vec<Edge> {
     let mut sides: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(3 * triangles.len());
     for (number, triangle) in triangles.iter().enumerate() {

@@ -6,13 +6,13 @@ use crate::element::mass::{MAX_CONSISTENT_NODES, MassFault, in_block};
 use crate::element::{self, ElementSet};
 use crate::mesh::Mesh;
 
-/// Up to this size the frequency of the block is computed, beyond it bounded.
+/// Largest number of nodes for which the frequency of the block is computed; above it is bounded.
 const EXACT_FREQUENCY_NODES: usize = 64;
 
 /// Consistent mass matrix of a block, the same for each component.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ConsistentMass {
-    /// Its block.
+    /// Index of its block.
     pub block: u32,
     /// First node of the block; the others follow.
     pub first_node: u32,
@@ -53,9 +53,9 @@ impl ConsistentMass {
         })
     }
 
-    /// Highest angular frequency of the block, rad/s: exact for up to 64
-    /// nodes, beyond it the highest of its elements with their own consistent
-    /// matrices, which is an upper bound.
+    /// Returns the highest angular frequency of the block, rad/s: exact for up to 64 nodes. Above,
+    /// it is the highest of its elements with their own consistent matrices, which is an upper
+    /// bound.
     #[must_use]
     pub(crate) fn frequency<const D: usize>(
         &self,
@@ -91,8 +91,8 @@ impl ConsistentMass {
     }
 }
 
-/// Adds an element's square matrix, row by row with `components` a node, to
-/// that of the block whose nodes begin at `first`.
+/// Adds the square matrix of an element, row by row with `components` per node, to that of the
+/// block whose nodes begin at `first`.
 fn scatter(nodes: &[u32], first: u32, components: usize, local: &[f64], matrix: &mut DMatrix<f64>) {
     let order = nodes.len() * components;
     let place = |at: usize| {

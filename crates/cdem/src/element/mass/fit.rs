@@ -5,28 +5,27 @@ use nalgebra::{DMatrix, DVector};
 use crate::element::mass::SMALLEST_FACTOR;
 use crate::element::mass::inertia::SecondMoments;
 
-/// Moments that the nodes cannot carry, as a share of those they can: below
-/// this a quadratic function is linear on the nodes but for round-off.
+/// Eigenvalue of the fit below which the nodes cannot represent a moment. There a quadratic
+/// function is linear on the nodes up to round-off.
 const RANK_TOLERANCE: f64 = 1e-10;
 
-/// Factors 1 + q(X_a) on lumped masses, q a quadratic polynomial.
+/// Factors 1 + q(X_a) on lumped masses, where q is a quadratic polynomial.
 ///
-/// 2-D: mass, centre and polar moment are exact (q of r² and linear terms);
-/// 3-D: all ten moments up to the second. Lumped masses have the exact mass
-/// and centre already, so q is sought among quadratic functions orthogonal to
-/// the linear ones, and only second moments remain as equations. Those that
-/// the nodes cannot carry, as through one layer of elements, are left out in
-/// the least-squares sense without harm to mass and centre.
+/// 2-D: mass, centre and polar moment are exact (q of r² and linear terms); 3-D: all ten moments up
+/// to the second. Lumped masses have the exact mass and centre already, so q is sought among
+/// quadratic functions orthogonal to the linear ones. Only second moments remain as equations.
+/// Moments that the nodes cannot represent, as through one layer of elements, are left out in the
+/// least-squares sense; mass and centre stay exact.
 pub(super) struct MassFit {
-    /// One factor a node; each above [`SMALLEST_FACTOR`].
+    /// Factor of each node; each above [`SMALLEST_FACTOR`].
     pub(super) factors: Vec<f64>,
-    /// Smallest factor of the fit to all moments that the nodes can carry. If
-    /// it is too small, `factors` give up the moments hardest to carry.
+    /// Smallest factor of the fit to all moments that the nodes can represent. If it is too small,
+    /// `factors` leave out the moments with the smallest eigenvalues.
     pub(super) smallest_full_factor: f64,
 }
 
 impl MassFit {
-    /// The fit for nodes at `rest` with the masses `lumped`, kg.
+    /// Computes the fit for nodes at `rest` with the masses `lumped`, kg.
     pub(super) fn new<const D: usize>(
         inertia: &SecondMoments<D>,
         rest: &[[f64; D]],
@@ -55,7 +54,7 @@ impl MassFit {
                     smallest_full_factor: full,
                 };
             }
-            // Without any mode all factors are 1, so the loop ends.
+            // Without modes all factors are 1, so the loop ends.
             carried.pop();
         }
     }
@@ -63,10 +62,10 @@ impl MassFit {
 
 /// The equations of a fit: Qᵀ Q y = missing, factors 1 + Q y / √w.
 struct FitEquations {
-    /// √w·g̃ of each node (rows) and quadratic function (columns), w being
-    /// the node's share of the block's mass.
+    /// √w·g̃ of each node (rows) and quadratic function (columns), where w is the mass of the node
+    /// over that of the block.
     quadratic: DMatrix<f64>,
-    /// What the lumped masses lack in the moments of the functions g̃.
+    /// Moments of the functions g̃ that the lumped masses lack.
     missing: DVector<f64>,
     /// √w of each node.
     root: DVector<f64>,
@@ -97,7 +96,7 @@ impl FitEquations {
                 missing -= part.row(0).transpose();
             }
         } else {
-            // Nodes in one plane carry nothing that could be fitted.
+            // Nodes in one plane have no moments to fit.
             quadratic.fill(0.0);
         }
         Self {
@@ -117,8 +116,7 @@ impl FitEquations {
     }
 }
 
-/// Quadratic functions to fit with, in 2-D and 3-D: sums of products of two
-/// coordinates.
+/// Quadratic functions of the fit, in 2-D and 3-D: sums of products of two coordinates.
 const QUADRATICS: [&[&[(usize, usize)]]; 2] = [
     &[&[(0, 0), (1, 1)]],
     &[

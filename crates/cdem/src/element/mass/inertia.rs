@@ -1,4 +1,4 @@
-//! Mass moments of blocks, and how far nodal masses miss them.
+//! Mass moments of blocks, and the error of nodal masses in them.
 
 use nalgebra::DMatrix;
 
@@ -8,10 +8,9 @@ use crate::mesh::Mesh;
 
 /// Exact mass, centre and second moments of a block at rest.
 ///
-/// Its frame has its origin in the centre, its axes along the principal axes
-/// of the second moments, and the radii of gyration as units, so that the
-/// second moments over mass are near the unit tensor however thin or oblique
-/// the block is. In 2-D, where only the polar moment counts, both axes take
+/// Its frame has its origin in the centre, its axes along the principal axes of the second moments,
+/// and the radii of gyration as units. So the second moments over mass are near the unit tensor,
+/// however thin or oblique the block is. In 2-D only the polar moment counts, and both axes take
 /// the polar radius of gyration.
 pub(super) struct SecondMoments<const D: usize> {
     mass: f64,
@@ -21,7 +20,7 @@ pub(super) struct SecondMoments<const D: usize> {
     second: [[f64; D]; D],
 }
 
-/// Exact inertia of every block; `lumped` are the row-sum masses, kg.
+/// Returns the exact inertia of every block; `lumped` are the row-sum masses, kg.
 pub(super) fn exact<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
@@ -55,23 +54,23 @@ impl<const D: usize> SecondMoments<D> {
             radii,
             second,
         };
-        // Again in the frame: a thin axis has lost digits to the long ones.
+        // Computed again in the frame: a thin axis has lost digits to the long ones.
         let local = second_moments(mesh, sets, block, |x| inertia.local(x));
         inertia.second = local.map(|row| row.map(|x| x / mass));
         inertia
     }
 
-    /// Total mass, kg.
+    /// Returns the total mass, kg.
     pub(super) fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Exact mean of ξ_k ξ_l over the mass.
+    /// Returns the exact mean of ξ_k ξ_l over the mass.
     pub(super) fn second(&self, k: usize, l: usize) -> f64 {
         self.second[k][l]
     }
 
-    /// A point in the block's frame.
+    /// Returns a point in the frame of the block.
     pub(super) fn local(&self, point: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|k| {
             let axis = &self.axes[k];
@@ -80,9 +79,9 @@ impl<const D: usize> SecondMoments<D> {
         })
     }
 
-    /// Largest error of the moments of inertia of point masses (kg) at `rest`:
-    /// the polar moment in 2-D; in 3-D all entries of the tensor in principal
-    /// axes, relative to the root of the exact moments of the two axes.
+    /// Returns the largest relative error of the moments of inertia of point masses (kg) at `rest`:
+    /// of the polar moment in 2-D; in 3-D of all entries of the tensor in principal axes, relative
+    /// to the root of the product of the exact moments of the two axes.
     pub(super) fn error(&self, rest: &[[f64; D]], masses: &[f64]) -> f64 {
         let mut second = [[0.0; D]; D];
         for (point, mass) in rest.iter().zip(masses) {
@@ -114,7 +113,7 @@ impl<const D: usize> SecondMoments<D> {
     }
 }
 
-/// Axes and radii of gyration of second moments over mass.
+/// Returns axes and radii of gyration of second moments over mass.
 fn principal_frame<const D: usize>(second: &[[f64; D]; D]) -> ([[f64; D]; D], [f64; D]) {
     if D == 2 {
         let polar = second[0][0] + second[1][1];
@@ -127,8 +126,8 @@ fn principal_frame<const D: usize>(second: &[[f64; D]; D]) -> ([[f64; D]; D], [f
     (std::array::from_fn(axis), std::array::from_fn(radius))
 }
 
-/// ∫ρ Y ⊗ Y of the linear map Y of positions, exact for the interpolated
-/// geometry: Σ M_ab Y_a ⊗ Y_b.
+/// Returns ∫ρ Y ⊗ Y of the linear map Y of positions, exact for the interpolated geometry: Σ M_ab
+/// Y_a ⊗ Y_b.
 fn second_moments<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],

@@ -1,9 +1,8 @@
-//! Masses of the nodes, exact for the rigid body (design: bodies, mass).
+//! Nodal masses, exact for the rigid body (design: bodies, mass).
 //!
-//! Row-sum lumping alone gives a lone triangle 4 times, a lone tetrahedron 5
-//! times and a lone cube 3 times its rotational inertia. Blocks of enough
-//! nodes are cured by a smooth factor on their masses, blocks of few nodes by
-//! their consistent mass matrix.
+//! Row-sum lumping alone gives a single triangle 4 times, a single tetrahedron 5 times and a single
+//! cube 3 times its rotational inertia. Blocks of enough nodes are corrected by a smooth factor on
+//! their masses, blocks of few nodes by their consistent mass matrix.
 
 pub(crate) mod consistent;
 pub(crate) mod fit;
@@ -20,48 +19,48 @@ use crate::element::mass::inertia::SecondMoments;
 use crate::mesh::Mesh;
 use crate::scene::Mass;
 
-/// Every fitted mass is more than this share of the lumped one.
+/// Every fitted mass is more than this fraction of the lumped one.
 pub(crate) const SMALLEST_FACTOR: f64 = 0.3;
 
-/// Inertia errors above this are worth a cure, or a word to the user.
+/// Relative inertia error above which the mass is corrected, or the user is warned.
 pub(crate) const INERTIA_TOLERANCE: f64 = 0.01;
 
-/// `mass = "auto"` gives blocks up to so many nodes a dense mass matrix.
+/// Largest number of nodes for which `mass = "auto"` gives a block a dense mass matrix.
 const AUTO_CONSISTENT_NODES: usize = 64;
 
-/// The dense matrix and its inverse then take 16 MiB, and 8 MiB more for each further component
-/// that is held at other nodes.
+/// Largest number of nodes of a dense matrix. The matrix and its inverse then take 16 MiB, and 8
+/// MiB more for each further component that is prescribed at other nodes.
 const MAX_CONSISTENT_NODES: usize = 1024;
 
 /// Masses of all nodes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Masses {
-    /// Lumped or fitted mass of each node, kg; row sums of the mass matrix in
-    /// blocks with consistent mass.
+    /// Lumped or fitted mass of each node, kg; row sums of the mass matrix in blocks with
+    /// consistent mass.
     pub nodal: Vec<f64>,
-    /// Fitted over lumped mass of each node; 1 where nothing is fitted.
+    /// Fitted mass over lumped mass of each node; 1 if nothing is fitted.
     pub factor: Vec<f64>,
-    /// Mass matrices, ascending by block.
+    /// Consistent mass matrices, ascending by block.
     pub consistent: Vec<ConsistentMass>,
     /// Kind of mass of each block.
     pub kind: Vec<MassKind>,
-    /// Per block, the largest error of the moments of inertia in use about
-    /// the principal axes, relative to the exact moments.
+    /// For each block, the largest relative error of the moments of inertia in use about the
+    /// principal axes.
     pub inertia_error: Vec<f64>,
 }
 
-/// Mass matrix in use.
+/// Kind of mass in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MassKind {
     /// Row sums.
     Lumped,
-    /// Row sums times a smooth factor that makes the inertia right.
+    /// Row sums times a smooth factor that corrects the inertia.
     Fitted,
-    /// Dense, one for the block.
+    /// A dense matrix for the block.
     Consistent,
 }
 
-/// A block whose masses cannot be had as asked for.
+/// A block cannot have the requested masses.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("block \"{name}\": {fault}")]
 pub struct MassError {
@@ -69,11 +68,11 @@ pub struct MassError {
     pub block: usize,
     /// Name of the block.
     pub name: String,
-    /// What is wrong.
+    /// The fault.
     pub fault: MassFault,
 }
 
-/// What is wrong with a block's masses, and what to try.
+/// The fault of the masses of a block, with a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum MassFault {
     /// Fitted masses would be too small or negative.
@@ -92,10 +91,10 @@ pub enum MassFault {
          the block has {nodes}; use \"auto\" or \"fitted\", a mesh that fine needs no matrix"
     )]
     TooManyNodes {
-        /// Nodes of the block.
+        /// Number of nodes of the block.
         nodes: usize,
     },
-    /// A node without mass or a folded element.
+    /// A node has no mass, or an element is folded.
     #[error(
         "its mass matrix is not positive definite; look for nodes without elements and for \
          elements that are folded or flat"
@@ -103,15 +102,15 @@ pub enum MassFault {
     NotPositive,
 }
 
-/// Masses of the nodes of `mesh`, whose elements are in `sets`; `requested`
-/// has one entry for each block.
+/// Computes the nodal masses of `mesh`, whose elements are in `sets`; `requested` has one entry for
+/// each block.
 ///
-/// `auto` takes the fit where every factor exceeds [`SMALLEST_FACTOR`] and
-/// the inertia is right to [`INERTIA_TOLERANCE`], else the consistent matrix
-/// for up to 64 nodes, else the best fit with its error in `inertia_error`.
+/// `auto` takes the fit if every factor exceeds [`SMALLEST_FACTOR`] and the inertia is exact to
+/// [`INERTIA_TOLERANCE`]. Otherwise it takes the consistent matrix for up to 64 nodes. Above 64
+/// nodes it takes the best fit and stores its error in `inertia_error`.
 ///
 /// # Errors
-/// A mass matrix that was asked for but cannot be had: see [`MassFault`].
+/// If a requested mass matrix is impossible: see [`MassFault`].
 pub(crate) fn build<const D: usize>(
     mesh: &Mesh<D>,
     sets: &[Box<dyn ElementSet<D>>],
@@ -139,7 +138,7 @@ pub(crate) fn build<const D: usize>(
 }
 
 impl Masses {
-    /// Decides on a block's mass, whose `nodal` is still lumped.
+    /// Chooses and stores the mass of a block. Its `nodal` masses are still lumped.
     fn add_block<const D: usize>(
         &mut self,
         mesh: &Mesh<D>,
@@ -192,7 +191,7 @@ impl Masses {
     }
 }
 
-/// Row sums of the mass matrix, kg.
+/// Returns the row sums of the mass matrix, kg.
 fn lumped<const D: usize>(mesh: &Mesh<D>, sets: &[Box<dyn ElementSet<D>>]) -> Vec<f64> {
     let mut nodal = vec![0.0; mesh.nodes.len()];
     let mut shares = [0.0; 8];
@@ -207,7 +206,7 @@ fn lumped<const D: usize>(mesh: &Mesh<D>, sets: &[Box<dyn ElementSet<D>>]) -> Ve
     nodal
 }
 
-/// The elements of a set that belong to a block, as a range of the set.
+/// Returns the elements of a set that belong to a block, as a range of the set.
 fn in_block<const D: usize>(
     mesh: &Mesh<D>,
     set: &dyn ElementSet<D>,

@@ -17,7 +17,7 @@ fn made<const D: usize>(mesh: &Mesh<D>, mass: Mass) -> Masses {
     masses(mesh, mass).expect("masses as asked for")
 }
 
-/// A block of one simplex.
+/// Creates a block of one simplex.
 fn simplex<const D: usize>(nodes: &[[f64; D]], kind: ElementKind) -> Mesh<D> {
     let numbers: Vec<u32> = (0..nodes.len() as u32).collect();
     Mesh {
@@ -33,7 +33,7 @@ fn simplex<const D: usize>(nodes: &[[f64; D]], kind: ElementKind) -> Mesh<D> {
     }
 }
 
-/// Mass, first and second moments about the origin of `axes`, of point masses.
+/// Returns mass, first and second moments of point masses about the origin.
 fn moments<const D: usize>(nodes: &[[f64; D]], masses: &[f64]) -> (f64, [f64; D], [[f64; D]; D]) {
     let (mut first, mut second) = ([0.0; D], [[0.0; D]; D]);
     for (x, m) in nodes.iter().zip(masses) {
@@ -73,7 +73,7 @@ fn lumping_alone_errs_as_the_design_says() {
     }
 }
 
-/// Fitted masses of a turned box against the closed forms of a solid box.
+/// Compares fitted masses of a rotated box with the closed forms of a solid box.
 fn fitted_box_is_exact<const D: usize>(size: [f64; D], divisions: [usize; D]) {
     for kind in kinds::<D>() {
         let mut mesh = box_mesh(size, divisions, kind, 0.9);
@@ -88,7 +88,7 @@ fn fitted_box_is_exact<const D: usize>(size: [f64; D], divisions: [usize; D]) {
 
         let thickness = if D == 2 { 0.7 } else { 1.0 };
         let exact_mass = 2500.0 * thickness * size.iter().product::<f64>();
-        // In the box's own axes, from its centre: undo shift and turn.
+        // Coordinates in the axes of the box, from its centre: shift and rotation undone.
         let turn = crate::element::tests::rotation::<D>(0.9);
         let own: Vec<[f64; D]> = mesh
             .nodes
@@ -101,7 +101,7 @@ fn fitted_box_is_exact<const D: usize>(size: [f64; D], divisions: [usize; D]) {
             })
             .collect();
         let (mass, first, second) = moments(&own, &masses.nodal);
-        // Coordinates near 5 carry 1e-15, 1e-14 of the least size.
+        // Coordinates near 5 have errors of 1e-15, 1e-14 of the smallest size.
         assert!((mass / exact_mass - 1.0).abs() < 1e-13, "{kind:?}");
         for k in 0..D {
             assert!(
@@ -117,7 +117,7 @@ fn fitted_box_is_exact<const D: usize>(size: [f64; D], divisions: [usize; D]) {
                 "{kind:?}"
             );
         } else {
-            // Turning back leaves 1e-15 of the length in a hundredth of it.
+            // The rotation back leaves 1e-15 of the length in a hundredth of it.
             for k in 0..3 {
                 assert!(
                     (second[k][k] / exact(k) - 1.0).abs() < 1e-11,
@@ -146,7 +146,7 @@ fn the_factor_of_the_bar_is_gentle() {
     let masses = made(&bar, Mass::Auto);
     let low = masses.factor.iter().copied().fold(f64::INFINITY, f64::min);
     let high = masses.factor.iter().copied().fold(0.0, f64::max);
-    // The figures of the design's study, to their last digit.
+    // The figures of the design study, to their last digit.
     assert!((low - 0.994).abs() < 5e-4, "{low}");
     assert!((high - 1.003).abs() < 5e-4, "{high}");
 }
@@ -179,7 +179,7 @@ fn a_thick_layer_of_many_nodes_reports_its_error() {
     let beam = box_mesh([40.0, 2.0, 2.0], [40, 1, 1], ElementKind::Hex8, 0.0);
     let masses = made(&beam, Mass::Auto);
     assert_eq!(masses.kind, [MassKind::Fitted]);
-    // About its axis: y² and z² both 3 times too large.
+    // About its axis: y² and z² are both 3 times too large.
     assert!(
         (masses.inertia_error[0] - 2.0).abs() < 1e-10,
         "{:?}",
@@ -204,12 +204,12 @@ fn consistent_masses_are_the_assembled_matrix() {
             let row: f64 = matrix.row(a).sum();
             assert!((row / masses.nodal[a] - 1.0).abs() < 1e-13, "{kind:?}");
         }
-        // Turning about z: v = (−y, x), energy ½ J ω².
+        // Rotation about z: v = (−y, x), energy ½ J ω².
         let turning = |k: usize| nalgebra::DVector::from_fn(n, |a, _| mesh.nodes[a][k]);
         let energy: f64 = (0..3)
             .map(|k| turning(k).dot(&(&matrix * turning(k))))
             .sum();
-        // ∫ρ r² of a box with a corner in the origin, whichever way it is turned.
+        // ∫ρ r² of a box with a corner at the origin, in any orientation.
         let exact = 2500.0 * 2.0 * (4.0 + 1.0 + 1.0) / 3.0;
         assert!((energy / exact - 1.0).abs() < 1e-13, "{kind:?}");
     }
@@ -243,7 +243,7 @@ fn frequencies_of_consistent_blocks_are_exact_or_bounded() {
 
 #[test]
 fn blocks_of_several_shapes_and_several_blocks_are_kept_apart() {
-    // A square and a triangle on its right side; far from it a lone triangle.
+    // A square with a triangle on its right side; far from it a single triangle.
     let mesh = Mesh::<2> {
         nodes: vec![
             [0.0, 0.0],
@@ -290,7 +290,7 @@ fn blocks_of_several_shapes_and_several_blocks_are_kept_apart() {
 
 #[test]
 fn impossible_masses_name_block_and_cure() {
-    // Along each axis the outer nodes must lose a third, at corners all.
+    // Along each axis the outer nodes must lose a third, and corner nodes all their mass.
     let coarse = box_mesh([1.0; 3], [2; 3], ElementKind::Hex8, 0.0);
     let refused = masses(&coarse, Mass::Fitted).expect_err("corners without mass");
     let MassFault::SmallFactor { factor } = refused.fault else {

@@ -1,4 +1,4 @@
-//! Guards against inverted and overstretched elements.
+//! Detection of inverted and overstretched elements.
 
 use crate::element::tensor;
 use crate::element::tests::*;
@@ -14,7 +14,7 @@ fn stretches_of_a_turned_box<const D: usize>() {
             linear_field(&mesh, |i, j| turn[i][j] * stretches[j] - f64::from(i == j));
         let found = sets[0].deformation(0, &displacement);
         let volume: f64 = stretches[..D].iter().product();
-        // The principal values of a 3×3 tensor carry half the digits at worst.
+        // The principal values of a 3×3 tensor have half the digits at worst.
         assert!((found.min_jacobian - volume).abs() < 1e-13, "{kind:?}");
         assert!(
             (found.min_stretch - 0.9).abs() < 1e-8,
@@ -33,7 +33,7 @@ fn stretches_are_those_of_the_motion() {
     stretches_of_a_turned_box::<3>();
 }
 
-/// Elements that are strained by more than `most`.
+/// Returns the elements that are strained by more than `most`.
 fn strained<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]], most: f64) -> Vec<u32> {
     let mut strained = Vec::new();
     sets[0].strained(displacement, most, &mut |e| strained.push(e));
@@ -65,8 +65,8 @@ fn inversion_is_seen() {
     a_mirrored_body_is_inverted::<3>();
 }
 
-/// Elements turned half round, with random strains about a bound: those within it have no
-/// stretch beyond what goes with it.
+/// Elements rotated by π, with random strains around a bound: elements within the bound have
+/// stretches within the matching bound.
 fn strain_bounds_stretches<const D: usize>() {
     let half_turn = rotation::<D>(std::f64::consts::PI);
     for kind in kinds::<D>() {
@@ -128,7 +128,7 @@ proptest! {
     fn inverses_invert(entries in prop::array::uniform9(-1.0f64..1.0)) {
         let mut matrix = [[0.0; 3]; 3];
         matrix.as_flattened_mut().copy_from_slice(&entries);
-        // Diagonally dominant: well away from singular.
+        // Diagonally dominant: far from singular.
         (0..3).for_each(|i| matrix[i][i] += 4.0);
         let (inverse, determinant) = tensor::inverse(&matrix);
         prop_assert!((determinant - tensor::determinant(&matrix)).abs() < 1e-13 * determinant);

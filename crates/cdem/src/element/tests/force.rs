@@ -3,8 +3,8 @@
 use crate::element::tests::*;
 use proptest::prelude::*;
 
-/// Minus the slope of the energy. The energy is a polynomial of degree 4, for
-/// which five points are exact however wide they are apart.
+/// Returns minus the slope of the energy. The energy is a polynomial of degree 4, so five points
+/// are exact at any spacing.
 fn energy_slope<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> Vec<[f64; D]> {
     let step = 0.05;
     let mut slope = vec![[0.0; D]; displacement.len()];
@@ -34,8 +34,8 @@ fn force_is_minus_the_energy_gradient<const D: usize>(seed: usize, size: f64) {
             let slope = energy_slope(&sets, &displacement);
             let scale = largest(&force);
             for (f, s) in force.iter().flatten().zip(slope.iter().flatten()) {
-                // Round-off of the energy of a step of 0.05 over that step,
-                // against forces of displacements from 0.001.
+                // Round-off of the energy for a step of 0.05, divided by that step, against forces
+                // of displacements from 0.001.
                 assert!((f - s).abs() < 1e-11 * scale, "{kind:?} {plane:?}: {f} {s}");
             }
         }
@@ -55,7 +55,7 @@ proptest! {
     }
 }
 
-/// Moment of forces at the displaced nodes: xy, yz, zx.
+/// Returns the moment of forces at the displaced nodes: xy, yz, zx.
 fn moments<const D: usize>(
     mesh: &Mesh<D>,
     displacement: &[[f64; D]],
@@ -149,7 +149,7 @@ fn viscous_force_is_stiffness_proportional() {
     }
 }
 
-/// A kick that keeps nothing gives the same impulses as one that does, to the bit.
+/// A kick that keeps no history gives the same impulses as one that does, to the bit.
 fn looking_changes_no_record<const D: usize>(kinematics: Kinematics) {
     for kind in kinds::<D>() {
         let mesh = one_element::<D>(kind);

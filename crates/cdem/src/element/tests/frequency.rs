@@ -4,7 +4,7 @@ use crate::element::tests::*;
 use crate::element::{highest_frequency, stable_step};
 use nalgebra::DMatrix;
 
-/// Highest eigenfrequency of the assembled mesh with nodal masses.
+/// Returns the highest eigenfrequency of the assembled mesh with nodal masses.
 fn assembled_frequency<const D: usize>(
     mesh: &Mesh<D>,
     set: &dyn ElementSet<D>,
@@ -50,12 +50,12 @@ fn elements_bound_the_mesh<const D: usize>() {
                 .map(|i| set.frequency(i, &factor))
                 .fold(0.0, f64::max);
             let exact = assembled_frequency(&mesh, set, &factor);
-            // Irons' bound, loose where one element is much smaller than the rest.
+            // Irons' bound, loose if one element is much smaller than the rest.
             assert!(bound >= exact * (1.0 - 1e-12), "{kind:?}: {bound} {exact}");
             assert!(bound < 3.0 * exact, "{kind:?}: {bound} {exact}");
             let one = one_element::<D>(kind);
             let sets = sets_of(&one, rock(), Kinematics::Total, plane);
-            // Nodes of the cell that the element leaves out have no mass.
+            // Nodes of the cell that are not in the element have no mass.
             let used = sets[0].nodes(&mesh, 0).len();
             if used == one.nodes.len() {
                 let exact = assembled_frequency(&one, &*sets[0], &factor);
@@ -75,8 +75,8 @@ fn the_highest_element_frequency_bounds_the_meshs() {
     elements_bound_the_mesh::<3>();
 }
 
-/// The short form for simplices against the dense eigenvalue problem; λ over μ as of Poisson
-/// ratios of 0.29, 0.49, 0, and −0.75, where shear is the stiffest.
+/// Compares the short form for simplices with the dense eigenvalue problem. The values of λ over μ
+/// belong to Poisson ratios of 0.29, 0.49, 0, and −0.75, at which shear is the stiffest.
 fn short_form_is_exact<const D: usize>(kind: ElementKind) {
     let ratios = [1.4, 49.0, 0.0, -0.6];
     for (plane, ratio) in PLANES
@@ -110,7 +110,7 @@ fn short_form_is_exact<const D: usize>(kind: ElementKind) {
     }
 }
 
-/// Three frequencies that are one, up to the root of round-off.
+/// Three equal frequencies, up to the root of round-off.
 #[test]
 fn an_element_as_stiff_in_all_directions_has_the_frequency_of_one() {
     let mut mesh = one_element::<3>(ElementKind::Tet4);
@@ -129,8 +129,8 @@ fn an_element_as_stiff_in_all_directions_has_the_frequency_of_one() {
         ..rock()
     };
     let sets = sets_of(&mesh, material, Kinematics::Total, Plane::Strain);
-    // Gradients are a quarter of the corners: Σ g⊗g is a quarter of the unit tensor, and so
-    // is each mass of ρV.
+    // Gradients are a quarter of the corners: Σ g⊗g is a quarter of the unit tensor, and each mass
+    // is a quarter of ρV.
     let exact = (2.0 * rock().shear_modulus / rock().density).sqrt();
     let found = sets[0].frequency(0, &[1.0; 4]);
     assert!((found / exact - 1.0).abs() < 1e-8, "{found} {exact}");
@@ -142,7 +142,7 @@ fn the_short_form_for_simplices_is_exact() {
     short_form_is_exact::<3>(ElementKind::Tet4);
 }
 
-/// Consistent over lumped frequency of a lone element.
+/// Returns the consistent over the lumped frequency of a single element.
 fn ratio<const D: usize>(mesh: &Mesh<D>) -> f64 {
     let sets = sets_of(mesh, rock(), Kinematics::Total, Plane::Strain);
     let ones = vec![1.0; mesh.nodes.len()];
@@ -154,8 +154,8 @@ fn consistent_masses_raise_the_frequency_as_designed() {
     let triangle = ratio(&one_element::<2>(ElementKind::Tri3));
     let tetrahedron = ratio(&one_element::<3>(ElementKind::Tet4));
     let cube = ratio(&box_mesh([1.0; 3], [1; 3], ElementKind::Hex8, 0.3));
-    // Exact for simplices of any shape: the mass matrix is that of the nodes
-    // times a scalar but for the constant mode.
+    // Exact for simplices of any shape: except for the constant mode, the mass matrix is that of
+    // the nodes times a scalar.
     assert!((triangle - 2.0).abs() < 1e-12, "{triangle}");
     assert!((tetrahedron - 5f64.sqrt()).abs() < 1e-12, "{tetrahedron}");
     // The highest mode of a cube is linear, with inertia 1/3 of the lumped.
@@ -183,7 +183,7 @@ fn closed_forms_are_safe() {
     }
 }
 
-/// Spectral radius of v += Δt(−ω²x − βω²v), x += Δt v at ω = 1.
+/// Returns the spectral radius of v += Δt(−ω²x − βω²v), x += Δt v at ω = 1.
 fn spectral_radius(step: f64, beta: f64) -> f64 {
     let (trace, determinant) = (2.0 - step * beta - step * step, 1.0 - step * beta);
     let discriminant = trace * trace / 4.0 - determinant;

@@ -63,7 +63,7 @@ fn every_shape_function_is_one_at_its_own_node() {
     }
 }
 
-/// ∫ x^i y^j z^k over the reference element, in closed form.
+/// Returns ∫ x^i y^j z^k over the reference element, in closed form.
 fn monomial(kind: ElementKind, powers: [u32; 3]) -> f64 {
     let line = |p: u32| {
         if p.is_multiple_of(2) {
@@ -89,8 +89,8 @@ fn monomial(kind: ElementKind, powers: [u32; 3]) -> f64 {
 
 #[test]
 fn quadrature_is_as_exact_as_it_says() {
-    // Largest total degree on the simplex part, largest power of a square's
-    // or line's coordinate: what masses of undistorted and distorted elements need.
+    // Largest total degree on the simplex part, and largest power of a coordinate of a square or
+    // line, as needed for the masses of undistorted and distorted elements.
     let cases = [
         (ElementKind::Tri3, 2, 0, 1),
         (ElementKind::Tet4, 2, 0, 1),
@@ -142,7 +142,7 @@ fn volumes_and_masses_of_a_box<const D: usize>() {
     for kind in kinds::<D>() {
         let size: [f64; D] = std::array::from_fn(|k| 1.5 + k as f64);
         let mut mesh = box_mesh(size, [2; D], kind, 0.4);
-        // Far away, and with its inner node moved: the sum must not notice.
+        // Far from the origin, and with a moved inner node: the sum must not change.
         let centre: [f64; D] = std::array::from_fn(|i| {
             (0..D)
                 .map(|j| 0.5 * rotation::<D>(0.4)[i][j] * size[j])
@@ -183,7 +183,7 @@ fn volumes_and_masses_of_a_box<const D: usize>() {
         }
         let thickness = if D == 2 { THICKNESS } else { 1.0 };
         let exact = thickness * size.iter().product::<f64>();
-        // Positions near 100 carry 1e-14 of the size.
+        // Positions near 100 have errors of 1e-14 of the size.
         assert!(
             (volume / exact - 1.0).abs() < 1e-13,
             "{kind:?}: {volume} {exact}"

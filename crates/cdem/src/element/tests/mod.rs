@@ -1,4 +1,4 @@
-//! Tests of all shapes and formulations alike.
+//! Tests of all shapes and formulations.
 
 pub(crate) mod deformation;
 pub(crate) mod force;
@@ -32,7 +32,7 @@ pub(crate) fn rock() -> Elastic {
     }
 }
 
-/// The shapes that fill `D` dimensions.
+/// Returns the shapes of dimension `D`.
 pub(crate) fn kinds<const D: usize>() -> Vec<ElementKind> {
     use ElementKind::{Hex8, Quad4, Tet4, Tri3, Wedge6};
     [Tri3, Quad4, Tet4, Wedge6, Hex8]
@@ -41,7 +41,7 @@ pub(crate) fn kinds<const D: usize>() -> Vec<ElementKind> {
         .collect()
 }
 
-/// A box from the origin, turned about an axis oblique to its sides.
+/// Creates a box with a corner at the origin, rotated about an axis oblique to its sides.
 pub(crate) fn box_mesh<const D: usize>(
     size: [f64; D],
     divisions: [usize; D],
@@ -67,8 +67,8 @@ pub(crate) fn box_mesh<const D: usize>(
     assemble(&mesh_tests::scene(D, vec![block]), no_files).expect("a box is a sound block")
 }
 
-/// A turned box of cells of size 1 whose nodes are moved, by up to `amount`
-/// a component; the same each time.
+/// Creates a rotated box of cells of size 1 whose nodes are moved by up to `amount` per component.
+/// The result is the same each time.
 pub(crate) fn distorted<const D: usize>(
     divisions: [usize; D],
     element: ElementKind,
@@ -83,12 +83,12 @@ pub(crate) fn distorted<const D: usize>(
     mesh
 }
 
-/// A number in [−1, 1], as good as random.
+/// Returns a pseudo-random number in [−1, 1].
 pub(super) fn noise(a: usize, k: usize) -> f64 {
     (12.9898 * (a as f64 + 1.0) + 78.233 * (k as f64 + 1.0)).sin()
 }
 
-/// A mesh of one element of `kind`, somewhat distorted.
+/// Creates a mesh of one slightly distorted element of `kind`.
 pub(super) fn one_element<const D: usize>(kind: ElementKind) -> Mesh<D> {
     let mut mesh = distorted([1; D], kind, 0.1);
     mesh.elements.truncate(1);
@@ -96,7 +96,7 @@ pub(super) fn one_element<const D: usize>(kind: ElementKind) -> Mesh<D> {
     mesh
 }
 
-/// The sets of a mesh of blocks of one material.
+/// Returns the sets of a mesh of blocks of one material.
 pub(crate) fn sets_of<const D: usize>(
     mesh: &Mesh<D>,
     material: Elastic,
@@ -111,7 +111,7 @@ pub(crate) fn sets_of<const D: usize>(
     build(mesh, &properties, &[material], plane, THICKNESS)
 }
 
-/// Elastic and viscous impulses on all nodes of a kick of all elements, over one second.
+/// Kicks all elements over one second and returns the elastic and viscous impulses on all nodes.
 pub(super) fn kick<const D: usize>(
     sets: &mut Sets<D>,
     is_kept: bool,
@@ -125,7 +125,7 @@ pub(super) fn kick<const D: usize>(
     kick_over(sets, &due, motion)
 }
 
-/// Elastic and viscous impulses on all nodes of a kick.
+/// Kicks the due elements and returns the elastic and viscous impulses on all nodes.
 pub(super) fn kick_over<const D: usize>(
     sets: &mut Sets<D>,
     due: &Due,
@@ -151,7 +151,7 @@ pub(super) fn kick_over<const D: usize>(
     impulses
 }
 
-/// Elastic nodal forces at `displacement`, N; nothing is committed.
+/// Returns the elastic nodal forces at `displacement`, N, without a change of history.
 pub(super) fn forces<const D: usize>(
     sets: &mut Sets<D>,
     displacement: &[[f64; D]],
@@ -161,7 +161,7 @@ pub(super) fn forces<const D: usize>(
     force
 }
 
-/// Brings the history of all elements up to `displacement`; gives the forces.
+/// Updates the history of all elements to `displacement` and returns the forces.
 pub(super) fn advance<const D: usize>(
     sets: &mut Sets<D>,
     displacement: &[[f64; D]],
@@ -171,7 +171,7 @@ pub(super) fn advance<const D: usize>(
     force
 }
 
-/// Strain energy of all elements, J: the same of each alone.
+/// Returns the strain energy of all elements, J, and checks it against that of each alone.
 pub(super) fn energy<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> f64 {
     let mut sum = 0.0;
     for set in sets {
@@ -186,7 +186,7 @@ pub(super) fn energy<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) 
     sum
 }
 
-/// Stress of each element of a set.
+/// Returns the stress of each element of a set.
 pub(super) fn stresses<const D: usize>(
     set: &dyn ElementSet<D>,
     displacement: &[[f64; D]],
@@ -199,7 +199,7 @@ pub(super) fn stresses<const D: usize>(
     told.into_iter().map(|(_, stress)| stress).collect()
 }
 
-/// G·X at every node.
+/// Returns G·X at every node.
 pub(super) fn linear_field<const D: usize>(
     mesh: &Mesh<D>,
     gradient: impl Fn(usize, usize) -> f64,
@@ -208,12 +208,12 @@ pub(super) fn linear_field<const D: usize>(
     mesh.nodes.iter().map(at).collect()
 }
 
-/// Largest absolute component.
+/// Returns the largest absolute component.
 pub(super) fn largest<const D: usize>(vectors: &[[f64; D]]) -> f64 {
     vectors.iter().flatten().fold(0.0, |m, x| x.abs().max(m))
 }
 
-/// A proper rotation by `angle` (2-D), or about a fixed oblique axis (3-D).
+/// Returns a proper rotation by `angle` (2-D), or about a fixed oblique axis (3-D).
 pub(crate) fn rotation<const D: usize>(angle: f64) -> [[f64; D]; D] {
     let (sine, cosine) = angle.sin_cos();
     let axis = [0.48, 0.6, 0.64];

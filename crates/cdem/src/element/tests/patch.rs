@@ -3,7 +3,7 @@
 use crate::element::tensor::{self, Tensor};
 use crate::element::tests::*;
 
-/// Nodes not on the boundary.
+/// Returns the nodes that are not on the boundary.
 fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
     let mut on_boundary = vec![false; mesh.nodes.len()];
     for &facet in &*mesh.boundary_facets() {
@@ -13,7 +13,7 @@ fn inner_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
     (0..mesh.nodes.len()).filter(|&a| !on_boundary[a]).collect()
 }
 
-/// Cauchy stress of St Venant–Kirchhoff under F = I + H, as reported.
+/// Returns the Cauchy stress of St Venant–Kirchhoff under F = I + H, in output order.
 fn exact_stress<const D: usize>(h: &Tensor<D>, plane: Plane) -> [f64; 6] {
     let f = tensor::with_unit(h);
     let green: Tensor<D> = {
@@ -94,7 +94,7 @@ fn total_kinematics_pass_at_large_strain() {
     total_passes_at_large_strain([2, 2, 2]);
 }
 
-/// Digits survive at tiny strain, on a block that has gone far.
+/// Tiny strains keep their digits on a block far from its rest position.
 fn total_keeps_digits_at_small_strain<const D: usize>(divisions: [usize; D]) {
     for kind in kinds::<D>() {
         let mesh = distorted(divisions, kind, 0.15);
@@ -107,13 +107,13 @@ fn total_keeps_digits_at_small_strain<const D: usize>(divisions: [usize; D]) {
         // A shift of 1000 m leaves displacements with 1e-13 m: 1e-5 of 1e-8.
         let far: Vec<_> = near.iter().map(|u| u.map(|x| x + 1000.0)).collect();
         assert_uniform(&sets, &far, exact, 1e-4);
-        // A pure shift strains nothing at all.
+        // A pure shift causes no strain at all.
         let shift = vec![[1234.567; D]; mesh.nodes.len()];
         assert_eq!(largest(&forces(&mut sets, &shift)), 0.0);
     }
 }
 
-/// C : sym H in plane strain or 3-D.
+/// Returns C : sym H in plane strain or 3-D.
 fn exact_small_stress<const D: usize>(h: &Tensor<D>) -> [f64; 6] {
     let (lambda, mu) = (rock().lame_lambda, rock().shear_modulus);
     let pressure = lambda * tensor::trace(h);
@@ -131,8 +131,8 @@ fn total_kinematics_keep_their_digits() {
     total_keeps_digits_at_small_strain([2, 2, 2]);
 }
 
-/// In many small steps the incremental stress of a pure stretch is that of
-/// logarithmic strain, whatever the mesh.
+/// In many small steps the incremental stress of a pure stretch is that of logarithmic strain on
+/// any mesh.
 fn incremental_follows_a_stretch<const D: usize>(divisions: [usize; D]) {
     for kind in kinds::<D>() {
         for plane in PLANES {
@@ -166,7 +166,7 @@ fn incremental_follows_a_stretch<const D: usize>(divisions: [usize; D]) {
                 (_, Plane::Stress) => 0.0,
             };
             let exact = [normal(0), normal(1), across, 0.0, 0.0, 0.0];
-            // The mid-step increment errs by (step's strain)²/12: 1e-3² / 12.
+            // The mid-step increment has an error of (strain per step)²/12: 1e-3² / 12.
             assert_uniform(&sets, &stretch(1.0), exact, 1e-6);
             assert_inner_nodes_in_balance(&mesh, &force);
         }
@@ -188,7 +188,7 @@ fn formulations_agree_at_small_strain<const D: usize>(divisions: [usize; D]) {
             advance(&mut sets, &linear_field(&mesh, |i, j| t * h[i][j]));
         }
         let displacement = linear_field(&mesh, |i, j| h[i][j]);
-        // They differ by the strain, 1e-7 of the stress and some.
+        // They differ by about the strain, 1e-7 of the stress.
         assert_uniform(&sets, &displacement, exact_small_stress(&h), 1e-6);
         let total = sets_of(&mesh, rock(), Kinematics::Total, Plane::Strain);
         let (one, other) = (energy(&sets, &displacement), energy(&total, &displacement));

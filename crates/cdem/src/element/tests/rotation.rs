@@ -1,9 +1,9 @@
-//! Rigid rotations of stressed bodies.
+//! Rigid rotations of stressed blocks.
 
 use crate::element::tensor::{self, Tensor};
 use crate::element::tests::*;
 
-/// A stretched body turned by `angle`: u = (R F − I) X.
+/// Returns the displacement of a stretched body rotated by `angle`: u = (R F − I) X.
 fn turned<const D: usize>(mesh: &Mesh<D>, angle: f64) -> Vec<[f64; D]> {
     let stretch: Tensor<D> =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j) + 0.01 * noise(i, j)));
@@ -16,8 +16,8 @@ fn full<const D: usize>(voigt: [f64; 6]) -> Tensor<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| voigt[places[i][j]]))
 }
 
-/// Largest error of stresses that should be R σ Rᵀ, relative to σ; the
-/// component across the plane must stay.
+/// Returns the largest error of stresses that should be R σ Rᵀ, relative to σ. In 2-D the component
+/// across the plane must not change.
 fn stress_error<const D: usize>(sets: &Sets<D>, mesh: &Mesh<D>, old: [f64; 6], angle: f64) -> f64 {
     let turn = rotation::<D>(angle);
     let expected = tensor::product_transposed(&tensor::product(&turn, &full(old)), &turn);
@@ -46,7 +46,7 @@ fn total_is_objective<const D: usize>() {
         let still = turned(&mesh, 0.0);
         let stress = stresses(&*sets[0], &still)[0];
         for angle in [1e-3, 0.7, 2.5] {
-            // Strain 1e-2 of displacements of size 4 carries some 1e-13.
+            // Strain 1e-2 of displacements of size 4 has an error of some 1e-13.
             let error = stress_error(&sets, &mesh, stress, angle);
             assert!(error < 1e-12, "{kind:?} {angle}: {error}");
             let change = energy(&sets, &turned(&mesh, angle)) / energy(&sets, &still) - 1.0;
@@ -61,9 +61,8 @@ fn total_kinematics_turn_stress_to_round_off() {
     total_is_objective::<3>();
 }
 
-/// About its own middle configuration a rigid increment is skew, and Hughes
-/// and Winget's formula gives back the very rotation: nothing is lost even in
-/// large steps.
+/// About its own middle configuration a rigid increment is skew, and the formula of Hughes and
+/// Winget gives the exact rotation. Nothing is lost even in large steps.
 fn incremental_is_objective<const D: usize>() {
     for kind in kinds::<D>() {
         let mesh = distorted([2; D], kind, 0.1);
@@ -75,11 +74,11 @@ fn incremental_is_objective<const D: usize>() {
         for angle in [0.01, 0.5, 1.4, 2.5] {
             advance(&mut sets, &turned(&mesh, angle));
             let error = stress_error(&sets, &mesh, stress, angle);
-            // Increments of size 1 carry 1e-16 into strains of 1e-2.
+            // Increments of size 1 bring errors of 1e-16 into strains of 1e-2.
             assert!(error < 1e-12, "{kind:?} {angle}: {error}");
             let change = energy(&sets, &turned(&mesh, angle)) / before - 1.0;
-            // Stress σ that errs so does work along paths of up to 2, and ½ σ ε with a strain ε of
-            // 1e-2 is the energy that it is compared with.
+            // A stress σ with such an error does work along paths of up to 2. It is compared with
+            // the energy ½ σ ε at a strain ε of 1e-2.
             assert!(
                 change.abs() <= 400.0 * error.max(f64::EPSILON),
                 "{kind:?} {angle}: {change}"
@@ -94,8 +93,8 @@ fn incremental_kinematics_turn_stress_to_round_off() {
     incremental_is_objective::<3>();
 }
 
-/// Error of the stress after F(t) = R(t) U(t), U along fixed axes of the
-/// material: exactly R (C : log U) Rᵀ.
+/// Returns the error of the stress after F(t) = R(t) U(t), with U along fixed axes of the material:
+/// the exact stress is R (C : log U) Rᵀ.
 fn stretched_while_turning<const D: usize>(kind: ElementKind, steps: u32) -> f64 {
     let mesh = distorted([2; D], kind, 0.1);
     let mut sets = sets_of(&mesh, rock(), Kinematics::Incremental, Plane::Strain);
@@ -129,7 +128,7 @@ fn incremental_errs_by_the_square_of_the_step<const D: usize>() {
             stretched_while_turning::<D>(kind, 10),
             stretched_while_turning::<D>(kind, 20),
         );
-        // Strains err by tan²½Δθ, 0.1² / 4.
+        // Strains have an error of tan²½Δθ, 0.1² / 4.
         assert!(coarse < 3e-3, "{kind:?}: {coarse}");
         let order = (coarse / fine).log2();
         assert!((1.9..2.1).contains(&order), "{kind:?}: order {order}");
@@ -144,8 +143,7 @@ fn incremental_kinematics_are_of_second_order() {
 
 #[test]
 fn a_stress_free_body_turns_without_stress() {
-    // R − I is skew about the mid-step configuration, so even one step of
-    // 1 rad strains nothing.
+    // R − I is skew about the mid-step configuration, so even one step of 1 rad causes no strain.
     let mesh = distorted([2, 2, 2], ElementKind::Hex8, 0.1);
     let mut sets = sets_of(&mesh, rock(), Kinematics::Incremental, Plane::Strain);
     let turn = rotation::<3>(1.0);

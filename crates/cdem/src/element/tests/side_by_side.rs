@@ -1,16 +1,16 @@
-//! Elements that are worked out side by side in a register.
+//! Elements in SIMD lanes give the same bits as single elements.
 
 use crate::element::tests::*;
 use crate::mesh::Block;
 
-/// What kicks give and leave.
+/// Results of kicks.
 struct Given<const D: usize> {
-    /// Elastic and viscous, kick by kick.
+    /// Elastic and viscous impulses, kick by kick.
     impulses: Vec<[Vec<[f64; D]>; 2]>,
     records: Vec<Vec<f64>>,
 }
 
-/// The same elements without common nodes.
+/// Returns the same elements without common nodes.
 fn torn<const D: usize>(mesh: &Mesh<D>) -> Mesh<D> {
     let mut torn = mesh.clone();
     torn.nodes.clear();
@@ -25,8 +25,8 @@ fn torn<const D: usize>(mesh: &Mesh<D>) -> Mesh<D> {
     torn
 }
 
-/// A mesh of which the first third of the elements is one block and the rest another: some
-/// elements of both lie in one register.
+/// Returns the mesh with the first third of its elements in one block and the rest in another. Some
+/// elements of both are in one SIMD batch.
 fn in_two_blocks<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     let whole = mesh.blocks[0].clone();
     let cut = whole.elements.end / 3;
@@ -38,7 +38,7 @@ fn in_two_blocks<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     mesh
 }
 
-/// Two kicks of all elements: all at once, or each `alone`.
+/// Makes two kicks of all elements: all at once, or each `alone`.
 fn kicks<const D: usize>(mesh: &Mesh<D>, kinematics: Kinematics, alone: bool) -> Vec<Given<D>> {
     let material = Elastic {
         damping: Damping {
@@ -93,7 +93,7 @@ fn kicks<const D: usize>(mesh: &Mesh<D>, kinematics: Kinematics, alone: bool) ->
     given
 }
 
-/// Elements that share no nodes give the same alone and together, to the bit.
+/// Elements without common nodes give the same results alone and together, to the bit.
 fn alone_and_together<const D: usize>() {
     for kind in kinds::<D>() {
         for kinematics in KINEMATICS {
@@ -122,7 +122,7 @@ fn elements_give_the_same_bits_alone_and_side_by_side() {
     alone_and_together::<3>();
 }
 
-/// Levels sort elements anew; what they give and keep goes with them.
+/// Levels sort the elements again; impulses and records move with them.
 fn levels_change_nothing<const D: usize>() {
     for kind in kinds::<D>() {
         let mesh = torn(&distorted::<D>([3; D], kind, 0.1));

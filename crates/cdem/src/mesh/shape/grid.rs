@@ -5,16 +5,15 @@ use crate::mesh::shape::{facet_kind, fault, push, with_sides};
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawMesh};
 use crate::scene::check::block::MOST_ELEMENTS;
 
-/// A box between two corners, of `divisions` cells along each axis.
+/// Meshes a box between two corners, with `divisions` cells along each axis.
 ///
-/// Triangles cut all cells alike, so that all nodes of a side but its ends
-/// have equal masses: where masses alternate, the force of a flat impact
-/// ripples with them. Tetrahedra and wedges cut neighbouring cells as mirror
-/// images (union jack), so that the mesh prefers no direction: cut alike,
-/// their lumped masses have products of inertia that a box has not.
+/// Triangles cut all cells in the same way, so that all nodes of a side except its ends have equal
+/// masses; alternating masses would make the force of a flat impact ripple. Tetrahedra and wedges
+/// cut neighbouring cells as mirror images (union jack), so that the mesh prefers no direction;
+/// otherwise their lumped masses would have products of inertia that a box does not have.
 ///
 /// # Errors
-/// If the box has no extent, no divisions, or far too many.
+/// If the box has no extent or no divisions, or if there are far too many elements.
 pub(super) fn mesh_box<const D: usize>(
     min: &[f64],
     max: &[f64],
@@ -102,7 +101,7 @@ impl<const D: usize> Lattice<D> {
         unravel(point, self.divisions.map(|n| n + 1))
     }
 
-    /// Coordinates of a point; those on a side are exactly on it.
+    /// Returns the coordinates of a point; a point on a side lies exactly on it.
     fn place(&self, point: usize) -> [f64; 3] {
         let index = self.index(point);
         std::array::from_fn(|i| match index.get(i) {
@@ -115,7 +114,7 @@ impl<const D: usize> Lattice<D> {
         })
     }
 
-    /// The point at a corner of a cell: bit i of `bits` is its upper side on axis i.
+    /// Returns the point at a corner of a cell. Bit i of `bits` selects the upper side on axis i.
     fn corner(&self, cell: [usize; D], bits: usize) -> u32 {
         let along = |i: usize| cell[i] + (bits >> i & 1);
         let number = (0..D)
@@ -145,7 +144,8 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
-/// Place of item `number` in an array of the given extents, first axis fastest.
+/// Returns the lattice indices of item `number` in an array of the given extents, first axis
+/// fastest.
 fn unravel<const D: usize>(mut number: usize, extents: [usize; D]) -> [usize; D] {
     extents.map(|extent| {
         let along = number % extent;
@@ -154,11 +154,10 @@ fn unravel<const D: usize>(mut number: usize, extents: [usize; D]) -> [usize; D]
     })
 }
 
-/// The elements of one cell, as corners (see [`Lattice::corner`]); in 3-D,
-/// cells of odd parity along an axis are mirrored on it.
+/// Returns the elements of one cell, as corners (see [`Lattice::corner`]). In 3-D, cells of odd
+/// parity along an axis are mirrored on it.
 ///
-/// Simplices are Kuhn's: one for each order of the axes, from the corner 0 to
-/// the opposite one.
+/// The tetrahedra are Kuhn's: one for each order of the axes, from corner 0 to the opposite one.
 fn cut(element: ElementKind, parity: usize) -> Vec<Vec<usize>> {
     let mirrored = parity.count_ones() % 2 == 1;
     let triangles = [[0, 1, 3], [0, 3, 2]];

@@ -6,7 +6,7 @@ pub(crate) mod polygon;
 use crate::mesh::{BlockFault, CellKind, ElementKind, RawGroup, RawMesh};
 use crate::scene::Geometry;
 
-/// The mesh of a shape: a box or a polygon of a scene, in `D` dimensions.
+/// Meshes a shape of a scene, a box or a polygon, in `D` dimensions.
 ///
 /// Groups are called `block.xmin` … for boxes and `block.edge1` … for polygons.
 ///
@@ -63,7 +63,7 @@ fn fault(key: &'static str, problem: String) -> BlockFault {
     BlockFault::Shape { key, problem }
 }
 
-/// An empty shape with one group of facets per side.
+/// Returns an empty shape with one group of facets for each side.
 fn with_sides(names: impl Iterator<Item = String>, dimension: usize) -> RawMesh {
     let mut mesh = RawMesh::new("shape");
     for (index, name) in names.enumerate() {
@@ -78,7 +78,7 @@ fn with_sides(names: impl Iterator<Item = String>, dimension: usize) -> RawMesh 
     mesh
 }
 
-/// Adds a cell; `side` is the index of the side whose facet it is.
+/// Adds a cell; `side` is the index of the side that the cell is a facet of.
 fn push(mesh: &mut RawMesh, kind: CellKind, nodes: &[u32], side: Option<usize>) {
     let cells = mesh.cells_mut(kind);
     cells.tags.push(cells.tags.len() as u64 + 1);
@@ -86,7 +86,7 @@ fn push(mesh: &mut RawMesh, kind: CellKind, nodes: &[u32], side: Option<usize>) 
     cells.sets.push(side.map_or(0, |side| side as u32 + 1));
 }
 
-/// The boundary cell on so many nodes.
+/// Returns the kind of boundary cell with this number of nodes.
 fn facet_kind(nodes: usize) -> CellKind {
     match nodes {
         2 => CellKind::Line,

@@ -1,4 +1,5 @@
-//! Polygons: constrained Delaunay triangles, or three quadrilaterals in each.
+//! Polygons meshed with constrained Delaunay triangles, or with three quadrilaterals in each
+//! triangle.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -18,20 +19,20 @@ use crate::scene::check::block::MOST_ELEMENTS;
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
-/// A simple polygon of elements whose boundary edges are no longer than `size`
-/// and whose areas are at most those of an equilateral triangle of that side.
+/// Meshes a simple polygon. Boundary edges are no longer than `size`; areas are at most that of an
+/// equilateral triangle with side `size`.
 ///
-/// Corners may go round either way; side k runs from corner k to the next.
+/// Corners may be in either orientation; side k runs from corner k to the next.
 ///
 /// # Errors
-/// If the polygon is not simple, `size` is not positive or far too small.
+/// If the polygon is not simple, or if `size` is not positive or far too small.
 pub(super) fn mesh_polygon(
     corners: &[[f64; 2]],
     size: f64,
     element: ElementKind,
 ) -> Result<RawMesh, BlockFault> {
     check(corners, size)?;
-    // A quadrilateral has half the edges of the triangle that it is cut from.
+    // A quadrilateral has half the edge length of the triangle it is cut from.
     let size = if element == ElementKind::Quad4 {
         2.0 * size
     } else {
@@ -68,7 +69,7 @@ struct Triangles {
 }
 
 impl Triangles {
-    /// Edges of one triangle only, with it to their left, sorted.
+    /// Returns the edges that belong to one triangle only, with it to their left, sorted.
     fn boundary(&self) -> Vec<[u32; 2]> {
         let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
         let mut all: Vec<_> = self.corners.iter().copied().flat_map(edges).collect();
@@ -129,7 +130,7 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
         }
     }
     let estimate = estimate(corners, size);
-    // What is not a number is too many, too.
+    // NaN counts as too many.
     if !matches!(estimate.partial_cmp(&MOST_ELEMENTS), Some(Ordering::Less)) {
         let problem = format!(
             "{} m makes about {} elements, more than {}; choose a larger size",
@@ -142,8 +143,8 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
     Ok(())
 }
 
-/// Elements of a polygon, about: as many equilateral triangles as fill it, and no
-/// fewer than pieces of its sides, which are many where it is thin.
+/// Estimates the number of elements: the number of equilateral triangles that fill the polygon,
+/// plus the number of pieces of its sides, which is the larger one if the polygon is thin.
 fn estimate(corners: &[[f64; 2]], size: f64) -> f64 {
     let next = corners.iter().cycle().skip(1);
     let sides: f64 = corners
@@ -152,17 +153,17 @@ fn estimate(corners: &[[f64; 2]], size: f64) -> f64 {
         .map(|(&a, &b)| distance(a, b))
         .sum();
     let triangles = area(corners) / (0.25 * 3.0_f64.sqrt() * size * size);
-    // No maximum: it would drop what is not a number.
+    // A sum, because a maximum would drop NaN.
     triangles + sides / size
 }
 
-/// Twice the area of the triangle abc, exact in sign.
+/// Returns twice the signed area of the triangle abc; the sign is exact.
 fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     let [a, b, c] = [a, b, c].map(|[x, y]| robust::Coord { x, y });
     robust::orient2d(a, b, c)
 }
 
-/// Whether two segments have a point in common.
+/// True if two segments have a point in common.
 fn touch([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
     let apart = |i: usize| a[i].max(b[i]) < c[i].min(d[i]) || c[i].max(d[i]) < a[i].min(b[i]);
     let opposite = |s: f64, t: f64| s == 0.0 || t == 0.0 || (s < 0.0) != (t < 0.0);
@@ -182,20 +183,20 @@ fn area(corners: &[[f64; 2]]) -> f64 {
     (corners.iter().zip(next).map(cross).sum::<f64>() / 2.0).abs()
 }
 
-/// Smallest angles that are tried, degrees: 30 nearly always works; below 20.7
-/// the refinement is proven to end (Ruppert 1995, as spade states).
+/// Smallest angles that are tried in turn, degrees. 30 nearly always works; below 20.7 the
+/// refinement is proven to end (Ruppert 1995, as stated by spade).
 const ANGLES: [f64; 2] = [30.0, 20.0];
 
 fn triangulate(corners: &[[f64; 2]], size: f64) -> Result<Triangles, BlockFault> {
     let largest = 0.25 * 3.0_f64.sqrt() * size * size;
-    // Enough for triangles a tenth as large as they may be, and for fine corners.
+    // Enough for triangles of a tenth of the allowed area, and for fine corners.
     let most_vertices = (10.0 * area(corners) / largest) as usize + 100 * corners.len() + 10_000;
     for angle in ANGLES {
         let mut delaunay = outline(corners, size)?;
         let parameters = RefinementParameters::new()
             .exclude_outer_faces(true)
             .with_angle_limit(AngleLimit::from_deg(angle))
-            // A triangle of exactly this area shall stay.
+            // A triangle of exactly the allowed area is not refined.
             .with_max_allowed_area(largest * (1.0 + 1e-9))
             .with_max_additional_vertices(most_vertices);
         let result = delaunay.refine(parameters);
@@ -208,13 +209,13 @@ fn triangulate(corners: &[[f64; 2]], size: f64) -> Result<Triangles, BlockFault>
     Err(fault("shape.polygon", problem.into()))
 }
 
-/// The polygon's sides as constraints, in pieces no longer than `size`.
+/// Triangulates the polygon with its sides as constraints, in pieces no longer than `size`.
 fn outline(corners: &[[f64; 2]], size: f64) -> Result<Delaunay, BlockFault> {
     let mut delaunay = Delaunay::new();
     let mut ring = Vec::new();
     for (k, &corner) in corners.iter().enumerate() {
         let next = corners[(k + 1) % corners.len()];
-        // A side of exactly n sizes has n pieces, whatever its rounding.
+        // A side of exactly n sizes gets n pieces, in spite of rounding.
         let pieces = (distance(corner, next) / size * (1.0 - 1e-9))
             .ceil()
             .max(1.0);
@@ -237,7 +238,7 @@ fn outline(corners: &[[f64; 2]], size: f64) -> Result<Delaunay, BlockFault> {
     Ok(delaunay)
 }
 
-/// The triangles that are not `outside`, and their vertices alone.
+/// Returns the triangles that are not `outside`, and only their vertices.
 fn inside(delaunay: &Delaunay, outside: &[FixedFaceHandle<InnerTag>]) -> Triangles {
     let mut excluded: Vec<_> = outside.iter().map(|face| face.index()).collect();
     excluded.sort_unstable();
@@ -262,8 +263,8 @@ fn inside(delaunay: &Delaunay, outside: &[FixedFaceHandle<InnerTag>]) -> Triangl
     triangles
 }
 
-/// Cuts each triangle into three quadrilaterals at its centre and the middles
-/// of its edges.
+/// Cuts each triangle into three quadrilaterals that meet at its centre and at the midpoints of its
+/// edges.
 fn push_quadrilaterals(
     mesh: &mut RawMesh,
     corners: &[[f64; 2]],
@@ -294,7 +295,7 @@ fn push_quadrilaterals(
     }
 }
 
-/// Adds a boundary edge to the side of the polygon that it lies on.
+/// Adds a boundary edge to the group of the polygon side that it lies on.
 fn push_side(mesh: &mut RawMesh, corners: &[[f64; 2]], edge: [u32; 2]) {
     let [p, q] = edge.map(|n| mesh.points[n as usize]);
     let [x, y, _] = between(p, q, 0.5);

@@ -1,11 +1,11 @@
-//! Cutting, placing, numbering and judging blocks.
+//! Tests of cutting, placing, numbering and checking blocks.
 
 use proptest::prelude::*;
 
 use crate::mesh::tests::*;
 use crate::mesh::{CellKind, ElementKind, Facet, RawGroup};
 
-/// A raw mesh in the plane: elements and edges with the groups they lie in.
+/// A raw mesh in 2-D: elements and edges with their groups.
 struct Plan {
     raw: RawMesh,
 }
@@ -57,8 +57,8 @@ impl Plan {
     }
 }
 
-/// Two unit squares side by side, the right one of triangles, one of them
-/// numbered clockwise; the edge between them is a group, and so is the top.
+/// Returns two unit squares side by side. The right one consists of triangles, one of them numbered
+/// clockwise. The edge between the squares is a group, and so is the top.
 fn two_squares() -> RawMesh {
     let points = [[0., 0.], [1., 0.], [2., 0.], [0., 1.], [1., 1.], [2., 1.]];
     Plan::new(&points)
@@ -155,7 +155,7 @@ fn blocks_are_scaled_then_rotated_then_shifted() {
         ..block("b", file("m", Some("left")))
     };
     let mesh = blocks_of::<2>(&two_squares(), vec![placed]).expect("a block");
-    // (1, 0) → (2, 0) → (0, 2) → (10, 22), but for the rounding of cos 90°.
+    // (1, 0) → (2, 0) → (0, 2) → (10, 22), up to the rounding of cos 90°.
     let [x, y] = mesh.nodes[1];
     assert!(
         (x - 10.0).abs() < 1e-14 && (y - 22.0).abs() < 1e-14,
@@ -352,8 +352,8 @@ fn parts_of_a_split_block_have_its_groups() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Elements as sets of places are the same however the mesh is cut and
-    /// numbered, and so is their volume.
+    /// The elements, as sets of positions, and their volume do not depend on the split and the
+    /// numbering.
     #[test]
     fn splitting_and_renumbering_keep_cells_and_volume(
         divisions in prop::array::uniform3(1..6_usize),
@@ -381,7 +381,7 @@ proptest! {
         for split in [Split::Components, Split::Cells] {
             let parts = cut(split);
             prop_assert_eq!(places(&whole), places(&parts));
-            // Sums of some thousand terms of equal sign, in another order.
+            // Sums of some thousand terms of equal sign, in different order.
             prop_assert!((total_volume(&parts) / 6.0 - 1.0).abs() < 1e-12);
         }
         // Every node is used, and numbered once.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::mesh::{Element, Mesh, MeshError, RawMesh, assemble, quality};
 use crate::scene::*;
 
-/// A scene of the given blocks; nothing else of it matters to meshes.
+/// Returns a scene of the given blocks; meshes do not depend on the rest of it.
 pub(crate) fn scene(dimension: usize, block: Vec<Block>) -> Scene {
     Scene {
         version: 1,
@@ -51,7 +51,7 @@ pub(crate) fn scene(dimension: usize, block: Vec<Block>) -> Scene {
     }
 }
 
-/// A block of this geometry, where it is.
+/// Returns a block of this geometry, without placement.
 pub(crate) fn block(name: &str, geometry: Geometry) -> Block {
     Block {
         name: name.to_owned(),
@@ -72,7 +72,7 @@ pub(crate) fn block(name: &str, geometry: Geometry) -> Block {
     }
 }
 
-/// A mesh file, from which `group` is taken.
+/// Returns the geometry of a mesh file, of which `group` is used.
 fn file(path: &str, group: Option<&str>) -> Geometry {
     Geometry::Mesh {
         path: PathBuf::from(path),

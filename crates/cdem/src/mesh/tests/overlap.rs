@@ -1,4 +1,4 @@
-//! Blocks in each other.
+//! Tests of overlapping blocks.
 
 use crate::mesh::tests::*;
 use crate::mesh::{ElementKind, Overlap, overlap};
@@ -88,7 +88,7 @@ fn a_block_in_another_and_two_in_one_place_are_found() {
     assert!(same.is_some());
 }
 
-/// Two boxes of one element, of which the second is shifted.
+/// Returns two boxes of one element each; the second is shifted.
 fn flush<const D: usize>(element: ElementKind, high: [f64; D], shift: [f64; D]) -> Option<f64> {
     let boxes = [("a", [0.0; D]), ("b", shift)].map(|(name, shift)| {
         let (min, max) = (shift.to_vec(), (0..D).map(|c| high[c] + shift[c]).collect());

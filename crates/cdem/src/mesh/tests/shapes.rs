@@ -1,4 +1,4 @@
-//! Boxes and polygons.
+//! Tests of boxes and polygons.
 
 use proptest::prelude::*;
 
@@ -23,7 +23,7 @@ fn polygon(corners: &[[f64; 2]], size: f64, element: ElementKind) -> Geometry {
     }
 }
 
-/// Length of an edge or area of a face: Newell's formula.
+/// Returns the length of an edge or the area of a face, by Newell's formula.
 fn facet_size<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> f64 {
     let at = |n: u32| {
         let place = mesh.nodes[n as usize];
@@ -44,8 +44,8 @@ fn facet_size<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> f64 {
     crate::mesh::vector::distance(normal, [0.0; 3])
 }
 
-/// A box fills its volume, its boundary is its surface and nothing more (so
-/// every other facet is shared by exactly two elements), its sides cover it.
+/// Checks that a box fills its volume, that its boundary is exactly its surface (so every other
+/// facet is shared by exactly two elements), and that its sides cover it.
 fn check_box<const D: usize>(max: &[f64], divisions: &[usize], element: ElementKind) {
     let mesh = shapes::<D>(vec![block("b", cuboid(max, divisions, element))]).expect("a box");
     let expected: f64 = max.iter().product();
@@ -97,7 +97,7 @@ proptest! {
         }
     }
 
-    /// Stars are simple polygons, convex or not, that go round either way.
+    /// Stars are simple polygons, convex or not, in either orientation.
     #[test]
     fn polygons_are_filled_to_their_sides(
         radii in prop::collection::vec(0.5..2.0_f64, 3..9),

@@ -1,4 +1,4 @@
-//! Blocks: geometry, placement, initial motion.
+//! Checks of blocks: geometry, placement, initial motion.
 
 use crate::math::format::short;
 use crate::scene::check::Check;
@@ -8,8 +8,8 @@ use crate::scene::element_kind::ElementKind;
 use crate::scene::input::{self, Length, NumberOrVector, Quantity, QuantityOr};
 use crate::scene::{Block, Geometry, KeyPath, Problem, Rotation};
 
-/// Most elements of a shape. More is a slip of the pen: they would take minutes
-/// to make, and more memory than most machines have.
+/// Largest number of elements of a shape. More is most likely a typing error: they would take
+/// minutes to make, and more memory than most machines have.
 pub(crate) const MOST_ELEMENTS: f64 = 2e7;
 
 impl Check {
@@ -247,7 +247,7 @@ impl Check {
         Some(checked)
     }
 
-    /// One component about z in 2-D, three in 3-D.
+    /// Checks the angular velocity: one component about z in 2-D, three in 3-D.
     fn angular_velocity(&mut self, at: &KeyPath, input: &input::BlockInput) -> Option<Vec<f64>> {
         let path = at.key("angular_velocity");
         match (&input.angular_velocity, self.dimension) {

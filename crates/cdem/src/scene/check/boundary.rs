@@ -1,4 +1,4 @@
-//! Boundary conditions and loads.
+//! Checks of boundary conditions and loads.
 
 use crate::scene::check::Check;
 use crate::scene::check::names::Sort;
@@ -98,7 +98,7 @@ impl Check {
         })
     }
 
-    /// +z in 2-D, where it goes without saying.
+    /// Checks the axis of rotation, which defaults to +z in 2-D.
     fn turn_axis(&mut self, at: &KeyPath, input: &input::BoundaryInput) -> Option<[f64; 3]> {
         if self.dimension == 2 {
             self.only_in(3, at, "axis", input.axis.is_some());

@@ -1,4 +1,4 @@
-//! Contact: models, strengths, pairs.
+//! Checks of contact: models, strengths, pairs.
 
 use crate::math::format::short;
 use crate::scene::check::Check;
@@ -7,7 +7,7 @@ use crate::scene::check::value::{BETWEEN_ZERO_AND_ONE, NOT_NEGATIVE, POSITIVE};
 use crate::scene::input::{self, Quantity, Stiffness};
 use crate::scene::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strength, Zone};
 
-/// Deepest level of refinement that can be asked for.
+/// Largest value of `max_level`.
 const DEEPEST_LEVEL: u32 = 16;
 
 impl Check {
@@ -48,7 +48,7 @@ impl Check {
         })
     }
 
-    /// Accepted loss and deepest level.
+    /// Checks accepted loss and largest level of refinement.
     fn two_scale(&mut self, at: &KeyPath, input: &input::ContactInput) -> Option<(f64, u32)> {
         if input.model != ContactModel::TwoScale {
             for (key, given) in [
@@ -74,7 +74,7 @@ impl Check {
         Some((energy_loss?.unwrap_or(0.01), levels))
     }
 
-    /// Normal and shear stiffness of the penalty model.
+    /// Checks normal and shear stiffness of the penalty model.
     fn stiffness(
         &mut self,
         at: &KeyPath,
@@ -99,7 +99,7 @@ impl Check {
         Some((normal, shear.or(normal)))
     }
 
-    /// The two stiffnesses of `[contact]` or of a pair.
+    /// Checks the two stiffnesses of `[contact]` or of a pair.
     fn stiffnesses(
         &mut self,
         at: &KeyPath,
@@ -156,7 +156,7 @@ impl Check {
         })
     }
 
-    /// Two blocks, or two materials.
+    /// Checks that the names are two blocks or two materials.
     fn between(&mut self, at: &KeyPath, input: Option<&[String]>) -> Option<[String; 2]> {
         let input = self.required(at, "between", input, "between = [\"left\", \"right\"]")?;
         let path = at.key("between");
@@ -197,7 +197,7 @@ impl Check {
             self.report(path.clone(), message);
             return;
         }
-        // The other name, where it is known, says what is meant.
+        // If the other name is known, it tells which sort is meant.
         let material = names
             .iter()
             .any(|name| !is(Sort::Block, name) && is(Sort::Material, name));
@@ -214,7 +214,7 @@ impl Check {
     }
 }
 
-/// A usual stiffness: that of the stiffest block, to the order of magnitude.
+/// Returns advice on a usual stiffness: that of the stiffest material, to the order of magnitude.
 fn stiffness_hint(scene: &input::SceneInput) -> String {
     let moduli = scene.material.iter().filter_map(|m| m.young_modulus);
     let stiffest = moduli.map(Quantity::si).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
-//! From input to scene: what keys ask of each other, ranges, names, defaults.
+//! Checks input and makes the scene: dependencies between keys, ranges, names, defaults.
 //!
-//! A function of this module returns `None` after it has reported why, so that
-//! one run of the check tells all that is wrong.
+//! A function of this module returns `None` after it has reported the reason, so one run of the
+//! check reports all problems.
 
 pub(crate) mod block;
 pub(crate) mod boundary;
@@ -16,10 +16,10 @@ use crate::scene::{
     Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time, input,
 };
 
-/// The scene that `input` describes, defaults filled in.
+/// Returns the scene that `input` describes, with defaults filled in.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All problems of the input.
 pub(super) fn check(input: &input::SceneInput) -> Result<Scene, Vec<Problem>> {
     let mut check = Check {
         dimension: 0,
@@ -35,11 +35,10 @@ pub(super) fn check(input: &input::SceneInput) -> Result<Scene, Vec<Problem>> {
 /// The only version of the scene format.
 pub(super) const VERSION: u32 = 1;
 
-/// Share of the run for which kinetic energy must have been low, where the scene
-/// does not say.
+/// Default of `time.stop_when.during`, as a fraction of the run.
 const STOP_DURING: f64 = 0.05;
 
-/// What a check knows and has found.
+/// State of a check: the names in the scene and the problems found.
 struct Check {
     dimension: usize,
     problems: Vec<Problem>,

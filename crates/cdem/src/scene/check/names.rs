@@ -1,4 +1,4 @@
-//! Names of blocks, materials and probes, and references to them.
+//! Checks of names of blocks, materials and probes, and of references to them.
 
 use std::collections::BTreeMap;
 
@@ -6,14 +6,14 @@ use crate::scene::check::Check;
 use crate::scene::problem::suggestion;
 use crate::scene::{Help, KeyPath, Problem, Split, input, is_part};
 
-/// The names that others may refer to.
+/// Names that can be referred to.
 pub(super) struct Names {
     blocks: Vec<(String, Split)>,
     fixed: Vec<String>,
     materials: Vec<String>,
 }
 
-/// Sorts of things that are referred to by name.
+/// Kinds of things that are referred to by name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sort {
     Block,
@@ -43,13 +43,13 @@ impl Names {
         }
     }
 
-    /// Whether a block, or the block that it is a part of, is immovable.
+    /// True if a block, or the block that it is a part of, is fixed.
     pub(super) fn is_fixed(&self, block: &str) -> bool {
         let mut fixed = self.fixed.iter();
         fixed.any(|whole| whole == block || is_part(whole, block))
     }
 
-    /// All names of a sort.
+    /// Returns all names of a sort.
     fn all(&self, sort: Sort) -> Vec<&str> {
         match sort {
             Sort::Block => self.blocks.iter().map(|(name, _)| name.as_str()).collect(),
@@ -57,14 +57,14 @@ impl Names {
         }
     }
 
-    /// Whether a name is that of a material, of a block, or of a part that the
-    /// split of a block may give.
+    /// True if a name is that of a material, of a block, or of a part that the split of a block may
+    /// make.
     pub(super) fn contains(&self, sort: Sort, name: &str) -> bool {
         self.all(sort).contains(&name)
             || sort == Sort::Block && self.splits().any(|block| is_part(block, name))
     }
 
-    /// Names of the blocks that are split.
+    /// Returns the names of the blocks that are split.
     pub(super) fn splits(&self) -> impl Iterator<Item = &str> {
         let split = self
             .blocks
@@ -75,7 +75,7 @@ impl Names {
 }
 
 impl Check {
-    /// A name that can stand in tables and files.
+    /// Checks a name that is used in tables and files.
     pub(super) fn name(
         &mut self,
         at: &KeyPath,
@@ -97,7 +97,7 @@ impl Check {
         Some(name.to_owned())
     }
 
-    /// A text that says something.
+    /// Checks that a text is not empty.
     pub(super) fn not_empty(&mut self, path: &KeyPath, text: &str) -> Option<String> {
         if text.is_empty() {
             self.report(path.clone(), "must not be empty");
@@ -106,7 +106,7 @@ impl Check {
         Some(text.to_owned())
     }
 
-    /// The name of a block or material that exists.
+    /// Checks that a block or material of this name exists.
     pub(super) fn reference(&mut self, path: &KeyPath, sort: Sort, name: &str) -> Option<String> {
         if self.names.contains(sort, name) {
             return Some(name.to_owned());
@@ -123,7 +123,7 @@ impl Check {
         None
     }
 
-    /// Reports names that are given twice, or that parts of a split may get.
+    /// Reports names that are used twice, or that parts of a split may get.
     pub(super) fn unique_names(&mut self, input: &input::SceneInput) {
         let blocks: Vec<_> = input.block.iter().map(|b| b.name.as_deref()).collect();
         let materials: Vec<_> = input.material.iter().map(|m| m.name.as_deref()).collect();

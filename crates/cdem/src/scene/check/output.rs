@@ -1,4 +1,4 @@
-//! Output and probes.
+//! Checks of output and probes.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,4 @@
-//! Single values: ranges, numbers of components, tables, keys that exclude
-//! each other.
+//! Checks of single values: ranges, numbers of components, tables, keys that exclude each other.
 
 use crate::scene::check::Check;
 use crate::scene::input::{
@@ -7,7 +6,7 @@ use crate::scene::input::{
 };
 use crate::scene::{Help, KeyPath, Problem, Schedule};
 
-/// Numbers that a key accepts.
+/// Range of numbers that a key accepts.
 #[derive(Clone, Copy)]
 pub(super) struct Range {
     words: &'static str,
@@ -49,18 +48,18 @@ pub(super) const FRICTION: Range = Range {
 };
 
 impl Check {
-    /// Reports what is wrong with a value.
+    /// Reports a problem with a value.
     pub(super) fn report(&mut self, path: KeyPath, message: impl Into<String>) {
         self.problems.push(Problem::new(path, message));
     }
 
-    /// Reports a key that must be there.
+    /// Reports a missing key.
     pub(super) fn missing(&mut self, at: &KeyPath, key: &str, help: impl Into<Help>) {
         let problem = Problem::new(at.key(key), "this key is missing");
         self.problems.push(problem.of_key().help(help));
     }
 
-    /// The value of a key that must be there.
+    /// Returns the value of a required key, or reports that it is missing.
     pub(super) fn required<T>(
         &mut self,
         at: &KeyPath,
@@ -74,7 +73,7 @@ impl Check {
         value
     }
 
-    /// All items of an array, checked.
+    /// Checks all items of an array.
     pub(super) fn each<T, U>(
         &mut self,
         at: &KeyPath,
@@ -88,7 +87,7 @@ impl Check {
         checked.into_iter().collect()
     }
 
-    /// A number within its range, SI.
+    /// Checks that a number is in its range; returns it in SI units.
     pub(super) fn number<M: Dimension>(
         &mut self,
         path: &KeyPath,
@@ -105,7 +104,7 @@ impl Check {
         None
     }
 
-    /// A number that may be left out; the outer `None` is a problem.
+    /// Checks an optional number; the outer `None` is a problem.
     #[allow(clippy::option_option)] // left out and wrong are two things
     pub(super) fn optional<M: Dimension>(
         &mut self,
@@ -119,7 +118,7 @@ impl Check {
         }
     }
 
-    /// A vector with as many components as the scene has dimensions.
+    /// Checks that a vector has as many components as the scene has dimensions.
     pub(super) fn vector<M: Dimension>(
         &mut self,
         path: &KeyPath,
@@ -129,7 +128,7 @@ impl Check {
         Some(value.iter().map(|component| component.si()).collect())
     }
 
-    /// Whether an array has as many items as the scene has dimensions.
+    /// Checks that the number of components is that of dimensions.
     pub(super) fn components(&mut self, path: &KeyPath, count: usize) -> Option<()> {
         if count == self.dimension {
             return Some(());
@@ -142,7 +141,7 @@ impl Check {
         None
     }
 
-    /// A vector that may be left out, which means 0.
+    /// Checks an optional vector, which defaults to 0.
     pub(super) fn vector_or_zero<M: Dimension>(
         &mut self,
         path: &KeyPath,
@@ -154,7 +153,7 @@ impl Check {
         }
     }
 
-    /// A point or direction with three components; the third is 0 in 2-D.
+    /// Checks a point or direction and returns three components; the third is 0 in 2-D.
     pub(super) fn spatial<M: Dimension>(
         &mut self,
         path: &KeyPath,
@@ -166,10 +165,10 @@ impl Check {
         Some(point)
     }
 
-    /// A unit vector along an axis of any length but 0 (3-D).
+    /// Returns the unit vector along an axis of any length but 0 (3-D).
     pub(super) fn axis(&mut self, path: &KeyPath, value: &[Quantity<Ratio>]) -> Option<[f64; 3]> {
         let axis = self.spatial(path, value)?;
-        // Scaled first: squares of very long or short axes leave the range of f64.
+        // The axis is scaled first: squares of very long or short axes leave the range of f64.
         let largest = axis
             .iter()
             .fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -178,7 +177,7 @@ impl Check {
             return None;
         }
         let squared: f64 = axis.iter().map(|x| x * x).sum();
-        // A unit vector stays as it is, bit for bit, when written and read again.
+        // A unit vector is kept bit for bit, so that it is the same when written and read again.
         if (squared - 1.0).abs() <= 8.0 * f64::EPSILON {
             return Some(axis);
         }
@@ -187,7 +186,7 @@ impl Check {
         Some(scaled.map(|x| x / length))
     }
 
-    /// A number or a table in time.
+    /// Checks a number or a table in time.
     pub(super) fn schedule<M: Dimension>(
         &mut self,
         path: &KeyPath,
@@ -201,7 +200,7 @@ impl Check {
         }
     }
 
-    /// A vector or a table of vectors in time.
+    /// Checks a vector or a table of vectors in time.
     pub(super) fn vector_schedule<M: Dimension>(
         &mut self,
         path: &KeyPath,
@@ -215,7 +214,7 @@ impl Check {
         }
     }
 
-    /// Rows of time and value; times increase.
+    /// Checks rows of time and value; times must increase.
     fn table<T, U>(
         &mut self,
         path: &KeyPath,
@@ -246,7 +245,7 @@ impl Check {
         checked.into_iter().collect()
     }
 
-    /// The end of an interval that begins at `start`.
+    /// Checks start and end of an interval.
     #[allow(clippy::option_option)] // left out and wrong are two things
     pub(super) fn interval(
         &mut self,
@@ -266,7 +265,7 @@ impl Check {
         Some((start, end))
     }
 
-    /// The one key that is given of two that exclude each other.
+    /// Returns the one given key of two that exclude each other.
     pub(super) fn one_of<A, B>(
         &mut self,
         at: &KeyPath,
@@ -288,14 +287,14 @@ impl Check {
         }
     }
 
-    /// Reports that `second` must not stand beside `first`.
+    /// Reports that `second` is not allowed together with `first`.
     pub(super) fn exclude(&mut self, at: &KeyPath, first: &str, second: &str) {
         let message = format!("`{first}` and `{second}` exclude each other");
         let problem = Problem::new(at.key(second), message).of_key();
         self.problems.push(problem.help("keep one of them"));
     }
 
-    /// Reports a key that has no meaning beside what is said elsewhere.
+    /// Reports a key that is given without the `condition` it needs.
     pub(super) fn only_with(&mut self, at: &KeyPath, key: &str, given: bool, condition: &str) {
         if given {
             let problem = Problem::new(at.key(key), format!("only with {condition}")).of_key();
@@ -309,13 +308,13 @@ impl Check {
         self.only_with(at, key, wrong, &format!("dimension = {dimension}"));
     }
 
-    /// Friction angle, rad.
+    /// Checks a friction angle, rad.
     pub(super) fn friction(&mut self, at: &KeyPath, angle: Quantity<Angle>) -> Option<f64> {
         self.number(&at.key("friction_angle"), angle, FRICTION)
     }
 }
 
-/// One of two.
+/// One of two values.
 pub(super) enum OneOf<A, B> {
     /// The first is given.
     First(A),

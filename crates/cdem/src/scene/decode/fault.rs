@@ -1,4 +1,4 @@
-//! Serde's errors as problems, in a user's words.
+//! Translates Serde's errors into problems worded for users.
 
 use std::fmt::{self, Display};
 
@@ -9,11 +9,11 @@ use crate::scene::problem::{Help, nearest, suggestion};
 use crate::scene::schema::home;
 use crate::scene::{KeyPath, Problem};
 
-/// A [`Problem`] in the making: its path is known once it has left the visitor.
+/// A [`Problem`] without its final path, which is known only outside the visitor.
 #[derive(Debug)]
 pub(super) struct Fault {
     path: Option<KeyPath>,
-    /// A key of the table at `path` that the problem is about.
+    /// Key of the table at `path` that is at fault.
     key: Option<String>,
     message: String,
     help: Option<Help>,
@@ -60,7 +60,7 @@ impl Fault {
     }
 }
 
-/// How the value of a key is written, where its form is no matter of course.
+/// Returns an example for the value of a key whose form is not obvious.
 fn example(path: &KeyPath) -> Option<&'static str> {
     let (Some(Step::Key(table)), Some(Step::Key(key))) =
         (path.steps().first(), path.steps().last())
@@ -93,7 +93,7 @@ fn example(path: &KeyPath) -> Option<&'static str> {
     })
 }
 
-/// The key that is meant by a symbol of the textbooks.
+/// Returns the key for a symbol used in textbooks.
 fn of_symbol(symbol: &str) -> Option<&'static str> {
     match symbol {
         "E" => Some("young_modulus"),
@@ -104,7 +104,7 @@ fn of_symbol(symbol: &str) -> Option<&'static str> {
     }
 }
 
-/// Whether a key that is not known will mean something one day.
+/// True if an unknown key is reserved for a later version.
 fn is_reserved(path: &KeyPath) -> bool {
     match path.steps() {
         [Step::Key(key)] => matches!(key.as_str(), "stage" | "joint" | "initial_stress"),
@@ -124,7 +124,7 @@ impl Display for Fault {
 impl std::error::Error for Fault {}
 
 impl Error for Fault {
-    /// The first line is the message, the rest the help.
+    /// The first line is the message, the rest is the help.
     fn custom<T: Display>(text: T) -> Self {
         let text = text.to_string();
         let (message, help) = match text.split_once('\n') {
@@ -176,7 +176,7 @@ impl Error for Fault {
                     .into()
             }
             (None, Some(home)) => home,
-            // Of a few it is soon said what else there is.
+            // If there are few keys, all are listed as well.
             (Some(meant), _) if keys.len() <= 4 => format!(
                 "did you mean `{meant}`? The keys here are: {}",
                 keys.join(", ")
@@ -192,7 +192,7 @@ impl Error for Fault {
     }
 }
 
-/// An expectation in a user's words instead of a programmer's.
+/// Returns an expectation in a user's words instead of a programmer's.
 fn plain(expected: &dyn Expected) -> String {
     let text = expected.to_string();
     match text.as_str() {
@@ -207,13 +207,13 @@ fn plain(expected: &dyn Expected) -> String {
     }
 }
 
-/// `"a", "b"`.
+/// Returns `"a", "b"`.
 pub(super) fn quoted(words: &[&str]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
     quoted.join(", ")
 }
 
-/// What was found, as the user wrote it.
+/// The value found, as the user wrote it.
 struct Found<'a>(Unexpected<'a>);
 
 impl Display for Found<'_> {
@@ -232,7 +232,7 @@ impl Display for Found<'_> {
     }
 }
 
-/// So many values were wanted.
+/// An expected number of values.
 pub(super) struct Count(pub(super) usize);
 
 impl Expected for Count {

@@ -1,7 +1,7 @@
-//! From a tree of values to typed input, with the path of whatever is wrong.
+//! Decodes a tree of values into typed input; errors carry the path of the value at fault.
 //!
-//! The deserializer walks a JSON tree, so that scenes may come from TOML text
-//! as well as from a program's dictionaries, with the same messages.
+//! The deserializer walks a JSON tree, so scenes from TOML text and from a program's dictionaries
+//! give the same messages.
 
 pub(crate) mod fault;
 
@@ -20,8 +20,8 @@ use crate::scene::{Help, KeyPath, Problem};
 /// Reads `value` as a `T`.
 ///
 /// # Errors
-/// All keys and values that are not what they should be. One that is wrong is
-/// taken out, and the rest is read again.
+/// All wrong keys and values. After each error the value at fault is removed and the rest is read
+/// again.
 pub(super) fn decode<T: DeserializeOwned>(mut value: Value) -> Result<T, Vec<Problem>> {
     let mut problems = Vec::new();
     loop {
@@ -38,8 +38,8 @@ pub(super) fn decode<T: DeserializeOwned>(mut value: Value) -> Result<T, Vec<Pro
     }
 }
 
-/// Removes the innermost table entry on the way of `steps`; whether there was
-/// one. Items of arrays stay, as their indices are in the paths to come.
+/// Removes the innermost table entry on the path `steps`; returns true if there was one. Array
+/// items stay, because later paths contain their indices.
 fn remove(value: &mut Value, steps: &[Step]) -> bool {
     let inner = match (steps.first(), &mut *value) {
         (Some(Step::Key(key)), Value::Object(table)) => table.get_mut(key),
@@ -56,7 +56,7 @@ fn remove(value: &mut Value, steps: &[Step]) -> bool {
     }
 }
 
-/// A value on its way to a type.
+/// A value with its path, while it is deserialized.
 struct Node<'a> {
     value: &'a Value,
     path: KeyPath,
@@ -138,7 +138,7 @@ impl<'a> Deserializer<'a> for Node<'a> {
         }
     }
 
-    /// A list in place of a table would be read by position: it is refused.
+    /// A list in place of a table would be read by position, so it is refused.
     fn deserialize_struct<V: Visitor<'a>>(
         self,
         _: &'static str,

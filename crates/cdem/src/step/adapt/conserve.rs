@@ -1,5 +1,5 @@
-//! What a block keeps when its mesh changes: its momenta, and no more than its energy
-//! (design, section 6: coming and going).
+//! Conservation in a change of mesh: a block keeps its momenta and gains no energy (design, section
+//! 6: coming and going).
 
 use crate::element::MAX_NODES;
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
@@ -14,7 +14,7 @@ pub(super) struct BlockBefore<const D: usize> {
 }
 
 impl<const D: usize> BlockBefore<D> {
-    /// The same with less energy, by so many J.
+    /// Returns the same block with `energy` J less.
     pub(super) fn change(self, energy: f64) -> Self {
         Self {
             energy: self.energy - energy,
@@ -23,16 +23,16 @@ impl<const D: usize> BlockBefore<D> {
     }
 }
 
-/// How a block moves.
+/// Motion of a block.
 pub(super) struct BlockMotion<const D: usize> {
-    /// Velocities of its nodes, m/s.
+    /// Velocities of the nodes, m/s.
     velocities: Vec<[f64; D]>,
-    /// What of them goes with none of its momenta, and is not held.
+    /// Part of the velocities that carries neither linear nor angular momentum, on free components.
     loose: Vec<[f64; D]>,
 }
 
 impl<const D: usize> BlockMotion<D> {
-    /// Velocities without a share of the loose ones, m/s.
+    /// Returns the velocities minus a `share` of the loose part, m/s.
     pub(super) fn without_rigid_motion(&self, share: f64) -> Vec<[f64; D]> {
         let all = self.velocities.iter().zip(&self.loose);
         all.map(|(velocity, loose)| sub(velocity, &scale(share, loose)))
@@ -41,7 +41,7 @@ impl<const D: usize> BlockMotion<D> {
 }
 
 impl<const D: usize> Run<D> {
-    /// A block at its nodes' positions.
+    /// Returns a block with its nodes at `points`.
     pub(super) fn body<'a>(
         &'a self,
         block: usize,
@@ -57,7 +57,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Components of the nodes of a block whose motion is prescribed.
+    /// Returns the prescribed components of the nodes of a block.
     pub(super) fn prescribed_components(&self, block: usize) -> Vec<[bool; D]> {
         let nodes = self.model.nodes(block);
         nodes
@@ -65,7 +65,7 @@ impl<const D: usize> Run<D> {
             .collect()
     }
 
-    /// Momenta and energy of a block, to be had again in another mesh.
+    /// Returns the momenta and energy of a block, to be restored on another mesh.
     pub(super) fn before(&self, block: usize) -> BlockBefore<D> {
         let (points, velocities) = self.motion_of(block);
         let body = self.body(block, &points);
@@ -77,7 +77,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Work of gravity on a block whose centre has moved since, J.
+    /// Returns the work of gravity on a block by the move of its centre since `before`, J.
     pub(super) fn work_of_gravity(&self, block: usize, before: &BlockBefore<D>) -> f64 {
         let (points, _) = self.motion_of(block);
         let (mass, centre) = self.body(block, &points).centre();
@@ -85,7 +85,7 @@ impl<const D: usize> Run<D> {
         mass * dot(&gravity, &sub(&centre, &before.centre))
     }
 
-    /// Positions, m, and velocities of the nodes of a block, m/s.
+    /// Returns the positions, m, and velocities, m/s, of the nodes of a block.
     fn motion_of(&self, block: usize) -> (Vec<[f64; D]>, Vec<[f64; D]>) {
         let at = self.model.positions(&self.state);
         let nodes = self.model.nodes(block);
@@ -93,8 +93,8 @@ impl<const D: usize> Run<D> {
         (points, self.state.velocity[nodes].to_vec())
     }
 
-    /// Kinetic and strain energy of a block, J: as of the reports, ½v⁻·M·v⁺, but for loads
-    /// and contact.
+    /// Returns the kinetic and strain energy of a block, J. As in the reports the kinetic energy is
+    /// ½v⁻·M·v⁺, but without the impulses of loads and contact.
     pub(super) fn energy_of(&self, block: usize) -> f64 {
         let velocities = &self.state.velocity[self.model.nodes(block)];
         self.kinetic_energy_of(block, velocities)
@@ -102,7 +102,8 @@ impl<const D: usize> Run<D> {
             + self.model.strain_energy_of(block, &self.state.displacement)
     }
 
-    /// Work of the last kick's forces of a block's elements, at these velocities, J.
+    /// Returns the work of the element forces of a block over the last kick, at these velocities,
+    /// J.
     fn power_of(&self, block: usize, velocities: &[[f64; D]]) -> f64 {
         let first = self.model.nodes(block).start;
         let mut force = [[0.0; D]; MAX_NODES];
@@ -117,7 +118,7 @@ impl<const D: usize> Run<D> {
         work.sum()
     }
 
-    /// Kinetic energy of a block with these velocities of its nodes, J.
+    /// Returns the kinetic energy of a block for these nodal velocities, J.
     fn kinetic_energy_of(&self, block: usize, velocities: &[[f64; D]]) -> f64 {
         let first = self.model.nodes(block).start;
         let energy = |(node, velocity): (usize, &[f64; D])| {
@@ -127,15 +128,15 @@ impl<const D: usize> Run<D> {
         velocities.iter().enumerate().map(energy).sum()
     }
 
-    /// Kinetic energy of a block without its loose motion, J.
+    /// Returns the kinetic energy of a block without its loose motion, J.
     pub(super) fn bound_energy_of(&self, block: usize) -> f64 {
         let motion = self.with_momenta(block, &self.before(block));
         self.kinetic_energy_of(block, &motion.without_rigid_motion(1.0))
     }
 
-    /// Gives a block its momenta back, and takes what energy it has gained; returns how much
-    /// more that was than it can give now, J. What holds a block gives it the momentum that
-    /// it lacks then.
+    /// Restores the momenta of a block and removes the energy that it has gained. Returns the part
+    /// of that energy that it cannot give now, J. If nodes are prescribed, the missing momentum
+    /// comes from outside.
     pub(super) fn restore_momenta(&mut self, block: usize, before: &BlockBefore<D>) -> f64 {
         let nodes = self.model.nodes(block);
         let motion = self.with_momenta(block, before);
@@ -145,7 +146,7 @@ impl<const D: usize> Run<D> {
         gained.max(0.0) - self.repay_energy(block, gained)
     }
 
-    /// Books what a block that is held has been given of momentum, and had not before.
+    /// Books the change of momentum of a block with prescribed nodes as an external impulse.
     fn book_remesh(&mut self, block: usize, before: &RigidMomenta) {
         if self
             .prescribed_components(block)
@@ -157,14 +158,14 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Takes some energy, J, of a block's loose motion; returns how much there was.
+    /// Removes `energy`, J, from the loose motion of a block; returns the energy removed.
     pub(super) fn repay_energy(&mut self, block: usize, energy: f64) -> f64 {
         if energy <= 0.0 {
             return 0.0;
         }
         let before = self.before(block);
         let motion = self.with_momenta(block, &before);
-        // Of a share s of it, s² of its kinetic energy is left, and s of the work.
+        // Scaling the loose motion by s leaves s² of its kinetic energy and s of the work.
         let bound = motion.without_rigid_motion(1.0);
         let kinetic = self.kinetic_energy_of(block, &motion.loose);
         let both = self.kinetic_energy_of(block, &motion.velocities);
@@ -179,7 +180,7 @@ impl<const D: usize> Run<D> {
         before.energy - self.energy_of(block)
     }
 
-    /// Motion of a block that has been given the momenta it had, as far as it is not held.
+    /// Returns the motion of a block with the momenta of `before`, as far as it is free.
     pub(super) fn with_momenta(&self, block: usize, before: &BlockBefore<D>) -> BlockMotion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
@@ -208,7 +209,8 @@ impl<const D: usize> Run<D> {
     }
 }
 
-/// Velocities of nodes that go with what is held: these, and on the mean beside it.
+/// Returns the velocities of nodes that follow the prescribed components: these keep theirs, the
+/// others have the mean of the prescribed ones.
 fn carried<const D: usize>(velocities: &[[f64; D]], held: &[[bool; D]]) -> Vec<[f64; D]> {
     let mean: [f64; D] = std::array::from_fn(|c| {
         let of_held = velocities.iter().zip(held).filter(|(_, held)| held[c]);
@@ -226,8 +228,8 @@ fn carried<const D: usize>(velocities: &[[f64; D]], held: &[[bool; D]]) -> Vec<[
     nodes.map(of_node).collect()
 }
 
-/// The share s between 0 and 1 for which `kinetic` s² + `work` s is less than all of both
-/// by `gained`; where there is none, that for which it is least.
+/// Returns the factor s between 0 and 1 for which `kinetic` s² + `work` s is less than `kinetic` +
+/// `work` by `gained`; if there is none, the s of the minimum.
 pub(super) fn share(kinetic: f64, work: f64, gained: f64) -> Option<f64> {
     let least = -0.5 * work / kinetic;
     let square = least * least + (kinetic + work - gained) / kinetic;

@@ -1,4 +1,4 @@
-//! What a finer mesh has no energy for goes out of its deformation (design, section 6:
+//! Energy that a finer mesh has in excess is removed from its deformation (design, section 6:
 //! coming and going).
 
 use crate::math::vector::add_scaled;
@@ -6,14 +6,14 @@ use crate::refinement::Overlay;
 use crate::step::Run;
 use crate::step::adapt::conserve::share;
 
-/// Looks at what is beside nodes that are to move, at most.
+/// Maximum number of tries to exclude nodes whose move would disturb a contact.
 const LOOKS: usize = 4;
 
 impl<const D: usize> Run<D> {
-    /// Takes so much `energy`, J, of a block's deformation that has an overlay, and gives it
-    /// its momenta back; returns how much it still has too much. The field of an element that
-    /// is no simplex has more strain energy on simplices: in the middle of its vibration a
-    /// block has no motion to take that from. Nothing moves that is beside others.
+    /// Removes `energy`, J, from the deformation of a block with an overlay and restores its
+    /// momenta. Returns the excess energy that remains. The displacement field of a non-simplex
+    /// element has more strain energy on simplices. A block at its largest deflection has no motion
+    /// from which that could be taken. Nodes whose move would disturb a contact stay in place.
     pub(super) fn relax_energy(
         &mut self,
         block: usize,
@@ -35,14 +35,16 @@ impl<const D: usize> Run<D> {
             self.energy_of(block)
         };
         let [all, half, none] = [0.0, 0.5, 1.0].map(&mut energy_after);
-        // Of a share s of it, energy is square s² + linear s besides what none has.
+        // With a fraction s of the deformation left, the energy is square s² + linear s plus that
+        // without deformation.
         let square = 2.0 * (all + none - 2.0 * half);
         let left = share(square, all - none - square, energy).unwrap_or(1.0);
         energy_after(1.0 - left);
         self.restore_momenta(block, &wanted)
     }
 
-    /// Where the nodes of a block that are not beside others would go without deformation, m.
+    /// Returns the displacements, m, that remove the deformation of a block, with zero for nodes
+    /// whose move would disturb a contact.
     fn relaxation(
         &self,
         block: usize,
@@ -77,7 +79,7 @@ impl<const D: usize> Run<D> {
         None
     }
 
-    /// Leaves the centre of a block where it is.
+    /// Removes the shift of the centre of a block.
     fn centre(&self, block: usize, shift: &mut [[f64; D]]) {
         let points = shift.to_vec();
         let (_, centre) = self.body(block, &points).centre();

@@ -7,7 +7,7 @@ use crate::model::{Model, block_of};
 use crate::refinement::{Adaptivity, BaseModel, RefinedBlock};
 
 impl<const D: usize> Model<D> {
-    /// Makes the model anew for a refined mesh of the same blocks, at `time`.
+    /// Rebuilds the model for a refined mesh of the same blocks, at `time`.
     pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) {
         let (base_model, refined_blocks) =
             (&second_scale.base_model, second_scale.refined_blocks());
@@ -25,8 +25,7 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Gives the nodes of a mesh with covers over some blocks their masses, after those of
-/// another such mesh.
+/// Sets the nodal masses of a mesh with refined blocks, from those of another such mesh.
 fn remesh_inertia<const D: usize>(
     inertia: &mut InverseMass<D>,
     base_model: &BaseModel<D>,
@@ -50,7 +49,7 @@ fn remesh_inertia<const D: usize>(
     inertia.remesh(nodal, dense);
 }
 
-/// Levels of the elements of such a mesh by their own stable steps.
+/// Returns the levels of the elements of a refined mesh by their own stable steps.
 fn refined_levels<const D: usize>(
     base_model: &BaseModel<D>,
     refined_blocks: &[Option<RefinedBlock<D>>],

@@ -1,4 +1,4 @@
-//! Blocks are given other meshes: all that moves to their new nodes and elements.
+//! Change of the mesh of blocks: transfer of all data to the new nodes and elements.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,7 +18,7 @@ use crate::step::kick::KickImpulses;
 use crate::step::schedule::KickSchedule;
 
 impl<const D: usize> Run<D> {
-    /// Gives blocks other covers, and all that moves to their new nodes.
+    /// Exchanges the overlays of blocks and transfers all data to the new nodes and elements.
     pub(super) fn remesh(&mut self, second: &mut Adaptivity<D>, changes: Vec<BlockChange<D>>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<BlockBefore<D>> = blocks.iter().map(|&block| self.before(block)).collect();
@@ -43,7 +43,7 @@ impl<const D: usize> Run<D> {
             let unpaid = self.repay_from_deformation(second, block, unpaid);
             second.add_energy_debt(block, unpaid);
         }
-        // What a block has been given now is no acceleration.
+        // The change of velocity by a remesh is no acceleration.
         for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
             self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
         }
@@ -53,9 +53,9 @@ impl<const D: usize> Run<D> {
         self.schedule = KickSchedule::default();
     }
 
-    /// Exchanges covers, and carries over model and state: velocities of blocks that are
-    /// coarser by the momenta that they have beside those of their `bound` motion, m/s.
-    /// Returns the state as it was, and what the last kick has made of velocities, m/s.
+    /// Exchanges overlays and transfers model and state. Velocities of coarsened blocks follow from
+    /// their momenta beyond those of their `bound` motion, m/s. Returns the old state, and the
+    /// velocity changes of the last kick, m/s.
     fn carry_over(
         &mut self,
         second: &mut Adaptivity<D>,
@@ -122,8 +122,8 @@ impl<const D: usize> Run<D> {
         (old_state, kicks)
     }
 
-    /// Takes some energy, J, of the deformation of a block that is refined; returns how much
-    /// it has too much yet.
+    /// Removes `energy`, J, from the deformation of a refined block; returns the excess energy that
+    /// remains.
     fn repay_from_deformation(&mut self, second: &Adaptivity<D>, block: usize, energy: f64) -> f64 {
         match &second.refined_blocks()[block] {
             Some(refined_block) if energy > ROUND_OFF * self.energy_of(block) => {
@@ -134,7 +134,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Contact goes on with blocks that have had another mesh and other displacements, m.
+    /// Transfers the contacts of blocks from the old mesh and displacements, m, to the new ones.
     fn remesh_contacts(
         &mut self,
         second: &Adaptivity<D>,
@@ -161,7 +161,7 @@ impl<const D: usize> Run<D> {
         contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
     }
 
-    /// Brings the history of the elements of some blocks up to now.
+    /// Updates the history of the elements of some blocks to the present instant.
     fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
         let model = &mut self.model;
         for &block in blocks {
@@ -171,8 +171,8 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Momenta of the nodes of blocks beside those of their `bound` motion, m/s, in N·s: what
-    /// goes with the momenta of a block is the same for whoever flies beside it.
+    /// Returns the nodal momenta of blocks beyond those of their `bound` motion (m/s), in N·s. They
+    /// are the same in every inertial frame.
     fn loose_momenta(
         &self,
         bound: &BTreeMap<usize, Vec<[f64; D]>>,
@@ -188,7 +188,7 @@ impl<const D: usize> Run<D> {
     }
 }
 
-/// Elements of a mesh: sets, and the place of each in them.
+/// The elements of a mesh: sets, and the numbering of elements in them.
 struct MeshElements<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     sets: Vec<Box<dyn ElementSet<D>>>,
@@ -208,7 +208,7 @@ impl<const D: usize> MeshElements<'_, D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Gives elements the pasts of those that they have come of.
+    /// Gives elements the stress histories of the elements that they come from.
     fn restore_history(
         &mut self,
         old: &MeshElements<D>,
@@ -232,18 +232,19 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Arrays of one mesh to those of another.
+/// Transfer of arrays from one mesh to another.
 struct StateTransfer<'a, const D: usize> {
     old: &'a Mesh<D>,
     new: &'a Mesh<D>,
     transfers: &'a BTreeMap<usize, MeshTransfer<'a, D>>,
     base: &'a Mesh<D>,
-    /// Of blocks that change, before and after.
+    /// Blocks that change, before and after.
     refined_blocks: BTreeMap<usize, [Option<&'a RefinedBlock<D>>; 2]>,
 }
 
 impl<'a, const D: usize> StateTransfer<'a, D> {
-    /// Block by block: `of` it and its transfer where there is one, else as it is.
+    /// Transfers a nodal array block by block: with `of` if the block has a transfer, else
+    /// unchanged.
     fn vectors<const C: usize>(
         &self,
         all: &[[f64; C]],
@@ -269,8 +270,8 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
         self.values(&all).into_iter().map(|[x]| x).collect()
     }
 
-    /// The state of an old mesh on the new one, blocks that are coarser having these
-    /// displacements, m; their velocities want their momenta yet.
+    /// Returns the state of the old mesh on the new one. Coarsened blocks have the displacements of
+    /// `coarser`, m; their velocities still lack their momenta.
     fn state(
         &self,
         old: &State<D>,
@@ -292,7 +293,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
         }
     }
 
-    /// What a report between two steps needs of the last kick.
+    /// Returns the data of the last kick that a report between two steps needs.
     fn impulses(&self, old: &KickImpulses<D>) -> KickImpulses<D> {
         let mut impulses = KickImpulses::new(self.new.nodes.len());
         impulses.before = self.vectors(&old.before, |_, transfer, of| transfer.velocities(of));
@@ -300,7 +301,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
         impulses
     }
 
-    /// For each new element, the old ones that it has come of.
+    /// Returns, for each new element, the old elements that it comes from.
     fn origins(&self) -> SourceElements {
         let mut origins = SourceElements::default();
         for (number, block) in self.old.blocks.iter().enumerate() {
@@ -319,7 +320,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
     }
 }
 
-/// For each element of a mesh, those of another that it has come of.
+/// For each element of a mesh, the elements of another mesh that it comes from.
 #[derive(Debug, Default)]
 struct SourceElements {
     all: Vec<u32>,
@@ -332,7 +333,7 @@ impl SourceElements {
         self.end.push(self.all.len());
     }
 
-    /// Element by element.
+    /// Iterates over the elements.
     fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let start = std::iter::once(&0).chain(&self.end);
         start
@@ -340,7 +341,7 @@ impl SourceElements {
             .map(|(&start, &end)| &self.all[start..end])
     }
 
-    /// Means of what the others have.
+    /// Returns the mean of `of` over the source elements of each element.
     fn means(&self, of: &[f64]) -> Vec<f64> {
         let mean = |all: &[u32]| {
             let sum: f64 = all.iter().map(|&e| of[e as usize]).sum();

@@ -1,5 +1,5 @@
-//! The second scale in time: blocks are refined before they collide, and as they were
-//! again after it (design, section 6; \[Li2015\], section 5). Here: where, when, how finely.
+//! Adaptivity in time: blocks are refined before they collide and coarsened after it (design,
+//! section 6; \[Li2015\], section 5). This module decides where, when and how finely.
 
 use std::collections::BTreeSet;
 
@@ -12,39 +12,40 @@ use crate::model::positions::Positions;
 use crate::refinement::{Adaptivity, BlockChange, ImpactPrediction, MeshTransfer, RigidModes};
 use crate::step::Run;
 
-/// How far collisions are foreseen, in coarse steps: velocities change by less than half
-/// in one, but where other collisions are in between.
+/// Horizon of the impact prediction, in coarse steps. A velocity changes by less than half in one
+/// step, unless another collision comes in between.
 const AHEAD: f64 = 1.5;
 
-/// Looks at what new nodes on refined faces meet in the same step, at most.
+/// Maximum number of searches for contacts of new nodes on refined faces in one step.
 const LOOKS: usize = 8;
 
-/// Approach over what gravity makes in a coarse step, and in the time that waves take across
-/// the larger block, up to which it is no impact: what rests comes and goes with the one,
-/// what settles with the other, whose own vibration has four times that period.
+/// An approach is no impact up to this multiple of the speed that gravity adds in a coarse step,
+/// and in the transit time of waves across the larger block. Resting contacts open and close at the
+/// first speed, settling ones at the second: their own vibration has four times that period.
 const RESTING: f64 = 4.0;
 const SETTLING: f64 = 4.0;
 
-/// Way of an approach in the time that waves take across the larger block, over the
-/// tolerance of contact, up to which it is no impact.
+/// An approach is no impact if it covers at most this fraction of the contact tolerance in the
+/// transit time of waves across the larger block.
 const SLIGHT: f64 = 1e-2;
 
-/// Time for which a contact is an impact, over that which waves take across the larger of
-/// its blocks: twice there and back.
+/// Duration for which a contact counts as an impact, over the transit time of waves across the
+/// larger of its blocks: two round trips.
 const IMPACT: f64 = 4.0;
 
-/// Time for which a zone stays while its blocks touch elsewhere, the same way; and after
-/// they have parted.
+/// Duration for which a zone is kept while its blocks touch elsewhere, and after they have
+/// separated, over the same transit time.
 const STAY: f64 = 1.0;
 const PARTED: f64 = 0.25;
 
-/// Share of its energy that a block may owe and not pay, and of the mobility of two blocks
-/// that they have though they are held: round-off.
+/// Fraction of its energy up to which an energy debt of a block is dropped, and fraction of the
+/// free mobility of two blocks up to which both count as prescribed: round-off.
 pub(super) const ROUND_OFF: f64 = 1e-12;
 
 impl<const D: usize> Run<D> {
-    /// Section 6: refines blocks where they are about to collide. Returns what the ledger
-    /// lacked before, J, if any mesh has changed.
+    /// Section 6: repays energy debts, refines blocks that are about to collide, and coarsens
+    /// others. Returns the energy residual before the first change, J, or `None` if nothing has
+    /// changed.
     pub(crate) fn refine(&mut self) -> Option<f64> {
         self.adaptivity.as_ref()?;
         if !self.speed_bounds.is_physical() {
@@ -80,13 +81,13 @@ impl<const D: usize> Run<D> {
         before
     }
 
-    /// The mesh without what is refined now.
+    /// Returns the mesh without refinement.
     pub(crate) fn base_mesh(&self) -> &Mesh<D> {
         let second = self.adaptivity.as_ref();
         second.map_or(&self.model.mesh, |second| &second.base_model.mesh)
     }
 
-    /// How many blocks are refined now.
+    /// Returns the number of refined blocks.
     pub(crate) fn refined_blocks(&self) -> u64 {
         let refined_blocks = self.adaptivity.iter().flat_map(Adaptivity::refined_blocks);
         refined_blocks
@@ -94,8 +95,8 @@ impl<const D: usize> Run<D> {
             .count() as u64
     }
 
-    /// Changes but those to coarser meshes that would move a surface into, or away from,
-    /// what is beside it, or would need more energy than there is.
+    /// Returns the changes without those coarsenings that would move a surface into a neighbour or
+    /// away from it, or that would need more energy than the block has.
     fn without_lost_contacts(
         &self,
         second: &Adaptivity<D>,
@@ -115,9 +116,10 @@ impl<const D: usize> Run<D> {
         changes
     }
 
-    /// A change with the displacements that go with it, and how nodes move then, m; nothing
-    /// where that would need more energy than there is. A block that rests is lifted off what
-    /// its faces would come into as they become plane.
+    /// Returns a change with its displacements, and writes the moves of the nodes, m. Returns
+    /// `None` if a coarsening would need more energy than the block has. If no node has to stay in
+    /// place, the block is lifted off the neighbours that its faces would penetrate as they become
+    /// plane.
     fn settled(
         &self,
         second: &Adaptivity<D>,
@@ -154,9 +156,9 @@ impl<const D: usize> Run<D> {
         Some(change)
     }
 
-    /// What the ledger lacks, J, but for what was there at the start.
+    /// Returns the energy residual, J, for an initial energy of zero.
     pub(crate) fn balance(&mut self) -> f64 {
-        // The search goes by what the last kick was, which a look at an instant changes.
+        // The report overwrites the data of the last kick, which the search uses.
         let before = self.impulses.before.clone();
         let interval = self.impulses.interval.clone();
         let instant = self.instant();
@@ -165,7 +167,7 @@ impl<const D: usize> Run<D> {
         balance
     }
 
-    /// Asks for zones where blocks are about to collide, and keeps them where they do.
+    /// Requests zones where blocks are about to collide, and keeps zones at impacts.
     fn request_zones(&mut self, second: &mut Adaptivity<D>) {
         let mut foreseen = std::mem::take(&mut self.predicted_impacts);
         if let Some(contacts) = &self.contacts {
@@ -174,7 +176,7 @@ impl<const D: usize> Run<D> {
         self.predicted_impacts = foreseen;
     }
 
-    /// The same where blocks touch, and will.
+    /// Does this for predicted impacts and for closed pairs.
     fn request_zones_at_contacts(
         &self,
         second: &mut Adaptivity<D>,
@@ -205,12 +207,12 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// The coarse step that is so many seconds from now.
+    /// Returns the number of the coarse step that is `duration` seconds from now.
     fn until(&self, duration: f64) -> u64 {
         self.state.number + (duration / self.model.step).ceil() as u64 + 1
     }
 
-    /// Time that waves take across the larger of two blocks, s.
+    /// Returns the transit time of waves across the larger of two blocks, s.
     fn transit(&self, second: &Adaptivity<D>, blocks: [u32; 2]) -> f64 {
         let of = |block: u32| second.crossing(block as usize);
         let moves = blocks.into_iter().filter(|&b| !second.is_still(b as usize));
@@ -289,8 +291,8 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Inverse mass seen by both blocks as rigid bodies in the middle of some encounters,
-    /// along their mean normal, 1/kg; of none, nothing.
+    /// Returns the inverse effective mass of both blocks as rigid bodies at the mean point of the
+    /// predicted impacts, along their mean normal, 1/kg; `None` without impacts.
     fn mobility(&self, encounters: &[ImpactPrediction<D>]) -> Option<f64> {
         let first = encounters.first()?;
         let count = encounters.len() as f64;
@@ -322,13 +324,13 @@ impl<const D: usize> Run<D> {
         if !first.blocks.iter().any(is_held) {
             return Some(held);
         }
-        // Two that are both held where they meet collide as far as they are elastic.
+        // Two blocks that are both prescribed where they meet collide by their elasticity.
         let free = of_both(true);
         Some(if held > ROUND_OFF * free { held } else { free })
     }
 
-    /// Inverse mass of a rigid block at a point along a direction, 1/kg; if it `is_free`, as
-    /// though nothing held it.
+    /// Returns the inverse effective mass of a rigid block at a point along a direction, 1/kg. If
+    /// it `is_free`, prescribed components are ignored.
     fn rigid_mobility(
         &self,
         block: usize,
@@ -352,7 +354,7 @@ impl<const D: usize> Run<D> {
         RigidModes::new(&body, centre, &held).mobility(point, normal)
     }
 
-    /// Blocks that do not move, or move as is prescribed in all their nodes.
+    /// For each block, returns true if it is fixed or all its nodes are prescribed.
     fn still_blocks(&self) -> impl Iterator<Item = bool> + '_ {
         let is_still = move |block: usize| {
             let inertia = &self.model.inertia;

@@ -1,32 +1,30 @@
-//! Which pairs may come in contact in a coarse step.
+//! Candidate pairs that may come in contact in a coarse step.
 //!
-//! A broad phase finds candidates; they serve for many steps. Let s be the share
-//! of a block in the reach: how far its nodes may move in the step, at most. Near
-//! are the pairs whose features are no farther apart than
-//! [`DISTANCE_CHECKED`] (s₁ + s₂ + d_tol) *and* of which the surface says so. Their distance
-//! changes by no more than the nodes of both move. So none of these pairs is left
-//! out that
-//! - is not looked at: one that was d apart when it was is not while the nodes of
-//!   its blocks have since gone ways w₁ and w₂ in all, at most, and
-//!   d > w₁ + w₂ + [`DISTANCE_KEPT`] (s₁ + s₂ + d_tol);
-//! - is no candidate: each block has an allowance a for how far its nodes are from
-//!   where they were in the broad phase, m at most, and its share. Boxes were
-//!   grown by DISTANCE_KEPT (a + ½ d_tol), and are searched anew before m + s exceeds a.
+//! A broad phase finds candidates, which serve for many steps. Let s be the motion bound of a
+//! block: the largest distance that its nodes may move in the step. A pair is near if its features
+//! are no farther apart than [`DISTANCE_CHECKED`] (s₁ + s₂ + d_tol) *and* the surface calls it
+//! near. The distance changes by no more than the nodes of both features move. So no near pair is
+//! missed
+//! - by skipping a test: a pair at distance d at its last test is not near while the nodes of its
+//!   blocks have since travelled w₁ and w₂ at most, and d > w₁ + w₂ + [`DISTANCE_KEPT`] (s₁ + s₂ +
+//!   d_tol);
+//! - by the broad phase: each block has an allowance a for the distance m of its nodes from their
+//!   positions in the broad phase plus its motion bound. Boxes were grown by DISTANCE_KEPT (a + ½
+//!   d_tol), and are searched again before m + s exceeds a.
 //!
-//! Of those that are near enough, most lie so that they cannot touch: corners of
-//! stones side by side, edges within flat faces. The surface says how much they lack:
-//! they are not looked at before s₁ + s₂ and [`CULLING_RATE`] times what w₁ + w₂ has grown by
-//! come to that.
+//! The orientation of most pairs at such distances rules out contact: corners of stones side by
+//! side, edges within flat faces. The surface returns a length for them. They are not tested again
+//! before s₁ + s₂ plus [`CULLING_RATE`] times the increase of w₁ + w₂ exceeds that length.
 //!
-//! A pair that is found near stays so without a look until the nodes of its blocks have
-//! gone [`NEAR_MARGIN`] of the tolerance, or [`NEAR_MARGIN_IN_MOTION`] of their shares then. So
-//! the pairs near depend on when pairs were looked at, and a run that resumes goes on
-//! with the search as it was.
+//! A pair found near stays near without a test until the nodes of its blocks have travelled
+//! [`NEAR_MARGIN`] of the tolerance, or [`NEAR_MARGIN_IN_MOTION`] of their motion bounds at the
+//! test. So the near pairs depend on the times of the tests, and a resumed run continues with the
+//! same search state.
 //!
-//! A share is sound for a block that nothing touches in the step. Those that may
-//! touch each other may take each other's velocity, and hand it on: all of them
-//! get the largest share among them. More of them may be near then, and so on;
-//! since shares only grow the end is the same in any order.
+//! A motion bound is sound for a block that nothing touches in the step. Blocks that may touch each
+//! other may take each other's velocity, and hand it on, so they all get the largest bound among
+//! them. That may make more pairs near, and so on. Since bounds only grow, the result does not
+//! depend on the order.
 
 #[cfg(test)]
 mod study;
@@ -56,107 +54,107 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Candidate {
     pair: Pair,
     pub(crate) blocks: [u32; 2],
-    /// Ways of both blocks, with what they may go in the step, up to which the
-    /// pair cannot be near, m.
+    /// Travels of both blocks plus their motion in the step, up to which the pair cannot be near,
+    /// m.
     until: f64,
-    /// [`CULLING_RATE`] times the ways of both blocks, with their shares, up to which the pair
-    /// cannot be near for how it lies, m.
+    /// [`CULLING_RATE`] times the travels of both blocks plus their motion bounds, up to which the
+    /// orientation of the pair rules out contact, m.
     lacks: f64,
-    /// Ways of both blocks up to which it counts as near, m; below 0 if it is not.
+    /// Travels of both blocks up to which the pair counts as near, m; below 0 if it is not near.
     pub(crate) held: f64,
 }
 
-/// Numbers of candidates, rising.
+/// Numbers of candidates, ascending.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ActiveSubset {
-    /// Near for as far as their blocks have gone.
+    /// Candidates that stay near without a test.
     held: Vec<u32>,
-    /// To be looked at.
+    /// Candidates to test.
     pub(crate) open: Vec<u32>,
 }
 
-/// What a search needs to know of the blocks.
+/// Data of the blocks for a search.
 pub(crate) struct SearchContext<'a, const D: usize> {
     pub(crate) surface: &'a dyn Surface<D>,
     pub(crate) clusters: &'a Clusters,
-    /// Block of each node; nodes of a block follow each other.
+    /// Block of each node; nodes of a block are contiguous.
     pub(crate) block_of: &'a [u32],
-    /// Blocks that never move.
+    /// True for blocks that never move.
     pub(crate) fixed: &'a [bool],
-    /// d_tol, m.
+    /// Contact tolerance d_tol, m.
     pub(crate) tolerance: f64,
 }
 
 /// The search for pairs that may come in contact.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct CandidateSearch<const D: usize> {
-    /// Sorted by pair.
+    /// Candidate pairs, sorted by pair.
     pub(crate) candidates: Vec<Candidate>,
-    /// Where those of each main feature begin.
+    /// Index of the first candidate of each main feature.
     #[serde(skip)]
     of_main: Vec<u32>,
-    /// Candidates of each block, as one list, and where each begins.
+    /// Candidates of each block, as one list, and the index of the first of each block.
     #[serde(skip)]
     of_block: Vec<u32>,
     #[serde(skip)]
     start: Vec<u32>,
-    /// Those of the candidates that are looked at for now.
+    /// The candidates that are tested for now.
     #[serde(skip)]
     pub(crate) active_candidates: ActiveCandidates,
-    /// Where the nodes were in the last broad phase and in the last step, m.
+    /// Positions of the nodes in the last broad phase and in the last step, m.
     #[serde(with = "serde_pod")]
     origin: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
     last: Vec<[f64; D]>,
     pub(crate) blocks: Vec<MotionBound>,
-    /// Whether each candidate is near, and those that are.
+    /// True for each candidate that is near, and the numbers of the near ones.
     #[serde(skip)]
     pub(crate) find_near: Vec<bool>,
     pub(crate) found: Vec<u32>,
     #[serde(skip)]
     pub(crate) lists: SearchWorkspace,
-    /// Whether blocks may have gone through others before the last search.
+    /// True if blocks may have passed through others before the last search.
     outrun: bool,
 }
 
-/// Lists of a search, which are made anew in each: kept for their storage.
+/// Lists of a search, made again in each search and kept for their storage.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SearchWorkspace {
-    /// Squares of the longest ways of a node of each block since the last search and since the
-    /// last broad phase, m².
+    /// Squares of the largest displacements of a node of each block since the last search and since
+    /// the last broad phase, m².
     squares: BlockMax<2>,
-    /// What each block has ahead.
+    /// Travel bounds of each block.
     pub(crate) ahead: Vec<BlockTravel>,
-    /// What ways tell of candidates, some after the other; which are to be looked at, and what
-    /// has been seen of these.
+    /// Chunks of candidates by the result of the travel bounds, then the candidates to test, and
+    /// the results of their tests.
     pub(crate) glances: Vec<ActiveSubset>,
     pub(crate) open: Vec<u32>,
     looked: Vec<(f64, f64, f64)>,
-    /// Blocks that may touch each other, of pairs near, and the largest share among them, m.
+    /// Sets of moving blocks that may touch each other, the largest motion bound of each set, m,
+    /// and the blocks of near pairs.
     pub(crate) together: DisjointSets,
     pub(crate) largest: Vec<f64>,
     pub(crate) of_near: Vec<[u32; 2]>,
-    /// Blocks that get more.
+    /// True for blocks with an increased motion bound.
     pub(crate) raised: Vec<bool>,
 }
 
-/// How a block moves, m.
+/// Motion of a block, m.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct MotionBound {
-    /// How far nodes may move in the step.
+    /// Motion bound: largest displacement of a node in the step.
     pub(crate) share: f64,
-    /// How far they lie from where they were in the last broad phase.
+    /// Largest distance of a node from its position in the last broad phase.
     moved: f64,
-    /// Longest way of a node in each step since then, summed.
+    /// Travel: sum over the steps since then of the largest displacement of a node.
     way: f64,
-    /// What `moved` and `share` together may come to.
+    /// Largest sum of `moved` and `share` before the next broad phase.
     allowance: f64,
 }
 
 impl<const D: usize> CandidateSearch<D> {
-    /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted, of blocks
-    /// that may come to these speeds in it, m/s.
-    /// `may_meet` says the pairs of which blocks are wanted.
+    /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted. `speeds` are
+    /// bounds for the blocks in the step, m/s. `may_meet` selects pairs of blocks.
     pub(crate) fn find_near(
         &mut self,
         blocks: &SearchContext<D>,
@@ -193,14 +191,13 @@ impl<const D: usize> CandidateSearch<D> {
         pairs.collect_into_vec(near);
     }
 
-    /// Whether nodes have gone farther in the step before the last search than their
-    /// share, and then lay where they may have been let through.
+    /// Returns true if nodes moved farther in the step before the last search than their motion
+    /// bound, at positions where they may have passed through others.
     pub(crate) fn was_overrun(&self) -> bool {
         self.outrun
     }
 
-    /// How far apart the features of each of the pairs near were when they were
-    /// found, m, but for round-off.
+    /// Returns the distance of the features of each near pair at its test, up to round-off, m.
     pub(crate) fn distances(&self) -> impl Iterator<Item = f64> + '_ {
         self.found.iter().map(|&number| {
             let candidate = &self.candidates[number as usize];
@@ -211,7 +208,7 @@ impl<const D: usize> CandidateSearch<D> {
         })
     }
 
-    /// Whether a pair is a candidate and near.
+    /// Returns true if a pair is a candidate and near.
     pub(crate) fn is_near(&self, pair: Pair) -> bool {
         let main = pair.main as usize;
         let Some(&[first, end]) = self.of_main.get(main..main + 2) else {
@@ -221,7 +218,7 @@ impl<const D: usize> CandidateSearch<D> {
             .any(|number| self.find_near[number] && self.candidates[number].pair == pair)
     }
 
-    /// How far the blocks have moved, and whether farther than was reckoned with.
+    /// Updates the travels of the blocks, and `outrun` if they exceed their bounds.
     fn follow(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.measure(blocks, at);
         self.outrun = self.let_through(blocks, at);
@@ -235,8 +232,8 @@ impl<const D: usize> CandidateSearch<D> {
         }
     }
 
-    /// Finds the longest ways of a node of each block since the last search and since the last
-    /// broad phase.
+    /// Finds the largest displacements of a node of each block since the last search and since the
+    /// last broad phase.
     fn measure(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let block_of = &blocks.block_of[..self.last.len()];
         let gone = |node: u32| {
@@ -248,9 +245,9 @@ impl<const D: usize> CandidateSearch<D> {
         self.lists.squares.find(block_of, blocks.fixed.len(), gone);
     }
 
-    /// Whether blocks that have gone farther than their share since the
-    /// last search may have gone through others: with these for shares, pairs would have
-    /// been near that were not, and their own nodes have gone as far as they were apart.
+    /// Returns true if blocks that moved farther than their motion bound since the last search may
+    /// have passed through others. That is so if, with the true displacements as bounds, more pairs
+    /// would have been near, and the nodes of such a pair moved as far as its distance.
     fn let_through(&self, blocks: &SearchContext<D>, at: Configuration<D>) -> bool {
         let gone = |block: usize| self.lists.squares.of_blocks()[block][0].sqrt();
         let way = |nodes: &[u32]| {
@@ -329,7 +326,8 @@ impl<const D: usize> CandidateSearch<D> {
         self.list_candidates();
     }
 
-    /// Whether all of it is of so many nodes and blocks, and of features that a surface `has`.
+    /// Returns true if all data fit these numbers of nodes and blocks, and the features that a
+    /// surface `has`.
     pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &dyn Fn(Pair) -> bool) -> bool {
         let is_known = |candidate: &Candidate| {
             let mut of = candidate.blocks.iter();
@@ -347,7 +345,7 @@ impl<const D: usize> CandidateSearch<D> {
                 .all(|&number| (number as usize) < self.candidates.len())
     }
 
-    /// Works out what a checkpoint does not hold.
+    /// Computes the data that a checkpoint does not contain.
     pub(crate) fn restore(&mut self) {
         self.list_candidates();
         self.find_near = vec![false; self.candidates.len()];
@@ -399,8 +397,8 @@ impl<const D: usize> CandidateSearch<D> {
         self.look(blocks, at.with(cache.as_ref()));
     }
 
-    /// Finds out what each block has ahead, and which candidates to look at, if those known do
-    /// not serve any more.
+    /// Computes the travel bounds of each block, and selects the active candidates again if the
+    /// list does not serve any more.
     pub(crate) fn search_ahead(&mut self, tolerance: f64) {
         let ahead = &mut self.lists.ahead;
         ahead.clear();
@@ -413,7 +411,7 @@ impl<const D: usize> CandidateSearch<D> {
         }
     }
 
-    /// Finds out what the ways of blocks tell of the candidates, some after the other.
+    /// Compares the active candidates with the travel bounds, in parallel chunks.
     fn glance(&mut self) {
         let SearchWorkspace { glances, ahead, .. } = &mut self.lists;
         let some = self.active_candidates.numbers.par_chunks(GLANCES_PER_TASK);
@@ -433,7 +431,7 @@ impl<const D: usize> CandidateSearch<D> {
         });
     }
 
-    /// Finds out which of the candidates to be looked at are near.
+    /// Tests the open candidates, and records the near ones.
     pub(crate) fn look(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let look = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
@@ -477,20 +475,21 @@ impl<const D: usize> CandidateSearch<D> {
 }
 
 impl Candidate {
-    /// Whether it may be near where its blocks have these ways ahead.
+    /// Returns true if the pair may be near for these travel bounds of its blocks.
     pub(crate) fn may_be_near(&self, a: BlockTravel, b: BlockTravel) -> bool {
         self.until <= a.distance + b.distance && self.lacks <= a.turning + b.turning
     }
 }
 
-/// The way of a block so far and in the step, m.
+/// Travel bounds of a block, so far and in the step, m.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockTravel {
-    /// So far.
+    /// Travel so far.
     pub(crate) way: f64,
-    /// How near another may come to one that is near: half of the tolerance is either's.
+    /// Travel plus the distance that a near feature may have: half of the tolerance counts for
+    /// either block.
     pub(crate) distance: f64,
-    /// [`CULLING_RATE`] times the way, and the share: what pairs lack is compared with.
+    /// [`CULLING_RATE`] times the travel, plus the motion bound; compared with `lacks`.
     pub(crate) turning: f64,
 }
 
@@ -504,8 +503,8 @@ impl MotionBound {
     }
 }
 
-/// Where the items of each of `count` owners begin in a list of all in order of
-/// the owners, and its end.
+/// Returns the index of the first item of each of `count` owners in a list sorted by owner, and the
+/// end of the list.
 fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
     let mut start = vec![0; count + 1];
     for owner in owners {
@@ -518,14 +517,14 @@ fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
 }
 
 impl<const D: usize> SearchContext<'_, D> {
-    /// Blocks of the main and the target feature of a pair.
+    /// Returns the blocks of the main and the target feature of a pair.
     pub(crate) fn of(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];
         let target = self.surface.target_nodes(pair.target)[0];
         [main, target].map(|node| self.block_of[node as usize])
     }
 
-    /// Pairs of blocks that `may_meet` and that lie within `distance` of each other,
+    /// Returns the pairs of blocks that `may_meet` and that lie within `distance` of each other, m,
     /// and some beyond, sorted.
     pub(crate) fn pairs_within(
         &self,

@@ -1,4 +1,4 @@
-//! What the search for contacts costs, a step and block.
+//! Cost of the contact search, for a step and block.
 
 #![allow(
     clippy::print_stdout,
@@ -16,10 +16,10 @@ use crate::refinement::dimension::PLANE;
 use crate::scene::{Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
 use crate::step::Run;
 
-/// Wave speed, m/s; blocks move at up to 1 m/s each way.
+/// Wave speed, m/s; blocks move at up to 1 m/s in each direction.
 const WAVE_SPEED: f64 = 100.0;
 
-/// `across`² triangles of one element, turned at random, nearly packed.
+/// `across`² triangles of one element, rotated at random, nearly packed.
 fn crowd(across: usize) -> Run<2> {
     let geometry = Geometry::Polygon {
         corners: Vec::new(),
@@ -74,7 +74,7 @@ fn time(count: u32, mut work: impl FnMut()) -> Duration {
     began.elapsed() / count
 }
 
-/// What the search takes at one instant, by part.
+/// Time of each part of the search at one instant.
 #[derive(Default)]
 struct Cost {
     outlook: Duration,
@@ -85,7 +85,7 @@ struct Cost {
 }
 
 impl Cost {
-    /// Adds that of the present state, which stays as it is.
+    /// Adds the times for the present state, which does not change.
     fn add(&mut self, run: &mut Run<2>) {
         self.outlook += time(3, || run.bound_speeds());
         let speeds = run.speed_bounds.speeds().to_vec();
@@ -119,12 +119,12 @@ impl Cost {
     }
 }
 
-/// Runs a crowd and prints what its steps and their searches have taken.
+/// Runs a crowd and prints the times of its steps and their searches.
 fn measure(across: usize, steps: u32) {
     const LOOKS: u32 = 5;
     let blocks = (across * across) as f64;
     let mut run = crowd(across);
-    // Let it come to collisions.
+    // Advance until there are collisions.
     (0..steps).for_each(|_| run.step());
     let begun = |run: &Run<2>| {
         run.contacts
@@ -140,7 +140,7 @@ fn measure(across: usize, steps: u32) {
         searches += u32::from(just_searched);
     }
     let begun = begun(&run) - before;
-    // Apart from the steps above: a look is a new broad phase.
+    // Apart from the steps above, because each measurement makes a new broad phase.
     for _ in 0..LOOKS {
         cost.add(&mut run);
         run.step();

@@ -1,4 +1,4 @@
-//! The pairs near against all pairs, and against searches of other histories.
+//! The near pairs against all pairs, and against searches with other histories.
 
 use proptest::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::scene::Geometry;
 
 const TOLERANCE: f64 = 1e-3;
 
-/// Triangles of their own sizes, speeds and turns. Every fifth is fixed.
+/// Triangles with their own sizes, speeds and rotations. Every fifth is fixed.
 #[derive(Clone, Debug)]
 struct Stone {
     centre: [f64; 2],
@@ -58,7 +58,7 @@ fn stones() -> impl Strategy<Value = Vec<Stone>> {
     proptest::collection::vec(stone, 2..20)
 }
 
-/// The stones, and how a search sees them.
+/// The stones, and their data for a search.
 struct Crowd {
     stones: Vec<Stone>,
     outline: Boundary2d,
@@ -119,7 +119,7 @@ impl Crowd {
         a != b && !(self.fixed[a as usize] && self.fixed[b as usize])
     }
 
-    /// All pairs that are near for these shares.
+    /// All pairs that are near for these motion bounds.
     fn near(&self, at: Configuration<2>, share: &[f64]) -> Vec<Pair> {
         let blocks = self.blocks();
         let count = self.block_of.len() as u32;
@@ -151,8 +151,8 @@ fn pairs<const D: usize>(search: &CandidateSearch<D>) -> Vec<Pair> {
         .collect()
 }
 
-/// A pair that is left out of those found, or is among them though it is not near and was
-/// not `before`.
+/// Returns a near pair that was not found, or a found pair that is neither near nor was found
+/// `before`.
 fn not_rightly_found(found: &[Pair], near: &[Pair], before: &[Pair]) -> Option<Pair> {
     let left_out = near.iter().find(|pair| !found.contains(pair));
     let extra = |pair: &&Pair| !near.contains(pair) && !before.contains(pair);
@@ -183,7 +183,7 @@ proptest! {
                 prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
                 for pair in &near {
                     prop_assert!(search.is_near(*pair));
-                    // Who may touch may hand on what is fastest among them.
+                    // Blocks that may touch may hand on the largest velocity among them.
                     let [a, b] = crowd.blocks().of(*pair).map(|block| block as usize);
                     prop_assert!(crowd.fixed[a] || crowd.fixed[b] || search.blocks[a].share == search.blocks[b].share);
                 }
@@ -192,8 +192,8 @@ proptest! {
     }
 }
 
-/// A fixed stone, one beside it and one far off, neither of them expected to move by
-/// more than 23 mm in the step.
+/// A fixed stone, one beside it and one far off. Neither of these is expected to move by more than
+/// 23 mm in the step.
 #[test]
 fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
     let stone = |x, radius| Stone {
@@ -225,7 +225,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
     assert!(outrun(0.0, 5.0), "farther than the search has looked");
 }
 
-/// Two meshed boxes, one of which reaches into the other across a corner.
+/// Two meshed boxes, one of which overlaps the other at a corner.
 fn corner_in_corner() -> Mesh<3> {
     let cube = |min: [f64; 3], max: [f64; 3], divisions: usize| Geometry::Box {
         min: min.to_vec(),
@@ -272,8 +272,8 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
     }
 }
 
-/// Cubes side by side and one above the other, all but flush, which turn, shear and
-/// drift each for itself, by nodes.
+/// Cubes side by side and one above the other, nearly flush. Each turns, shears and drifts on its
+/// own, by nodes.
 #[derive(Clone, Debug)]
 struct Heap {
     mesh: Mesh<3>,
@@ -357,12 +357,13 @@ proptest! {
             let time = step * f64::from(number);
             for (moved, (block, velocity)) in displacement.iter_mut().zip(block_of.iter().zip(&heap.velocity)) {
                 if !fixed[*block as usize] {
-                    // There and back: what is refused comes near again and again.
+                    // To and fro, so that rejected pairs come near again and again.
                     *moved = scale((0.7 * f64::from(number)).sin() * time, velocity);
                 }
             }
             let at = Configuration::new(&mesh.nodes, &displacement);
-            // Shares are less than what nodes move: more turns on those.
+            // The motion bounds are smaller than the displacements of nodes, so that more depends
+            // on the bounds.
             let (with, mut near) = ((&*speeds, 0.05 * step), Vec::new());
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
                 if (number as usize) < from {
@@ -381,8 +382,8 @@ proptest! {
     }
 }
 
-/// Of a cube beside another, two corners of the face between them draw back: the edges
-/// from the others to its middle sharpen, could not touch at first, and then may.
+/// Two corners of the face of a cube move away from the cube beside it. The edges from the other
+/// corners to the middle of the face sharpen: they could not touch at first, and then may.
 #[test]
 fn what_was_left_out_comes_near_as_a_face_warps() {
     let cube = |place: [f64; 3]| Geometry::Box {

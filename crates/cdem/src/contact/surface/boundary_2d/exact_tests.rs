@@ -1,4 +1,4 @@
-//! Times of impact in the plane against exact arithmetic.
+//! Times of impact in 2-D against exact arithmetic.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
@@ -9,18 +9,18 @@ use crate::contact::verification::exact::{
 };
 use crate::math::vector::cross2;
 
-/// What was judged: first touches within edges and at their ends.
+/// Number of judged first touches, within edges and at their ends.
 #[derive(Clone, Copy, Debug, Default)]
 struct Judged {
     within: usize,
     at_ends: usize,
-    /// At ends, past which the vertex goes without coming in.
+    /// At ends, with the vertex going past without coming in.
     past: usize,
     /// Times of impact that were found.
     found: usize,
 }
 
-/// Two triangles, and when their pairs are found to touch.
+/// Two triangles, for the times of impact of their pairs.
 struct Trial<'a> {
     query: &'a Query<2>,
     outline: &'a Boundary2d,
@@ -60,7 +60,7 @@ impl Trial<'_> {
         })
     }
 
-    /// What is found is a touch.
+    /// Checks that a found touch is one.
     fn judge_found(&self, pair: Pair, judged: &mut Judged) {
         let Some(found) = self.found(pair) else {
             return;
@@ -69,7 +69,7 @@ impl Trial<'_> {
             let then = self.at.after(self.velocity, time);
             self.outline.project(pair, then).outside
         };
-        // What comes in round an end is behind the line of the edge as it comes.
+        // A vertex that comes in round an end is behind the line of the edge at that time.
         let deepest = DEPTH * self.outline.target_size(pair.target, self.at);
         let is_touch = self
             .features(self.nodes(pair))
@@ -78,9 +78,9 @@ impl Trial<'_> {
         judged.found += 1;
     }
 
-    /// Every touch is found, and none late. A vertex that comes in at the end of an
-    /// edge touches either edge there, or the end touches an edge of the vertex; one
-    /// that goes past does not touch.
+    /// Checks that every touch is found, and none late. A vertex that comes in at the end of an
+    /// edge touches either edge there, or the end touches an edge of the vertex. A vertex that goes
+    /// past does not touch.
     fn judge_touches(&self, pair: Pair, judged: &mut Judged) {
         let nodes = self.nodes(pair);
         for mut touch in self.features(nodes).touches() {
@@ -111,7 +111,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Whether a vertex is inside of the other triangle right after a touch.
+    /// True if a vertex is inside the other triangle right after a touch.
     fn comes_in(&self, vertex: u32, touch: &mut ExactTouch) -> bool {
         let edges = (0..6).map(|target| Pair {
             main: vertex,
@@ -125,7 +125,7 @@ impl Trial<'_> {
         })
     }
 
-    /// Whether a pair is of the same vertex and a corner of an edge, or of the corner
+    /// True if a pair is of the same vertex and an edge at a corner of this edge, or of the corner
     /// and an edge that ends at the vertex.
     fn are_neighbours(&self, [p, a, b]: [u32; 3], other: Pair) -> bool {
         let [q, c, d] = self.nodes(other);
@@ -156,8 +156,8 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
     judged
 }
 
-/// All draws, `count` times each. Of a thousand queries so many touch at least: a half
-/// to two thirds of what was measured.
+/// Judges all draws, `count` times each. The least numbers of touches in a thousand queries are a
+/// half to two thirds of the measured ones.
 fn judge_all(count: usize) {
     for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
         .into_iter()

@@ -1,4 +1,4 @@
-//! Surfaces in 2-D: boundary vertices against boundary edges.
+//! Boundaries in 2-D: boundary vertices against boundary edges.
 
 #[cfg(test)]
 mod exact_tests;
@@ -11,12 +11,12 @@ use crate::contact::surface::{Configuration, Pair, Topology};
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mesh::Mesh;
 
-/// A boundary vertex with the two edges that meet there.
+/// A boundary vertex with its two edges.
 #[derive(Clone, Debug)]
 pub(crate) struct Vertex {
     pub(crate) node: [u32; 1],
-    /// Edge that ends here and edge that starts here; `None` where more than
-    /// two edges meet.
+    /// The edge that ends here and the edge that starts here; `None` if there are more than two
+    /// edges.
     pub(crate) edges: Option<[u32; 2]>,
 }
 
@@ -24,7 +24,7 @@ pub(crate) struct Vertex {
 #[derive(Clone, Debug)]
 pub(crate) struct Boundary2d {
     pub(crate) vertices: Vec<Vertex>,
-    /// Edges with the block to their left.
+    /// Nodes of the edges, with the block to their left.
     pub(crate) edges: Vec<[u32; 2]>,
     /// Vertex number of each end of each edge.
     pub(crate) ends: Vec<[u32; 2]>,
@@ -32,7 +32,7 @@ pub(crate) struct Boundary2d {
 }
 
 impl Boundary2d {
-    /// The boundary of `mesh`; `thickness` in m.
+    /// Returns the boundary of `mesh`; `thickness` in m.
     pub(crate) fn new(mesh: &Mesh<2>, thickness: f64) -> Self {
         let edges: Vec<[u32; 2]> = mesh
             .boundary_facets()
@@ -88,7 +88,7 @@ impl Boundary2d {
         [y, -x]
     }
 
-    /// Sum of the normals of both edges at a vertex.
+    /// Returns the sum of the normals of both edges at a vertex.
     pub(crate) fn outward_at(&self, vertex: u32, at: Configuration<2>) -> [f64; 2] {
         let edges = self.vertices[vertex as usize].edges.into_iter().flatten();
         edges.fold([0.0; 2], |sum, edge| add(&sum, &self.outward(edge, at)))
@@ -98,7 +98,7 @@ impl Boundary2d {
         self.vertices[pair.main as usize].node[0]
     }
 
-    /// The edge beyond the end (`foot` > ½) or the start of `edge`.
+    /// Returns the next edge beyond the end of `edge`, or before its start.
     pub(crate) fn next(&self, edge: u32, beyond_end: bool) -> Option<u32> {
         let end = self.ends[edge as usize][usize::from(beyond_end)];
         let [before, after] = self.vertices[end as usize].edges?;

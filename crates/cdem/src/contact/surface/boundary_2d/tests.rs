@@ -8,11 +8,11 @@ use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topol
 use crate::math::vector::{add, scale};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 
-/// Instants that brute force looks at.
+/// Instants that brute force tests.
 const SAMPLES: usize = 4000;
 
-/// A vertex (node 0) on a triangle far to its left, and an edge (nodes 4, 3;
-/// its outward normal is −x when it stands upright) of a triangle to its right.
+/// A vertex (node 0) on a triangle far to its left, and an edge (nodes 4, 3) of a triangle to its
+/// right. The outward normal of the edge is −x if it is upright.
 struct Meeting {
     mesh: Mesh<2>,
     velocity: Vec<[f64; 2]>,
@@ -52,8 +52,8 @@ impl Meeting {
         }
     }
 
-    /// The search's answer, and brute force's: the first touch that is seen
-    /// between two instants, at which the foot lies on the edge.
+    /// Returns the result of the search and that of brute force: the first touch between two
+    /// instants with the foot on the edge.
     fn touches(&self, duration: f64, depth: f64) -> (Option<f64>, Option<f64>) {
         let outline = Boundary2d::new(&self.mesh, 1.0);
         let pair = (0..6)
@@ -111,12 +111,12 @@ proptest! {
             prop_assert!(found.is_some_and(|found| found <= seen), "{found:?} {seen}");
         }
         if let Some(found) = found {
-            // Configuration of order 1, times of order 1: round-off.
+            // Positions of order 1, times of order 1: round-off.
             prop_assert!(meeting.gap(found).abs() < 1e-11, "{}", meeting.gap(found));
         }
     }
 
-    /// Edge and path all but parallel, the vertex all but on the edge's line.
+    /// Edge and path are nearly parallel, and the vertex is nearly on the line of the edge.
     #[test]
     fn grazing_touches_are_found(
         height in 1e-9_f64..1e-3,
@@ -135,8 +135,8 @@ proptest! {
 }
 
 proptest! {
-    /// What slides down one side of a dent, a little deep in it, touches the other side
-    /// before it is deeper in that.
+    /// A point that slides down one side of a dent, with a small penetration, touches the other
+    /// side before its penetration there is larger.
     #[test]
     fn what_slides_into_a_dent_touches_its_other_side(
         turn in 0.021..1.5_f64,
@@ -185,7 +185,7 @@ proptest! {
             (x < 0.0).then_some(time) // the right side
         });
         let time = times.min_by(f64::total_cmp);
-        // 0.01 m down to the middle, less or more by what it is deep in the left.
+        // 0.01 m down to the middle, less or more by the penetration in the left side.
         let beyond = time.map(|time| (time - 0.01) * turn.sin());
         prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
     }
@@ -195,7 +195,7 @@ proptest! {
 fn a_vertex_on_the_edge_touches_when_it_moves_in_and_only_then() {
     let edge = [[1.0, -1.0], [1.0, 1.0]];
     let still = [0.0; 2];
-    // Not at the very ends: there the vertex glides along the other edge.
+    // Not at the very ends, where the vertex slides along the other edge.
     for (height, foot) in [(0.0, 0.0), (0.0, 0.99), (0.0, -0.99), (1e-10, 0.3)] {
         let vertex = [1.0 + height, foot];
         let touch = |x: f64| {
@@ -208,15 +208,15 @@ fn a_vertex_on_the_edge_touches_when_it_moves_in_and_only_then() {
         assert_eq!(touch(0.0), None, "{vertex:?}");
         assert_eq!(touch(-1.0), None, "{vertex:?}");
     }
-    // Deeper inside than a touch can be: not this search's to see.
+    // Deeper inside than a touch can be, so the search must not find it.
     let deep = Meeting::new([1.1, 0.0], edge, [[1.0, 0.0], still, still]);
     assert_eq!(deep.touches(1.0, 1e-9).0, None);
 }
 
 #[test]
 fn a_vertex_that_rests_is_found_when_the_edge_turns_into_it() {
-    // At rest on the edge, which turns about the vertex's place: its far part
-    // comes up as the vertex slides there.
+    // At rest on the edge, which turns about the position of the vertex: its far part comes up as
+    // the vertex slides there.
     let edge = [[1.0, -1.0], [1.0, 1.0]];
     let meeting = Meeting::new([1.0, 0.0], edge, [[0.0, 0.5], [0.5, 0.0], [-0.5, 0.0]]);
     let (found, _) = meeting.touches(1.0, 1e-9);

@@ -1,4 +1,4 @@
-//! Times of impact in space against exact arithmetic.
+//! Times of impact in 3-D against exact arithmetic.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
@@ -11,7 +11,7 @@ use crate::contact::verification::exact::{
 };
 use crate::math::vector;
 
-/// A vertex against a triangle; the normal of two edges is that of their directions.
+/// The features of a pair. The normal of two edges is the cross product of their directions.
 fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
     let skin = &boundary.triangulation;
     let path = |corner: u32| query.path(skin.nodes_of_corner(corner)[0]);
@@ -53,18 +53,18 @@ fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
     }
 }
 
-/// What was judged: first touches within and on the rims of features.
+/// Number of judged first touches, within and on the rims of features.
 #[derive(Clone, Copy, Debug, Default)]
 struct Judged {
     facing: [usize; 2],
     crossing: [usize; 2],
     /// Times of impact that were found.
     found: usize,
-    /// Of edges, of which their surroundings do not tell the way out: not judged.
+    /// Edges whose faces do not tell the outward direction: not judged.
     unclear: usize,
 }
 
-/// A pair of two tetrahedra, and when it is found to touch.
+/// A pair of two tetrahedra, and its time of impact.
 struct Trial<'a> {
     query: &'a Query<3>,
     boundary: &'a Boundary3d,
@@ -82,14 +82,14 @@ impl Trial<'_> {
         )
     }
 
-    /// Whether the normal is that of the directions of the edges, if that is clear.
+    /// True if the normal is the cross product of the directions of the edges; `None` if unclear.
     fn is_forward(&self, time: f64) -> Option<bool> {
         let FeaturePair::Crossing { main, target } = self.boundary.feature_pair(self.pair) else {
             return Some(true);
         };
         let then = self.at.after(self.velocity, time);
         let crossing = self.boundary.edge_edge(main, target, then)?;
-        // Triangles that shrink to a line have any normal.
+        // The normal of a triangle that shrinks to a line is arbitrary.
         let least_height = |edge: u32| {
             self.boundary
                 .triangulation
@@ -110,12 +110,12 @@ impl Trial<'_> {
         }
     }
 
-    /// What is found is a touch.
+    /// Checks that a found touch is one.
     fn judge_found(&self, judged: &mut Judged) {
         let Some(found) = self.found else {
             return;
         };
-        // As for touches: the way out is told for a millionth of a second.
+        // As for touches, the outward direction must be clear for a millionth of a second.
         let about = [found, found + 1e-6].map(|time| self.is_forward(time));
         let [Some(forward), Some(later)] = about else {
             judged.unclear += 1;
@@ -141,7 +141,7 @@ impl Trial<'_> {
         judged.found += 1;
     }
 
-    /// Every touch is found, and none late.
+    /// Checks that every touch is found, and none late.
     fn judge_touches(&self, judged: &mut Judged) {
         let senses: &[bool] = if self.is_crossing() {
             &[true, false]
@@ -208,8 +208,8 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
     judged
 }
 
-/// All draws, `count` times each. Of a thousand queries so many touch at least, within
-/// features and at rims: a half to two thirds of what was measured.
+/// Judges all draws, `count` times each. The least numbers of touches in a thousand queries, within
+/// features and at rims, are a half to two thirds of the measured ones.
 fn judge_all(count: usize) {
     for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
         .into_iter()

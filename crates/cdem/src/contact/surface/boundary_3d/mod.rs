@@ -1,9 +1,7 @@
-//! Surfaces in 3-D: boundary vertices against triangles, and sharp edges
-//! against sharp edges.
+//! Boundaries in 3-D: boundary vertices against triangles, and sharp edges against sharp edges.
 //!
-//! Every contact of polyhedra is a union of these two (point–triangle,
-//! edge–edge). Main features are the vertices, then the edges; target
-//! features the triangles, then the edges.
+//! Every contact of polyhedra is a union of these two (point–triangle, edge–edge). Main features
+//! are the vertices, then the edges; target features are the triangles, then the edges.
 
 #[cfg(test)]
 mod exact_tests;
@@ -30,14 +28,14 @@ pub(crate) struct Boundary3d {
 /// The two features of a pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FeaturePair {
-    /// A vertex before a triangle.
+    /// A vertex against a triangle.
     Facing { vertex: u32, triangle: u32 },
     /// Two edges.
     Crossing { main: u32, target: u32 },
 }
 
 impl Boundary3d {
-    /// The boundary of `mesh`, for contact within `tolerance`, m.
+    /// Returns the boundary of `mesh`, for contact within `tolerance`, m.
     pub(crate) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
         Self {
             triangulation: Triangulation::new(mesh, tolerance),
@@ -59,7 +57,7 @@ impl Boundary3d {
         }
     }
 
-    /// The pair of a vertex and a triangle.
+    /// Returns the pair of a vertex and a triangle.
     pub(crate) fn face_pair(vertex: u32, triangle: u32) -> Pair {
         Pair {
             main: vertex,
@@ -67,7 +65,7 @@ impl Boundary3d {
         }
     }
 
-    /// The pair of two edges.
+    /// Returns the pair of two edges.
     pub(crate) fn edge_pair(&self, one: u32, other: u32) -> Pair {
         Pair {
             main: self.triangulation.vertex_count + one.min(other),
@@ -75,7 +73,8 @@ impl Boundary3d {
         }
     }
 
-    /// Box around an edge, grown by `margin`; empty where it cannot cross others yet.
+    /// Returns the box around an edge, grown by `margin`, m. The box is empty if the edge cannot
+    /// cross others yet.
     fn box_of_edge(&self, edge: u32, at: Configuration<3>, margin: f64) -> Aabb<3> {
         if self.triangulation.may_be_sharp(edge, at, margin) {
             Aabb::around(self.triangulation.edge(edge, at), margin)

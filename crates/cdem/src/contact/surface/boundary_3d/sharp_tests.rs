@@ -1,4 +1,4 @@
-//! Which edges are sharp, and for how long the others are not.
+//! Sharp edges, and the motion until the others become sharp.
 
 use proptest::prelude::*;
 
@@ -10,8 +10,8 @@ use crate::mesh::{self, ElementKind};
 use crate::scene::Geometry;
 
 proptest! {
-    /// Neither at random nor where all nodes go the worst way: the ends of an edge out
-    /// of the block, the far corners beside it into it.
+    /// The bound holds for random motion and for the worst motion of all nodes: the ends of an edge
+    /// move out of the block, the far corners beside it into it.
     #[test]
     fn no_edge_is_sharp_before_its_nodes_have_moved_far_enough(
         warp in proptest::array::uniform8(vector(1e-2)),
@@ -22,7 +22,7 @@ proptest! {
         ways in proptest::array::uniform8(vector(1.0)),
     ) {
         let squeeze = |[x, y, z]: [f64; 3]| [x, flat * y, z];
-        // Diagonals of faces and their ends are nodes of the mesh: what is worst is so.
+        // Diagonals of faces and their ends are nodes of the mesh, so the worst motion is possible.
         let cube = Geometry::Box {
             min: vec![0.0; 3],
             max: vec![1.0; 3],
@@ -59,8 +59,8 @@ proptest! {
         }
     }
 
-    /// A glance takes no sharp edge for a flat one, and tells of each whose ridge is a third
-    /// of a sharp one that it is flat.
+    /// The test without a root calls no sharp edge flat. It calls every edge flat that turns by
+    /// less than 0.09 rad and has at most a third of the height of a sharp one.
     #[test]
     fn what_is_flat_at_a_glance_is_not_sharp(
         warp in proptest::array::uniform8(vector(1.0)),

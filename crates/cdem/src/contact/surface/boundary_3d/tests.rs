@@ -1,4 +1,4 @@
-//! Operators under rigid motion, what pairs lack to touch, shares of area.
+//! Jacobians under rigid motion, culling, tributary areas.
 
 use proptest::prelude::*;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{self, Block, Element, ElementKind, Mesh};
 use crate::scene::Geometry;
 
-/// One element a block, each of its own nodes.
+/// One element for each block, each with its own nodes.
 pub(super) fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
     let mut mesh = Mesh::default();
     for (number, (kind, nodes)) in cells.iter().enumerate() {
@@ -70,7 +70,7 @@ pub(super) fn all_pairs(boundary: &Boundary3d) -> Vec<Pair> {
     pairs
 }
 
-/// All that is asked of pairs of a drift, as text: numbers with all their digits.
+/// All results for the pairs of a drift, as text: numbers with all their digits.
 fn answers(boundary: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
     let slack = GapAllowance {
         within: 1e-6,
@@ -94,8 +94,8 @@ fn answers(boundary: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// What is kept of a surface changes no bit, on any number of threads, and is forgotten
-    /// when its room is emptied for other positions.
+    /// A geometry cache changes no bit, on any number of threads. Its values are cleared when it is
+    /// used again for other positions.
     #[test]
     fn what_is_kept_has_the_same_bits(
         warp in [0, 1].map(|_| [0; 8].map(|_| vector(0.1))),
@@ -121,10 +121,10 @@ proptest! {
 }
 
 proptest! {
-    /// Ridges that fall on each other across touch in time however small the angle
-    /// between them: the edges, or the ends of the upper one where these lie aside of the
-    /// lower by a tenth of the tolerance at most, or by a ten millionth of their length,
-    /// and sink in by that on its slopes.
+    /// Ridges that fall across each other touch in time, however small the angle between them.
+    /// Either the edges touch, or the ends of the upper edge do. The ends do if they lie beside the
+    /// lower edge by at most a tenth of the tolerance, or by a ten millionth of their length, and
+    /// they sink in on its slopes by as much.
     #[test]
     fn ridges_that_are_all_but_parallel_touch_in_time(
         angle in (-9.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
@@ -155,7 +155,7 @@ proptest! {
 
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
 
-/// Hexahedra of 1 m in the plane, whose tops lie at some height over each node.
+/// Hexahedra of 1 m in the plane, with the height of their tops given at each node.
 fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, Vec<[f64; 3]>)> {
     let columns = (0..across[0]).flat_map(|x| (0..across[1]).map(move |y| [x as f64, y as f64]));
     let cells = columns.map(|[x, y]| {
@@ -167,8 +167,8 @@ fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, V
     cells.collect()
 }
 
-/// When a tetrahedron that goes a `way` along a unit vector, at 1 m/s, first touches a bed
-/// of one block, of which a contact holds it on a triangle of this normal already, if any.
+/// Returns the time at which a tetrahedron that moves by `way` along a unit vector, at 1 m/s, first
+/// touches a bed of one block. `held` is the normal of triangles that it already touches.
 fn touches_bed(
     bed: &[(ElementKind, Vec<[f64; 3]>)],
     tip: [[f64; 3]; 4],
@@ -207,7 +207,7 @@ fn touches_bed(
     times.min_by(f64::total_cmp)
 }
 
-/// One block of cells that share the nodes that lie at one place.
+/// One block of cells, which share nodes at the same position.
 fn joined(cells: &[(ElementKind, Vec<[f64; 3]>)]) -> Mesh<3> {
     let mut mesh = Mesh::default();
     for (kind, corners) in cells {
@@ -233,8 +233,8 @@ fn joined(cells: &[(ElementKind, Vec<[f64; 3]>)]) -> Mesh<3> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// A straight edge that falls on many elements whose faces bulge, each next to nothing,
-    /// sinks in by a quarter of the tolerance at most.
+    /// A straight edge that falls on many elements whose faces are slightly convex sinks in by a
+    /// quarter of the tolerance at most.
     #[test]
     fn a_long_edge_touches_a_face_that_bulges_little(
         turn in (-7.0..-2.0_f64).prop_map(|power| 10.0_f64.powf(power)),
@@ -254,8 +254,8 @@ proptest! {
         prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * tolerance).contains(&late)), "{late:?}");
     }
 
-    /// What slides down one side of a dent, a little deep in it, touches the other side
-    /// before it is deeper in that.
+    /// A point that slides down one side of a dent, with a small penetration, touches the other
+    /// side before its penetration there is larger.
     #[test]
     fn what_slides_into_a_dent_touches_its_other_side(
         turn in 0.021..1.5_f64,
@@ -266,17 +266,18 @@ proptest! {
         let (s, c) = (0.5 * turn).sin_cos();
         let bed = bed([2, 1], |x, _| s / c * (x - 1.0).abs());
         let [way, deep] = [0.02, depth * tolerance];
-        // On the left side, that falls to the right.
+        // On the left side, which falls to the right.
         let tip = [1.0 - 0.01 * c - deep * s, place, 0.01 * s - deep * c];
         let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
         let tip = [tip, corner(0.05, -0.05), corner(0.0, 0.05), corner(-0.05, -0.05)];
         let time = touches_bed(&bed, tip, ([c, 0.0, -s], Some([s, 0.0, c])), (way, tolerance));
-        // 0.01 m down to the middle, less or more by what it is deep in the left.
+        // 0.01 m down to the middle, less or more by the penetration in the left side.
         let beyond = time.map(|time| (time - 0.01) * turn.sin());
         prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
     }
 
-    /// What starts as deep as it may in a dent is held, however flat this is.
+    /// A point that starts in a dent with the largest allowed penetration touches, however flat the
+    /// dent is.
     #[test]
     fn what_is_in_a_dent_touches(
         turn in (-7.0..0.0_f64).prop_map(|power| 10.0_f64.powf(power)),
@@ -297,8 +298,8 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Whatever the gap, no rigid motion of both blocks together is a relative
-    /// motion, and no impulse changes either momentum.
+    /// No rigid motion of both blocks together is a relative motion, and no impulse changes the
+    /// linear or angular momentum, at any gap.
     #[test]
     fn rigid_motions_are_no_relative_motions(
         warp in proptest::array::uniform8(vector(0.15)),
@@ -319,10 +320,10 @@ proptest! {
         for pair in all_pairs(&boundary).into_iter().step_by(7) {
             let projection = boundary.project(pair, at);
             if projection.outside > 1.0 {
-                continue; // all but parallel: nothing to be exact about
+                continue; // nearly parallel: no exact result
             }
             let jacobian = boundary.jacobian(pair, &anchor, at);
-            // Of what storage has held before nothing stays.
+            // Nothing of the previous Jacobian in this storage remains.
             boundary.assemble_jacobian(&mut used, pair, &anchor, at, None);
             let of = |jacobian: &ContactJacobian<3>| {
                 let rows = jacobian.rows[..jacobian.count].to_vec();
@@ -330,8 +331,8 @@ proptest! {
             };
             prop_assert_eq!(of(&used), of(&jacobian));
             for r in 0..3 {
-                // Round-off of some hundred operations on lengths of order 1,
-                // over the sine of the edges' angle.
+                // Round-off of some hundred operations on lengths of order 1, over the sine of the
+                // angle between the edges.
                 let relative = jacobian.relative_velocity(r, &rigid);
                 prop_assert!(relative.abs() < 1e-10, "{pair:?} {relative}");
                 let (mut momentum, mut drift_interval) = ([0.0; 3], [0.0; 3]);
@@ -346,7 +347,7 @@ proptest! {
         }
     }
 
-    /// What a pair lacks shrinks by no more than is said.
+    /// The length of [`CullingResult::Lacks`] shrinks by no more than the given rate.
     #[test]
     fn what_lacks_to_touch_stays_until_nodes_have_moved_far_enough(
         warp in proptest::array::uniform8(vector(0.1)),
@@ -383,7 +384,7 @@ proptest! {
         }
     }
 
-    /// The normal row is the rate of the gap where the two touch.
+    /// The normal row is the rate of the gap at a closed pair.
     #[test]
     fn the_normal_row_is_the_rate_of_the_gap(
         warp in proptest::array::uniform8(vector(0.15)),
@@ -405,7 +406,7 @@ proptest! {
                 let projection = boundary.project(pair, at);
                 (projection, boundary.normal(pair, at), boundary.blocks(pair))
             };
-            // The second block is moved until the pair's gap is 0.
+            // The second block is moved until the gap of the pair is 0.
             let (projection, normal, blocks) = close(&other);
             let Some(normal) = normal.filter(|_| projection.outside < 1.0) else { continue };
             let sign = if blocks[0] == 1 { -1.0 } else { 1.0 };
@@ -423,15 +424,15 @@ proptest! {
                 let then = at.after(&rates, t);
                 (boundary.project(pair, then).gap, boundary.normal(pair, then))
             });
-            // Edges whose surroundings do not tell which side is outside may turn
-            // their normal round between the two.
+            // The normal of edges may reverse between the two times, if their faces do not tell
+            // which side is outside.
             let steady = ahead.1.zip(back.1).is_some_and(|(a, b)| dot(&a, &b) > 0.0);
             if !steady {
                 continue;
             }
             let [ahead, back] = [ahead.0, back.0];
             let slope = (ahead - back) / (2.0 * step);
-            // Second derivatives of the gap over the sine of the edges' angle.
+            // Second derivatives of the gap over the sine of the angle between the edges.
             prop_assert!((row - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{pair:?} {row} {slope}");
         }
     }
@@ -458,7 +459,7 @@ fn a_quadrilateral_is_four_triangles_about_its_mean() {
     }
 }
 
-/// Closes what touches: the contacts of two blocks, each once.
+/// Closes touching pairs: the contacts of two blocks, each once.
 fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
     let mut contacts: Vec<Pair> = Vec::new();
     for pair in all_pairs(boundary) {
@@ -481,8 +482,8 @@ fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, tolerance: f64) -> V
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// However two boxes lie on each other, and whatever they are divided into,
-    /// the contacts of their faces share the area that they have in common.
+    /// For two boxes in any position, with any divisions, the contacts of their faces share the
+    /// area of the overlap.
     #[test]
     fn contacts_share_the_whole_area(
         shift in [-0.9..0.9_f64, -0.9..0.9_f64],

@@ -1,5 +1,5 @@
-//! Times of impact in exact arithmetic: pairs of features whose places and velocities
-//! are whole numbers, and the instants at which they touch.
+//! Times of impact in exact arithmetic, for pairs of features with integer positions and
+//! velocities.
 
 use crate::contact::tolerances::{FOOT_ROUND_OFF, VOLUME_ROUND_OFF};
 
@@ -15,25 +15,25 @@ pub(crate) use crate::contact::verification::exact::polynomial::{
 pub(crate) use crate::contact::verification::exact::query::{Query, QueryKind};
 pub(crate) use crate::contact::verification::exact::root::{Dyadic, Root};
 
-/// What may be inside of a target, m.
+/// Largest penetration in a target, m.
 pub(crate) const DEPTH: f64 = 1e-9;
 
-/// How far outside features a foot may be, m: none is longer than 80 m along each axis
-/// at the start, and as much after a second.
+/// Largest distance of a foot outside features, m. None is longer than 80 m along each axis at the
+/// start, and as much after a second.
 pub(crate) const FOOT: f64 = DEPTH + 300.0 * FOOT_ROUND_OFF;
 
-/// Round-off of the time at which a measure turns, s: √ε where it hardly does.
+/// Round-off of the time at which a measure has an extremum, s: √ε for a flat one.
 const TURN: f64 = 1e-7;
 
 /// A pair of features that move at constant velocities.
 pub(crate) struct Features {
-    /// Positive as long as they are apart.
+    /// Positive while they are apart.
     pub(crate) measure: Polynomial,
-    /// None negative as long as the foot lies on both.
+    /// None negative while the foot lies on both.
     pub(crate) within: Vec<Polynomial>,
-    /// 0 where they have no normal.
+    /// 0 if they have no normal.
     pub(crate) size: Polynomial,
-    /// Bound of the measure's terms.
+    /// Bound of the terms of the measure.
     pub(crate) bound: f64,
 }
 
@@ -41,12 +41,12 @@ pub(crate) struct Features {
 #[derive(Debug)]
 pub(crate) struct ExactTouch {
     pub(crate) time: Root,
-    /// The foot lies at the rim of a feature.
+    /// True if the foot lies at the rim of a feature.
     pub(crate) on_rim: bool,
 }
 
 impl Features {
-    /// Seen with the normal turned round.
+    /// Returns the features with the opposite normal.
     pub(crate) fn reversed(self) -> Self {
         Self {
             measure: -&self.measure,
@@ -54,7 +54,7 @@ impl Features {
         }
     }
 
-    /// All instants of the first second at which they come to touch, in order: the
+    /// Returns all instants of the first second at which the features come to touch, in order: the
     /// measure falls through 0 or, at the start, from 0, and the foot is on them.
     pub(crate) fn touches(&self) -> Vec<ExactTouch> {
         let roots = Root::all(&self.measure).into_iter();
@@ -71,13 +71,13 @@ impl Features {
         touches.collect()
     }
 
-    /// Whether a pair is about to touch where it is found to: still on its own side, or
-    /// no deeper than round-off or some measure where its foot comes in or it turns to
-    /// fall again; no farther from touching than the margin of round-off, with its foot
-    /// on it.
+    /// Returns true if a pair is about to touch at the time found. It must still be on its own
+    /// side. Or it is no deeper than round-off or `deepest`, while its foot comes in or the measure
+    /// begins to fall again. It must be no farther from a touch than the margin of round-off, with
+    /// its foot on the features.
     ///
-    /// One margin is taken off before; a third of one is the round-off of what it was
-    /// taken from, and as much of this.
+    /// The search subtracts one margin. The round-off of its measure is a third of a margin, and
+    /// that of this one is as much.
     pub(crate) fn touch_at(&self, found: f64, deepest: f64, outside: impl Fn(f64) -> f64) -> bool {
         let margin = VOLUME_ROUND_OFF * self.bound;
         let exactly = self.measure.sign_at(&Dyadic::from(found));
@@ -87,19 +87,19 @@ impl Features {
             outside(found).abs() <= FOOT || has_root_within(&self.measure.derivative(), about);
         let is_near =
             (exactly >= 0 || is_shallow && begins) && self.measure.about(found) <= 2.0 * margin;
-        // The foot may come in while the measure falls from one margin to the other:
-        // where it grazes that takes up to 1 + √2 times as long as at the first rate.
+        // The foot may come in while the measure falls from one margin to the other. In a grazing
+        // touch that takes up to 1 + √2 times as long as at the first rate.
         let rate = self.measure.derivative().about(found).abs();
         let last = (5.0 * margin + deepest) / rate;
         let times = (0..=5).map(|k| found + f64::from(k) * margin / rate);
         let is_on = rate <= 0.0 || times.map(outside).any(|outside| outside <= FOOT);
-        // A feature that shrinks to nothing has no foot, and is turned about after that.
+        // A feature that shrinks to nothing has no foot, and is inverted after that.
         let about = [(found - last).max(0.0), found + last];
         is_near && is_on || has_root_within(&self.size, about)
     }
 }
 
-/// Whether a polynomial is 0 in an interval.
+/// Returns true if a polynomial has a root in an interval.
 fn has_root_within(polynomial: &Polynomial, interval: [f64; 2]) -> bool {
     let [from, until] = interval.map(Dyadic::from);
     let roots = Root::all(polynomial);
@@ -109,13 +109,14 @@ fn has_root_within(polynomial: &Polynomial, interval: [f64; 2]) -> bool {
 }
 
 impl ExactTouch {
-    /// Whether what was found is no later.
+    /// Returns true if the time found is no later.
     pub(crate) fn is_found_by(&self, found: Option<f64>) -> bool {
         found.is_some_and(|found| self.time.compare(&Dyadic::from(found)) != Ordering::Less)
     }
 }
 
-/// Bound of the measure's terms over a second: of lengths and rates of its edges.
+/// Returns the bound of the terms of the measure over a second, from lengths and rates of its
+/// edges.
 pub(crate) fn bound<const D: usize>(edges: &[&[Polynomial; D]]) -> f64 {
     let norm = |edge: &[Polynomial; D], k: usize| {
         let squares = edge.iter().map(|p| p.coefficient(k).powi(2));

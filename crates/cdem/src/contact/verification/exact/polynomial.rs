@@ -1,4 +1,4 @@
-//! Polynomials of time with whole coefficients, and vectors of them.
+//! Polynomials of time with integer coefficients, and vectors of them.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -32,19 +32,19 @@ impl Polynomial {
         self.0.len() <= 1
     }
 
-    /// A coefficient, rounded.
+    /// Returns a coefficient, rounded.
     pub(crate) fn coefficient(&self, power: usize) -> f64 {
         let exact = self.0.get(power).and_then(ToPrimitive::to_f64);
         exact.unwrap_or(0.0)
     }
 
-    /// Value at a time, rounded.
+    /// Returns the value at a time, rounded.
     pub(crate) fn about(&self, time: f64) -> f64 {
         let powers = (0..self.0.len()).rev();
         powers.fold(0.0, |sum, power| sum * time + self.coefficient(power))
     }
 
-    /// Sign at a time: −1, 0 or 1.
+    /// Returns the sign at a time: −1, 0 or 1.
     pub(crate) fn sign_at(&self, time: &Dyadic) -> i32 {
         let mut value = BigInt::zero();
         for (beyond, coefficient) in self.0.iter().rev().enumerate() {
@@ -58,7 +58,7 @@ impl Polynomial {
         Self::new(terms.map(|(power, c)| c * BigInt::from(power)).collect())
     }
 
-    /// Quotient and remainder of a positive multiple of this.
+    /// Returns quotient and remainder of a positive multiple of this.
     pub(crate) fn divide(&self, by: &Self) -> [Self; 2] {
         let (divisor, leading) = (&by.0, by.0.last().expect("divisors are not 0"));
         let mut rest = self.0.clone();
@@ -77,7 +77,7 @@ impl Polynomial {
         [Self::new(quotient), Self::new(rest)]
     }
 
-    /// Sturm's chain: with the greatest common divisor of this and `next` at its end.
+    /// Returns Sturm's chain, with the greatest common divisor of this and `next` at its end.
     pub(crate) fn chain(&self, next: Self) -> Vec<Self> {
         let mut chain = vec![self.clone()];
         let mut next = next;

@@ -1,17 +1,17 @@
-//! Two simplices whose nodes have whole places and velocities.
+//! Two simplices whose nodes have integer positions and velocities.
 
 use crate::contact::verification::exact::Polynomial;
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 
-/// What is drawn at random.
+/// A random distribution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum QueryKind {
-    /// Places and velocities of any kind: a touch at the rim is rare.
+    /// Any positions and velocities: a touch at the rim is rare.
     Wide,
-    /// Few places and velocities: touches at rims and at round times are common, as
-    /// are simplices that turn inside out.
+    /// Few positions and velocities: touches at rims and at round times are common, as are
+    /// simplices that invert.
     Narrow,
-    /// Few places, and both move as wholes: faces and edges stay parallel, if they are.
+    /// Few positions, and both move rigidly: parallel faces and edges stay parallel.
     Whole,
 }
 
@@ -23,8 +23,8 @@ pub(crate) struct Query<const D: usize> {
 }
 
 impl<const D: usize> Query<D> {
-    /// Neither is flat or inside out at the start, by `measure` of its edges from its
-    /// first node.
+    /// Returns two simplices that are not flat or inverted at the start, by `measure` of their
+    /// edges from the first node.
     pub(crate) fn random(
         random: &mut fastrand::Rng,
         draw: QueryKind,
@@ -63,7 +63,7 @@ impl<const D: usize> Query<D> {
         }
     }
 
-    /// The mesh of both, and its velocities.
+    /// Returns the mesh of both, and its velocities.
     pub(crate) fn mesh(&self) -> (Mesh<D>, Vec<[f64; D]>) {
         let [nodes, velocity] =
             [&self.start, &self.velocity].map(|of| of.iter().map(|x| x.map(|c| c as f64)));
@@ -90,7 +90,7 @@ impl<const D: usize> Query<D> {
         (mesh, velocity.collect())
     }
 
-    /// Where a node is in time.
+    /// Returns the position of a node as a function of time.
     pub(crate) fn path(&self, node: u32) -> [Polynomial; D] {
         let (x, v) = (&self.start[node as usize], &self.velocity[node as usize]);
         std::array::from_fn(|c| Polynomial::linear(x[c], v[c]))

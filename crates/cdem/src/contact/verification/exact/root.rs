@@ -1,4 +1,4 @@
-//! Roots of polynomials between whole numbers over powers of two.
+//! Roots of polynomials, between integers over powers of two.
 
 use std::cmp::Ordering;
 
@@ -14,7 +14,7 @@ pub(crate) struct Dyadic {
 }
 
 impl From<f64> for Dyadic {
-    /// A time that is not negative, exactly.
+    /// Converts a time that is not negative, exactly.
     fn from(time: f64) -> Self {
         let pattern = time.abs().to_bits(); // 0 may be −0
         let (exponent, fraction) = ((pattern >> 52) as u32, pattern & ((1 << 52) - 1));
@@ -45,7 +45,7 @@ impl Dyadic {
         }
     }
 
-    /// Rounded.
+    /// Returns the value, rounded.
     fn value(&self) -> f64 {
         use num_traits::ToPrimitive;
         let surplus = self.bits.saturating_sub(60);
@@ -54,23 +54,23 @@ impl Dyadic {
     }
 }
 
-/// Bits of the ends of the first second, of which a little more is looked at.
+/// Bits of the ends of the first second, of which a little more is searched.
 const BITS: u32 = 60;
 
 /// A root of a polynomial, between two times at which it has opposite signs.
 ///
-/// The ends of the interval halve one from −1/2^60 to 1 + 2/2^60: none is a fraction
-/// of a smaller denominator, so none is a root of a polynomial with coefficients below
-/// 2^60, and no round time is an end.
+/// The ends come from halving the interval from −1/2^60 to 1 + 2/2^60. None is a fraction with a
+/// smaller denominator. So none is a root of a polynomial with coefficients below 2^60, and none is
+/// a round time.
 #[derive(Clone, Debug)]
 pub(crate) struct Root {
-    /// Without multiple roots.
+    /// The polynomial, without multiple roots.
     of: Polynomial,
     low: Dyadic,
     high: Dyadic,
 }
 
-/// Roots in an interval of the polynomial whose chain of Sturm this is.
+/// Returns the number of roots in an interval of the polynomial with this Sturm chain.
 fn count(chain: &[Polynomial], low: &Dyadic, high: &Dyadic) -> usize {
     let changes = |at: &Dyadic| {
         let signs = chain
@@ -88,7 +88,7 @@ fn sturm(of: &Polynomial) -> Vec<Polynomial> {
 }
 
 impl Root {
-    /// All roots from 0 to 1, in order; none of what is 0 all along.
+    /// Returns all roots from 0 to 1, in order; none for the zero polynomial.
     pub(crate) fn all(of: &Polynomial) -> Vec<Self> {
         let chain = sturm(of);
         if of.is_constant() {
@@ -137,7 +137,7 @@ impl Root {
         }
     }
 
-    /// Halves the interval until another polynomial has no root in it but this.
+    /// Halves the interval until another polynomial has no root in it except this one.
     fn part_from(&mut self, other: &Polynomial) {
         let chain = sturm(other);
         let common = usize::from(self.is_root_of(other));
@@ -152,7 +152,7 @@ impl Root {
         divisor.sign_at(&self.low) != divisor.sign_at(&self.high)
     }
 
-    /// Sign of a polynomial here.
+    /// Returns the sign of a polynomial at the root.
     pub(crate) fn sign_of(&mut self, other: &Polynomial) -> i32 {
         if self.is_root_of(other) || other.is_zero() {
             return 0;
@@ -160,19 +160,19 @@ impl Root {
         self.sign_after(other)
     }
 
-    /// Sign of a polynomial just before.
+    /// Returns the sign of a polynomial just before the root.
     pub(crate) fn sign_before(&mut self, other: &Polynomial) -> i32 {
         self.part_from(other);
         other.sign_at(&self.low)
     }
 
-    /// Sign of a polynomial just after.
+    /// Returns the sign of a polynomial just after the root.
     pub(crate) fn sign_after(&mut self, other: &Polynomial) -> i32 {
         self.part_from(other);
         other.sign_at(&self.high)
     }
 
-    /// How it compares with a time.
+    /// Compares the root with a time.
     pub(crate) fn compare(&self, time: &Dyadic) -> Ordering {
         if time.compare(&self.low) != Ordering::Greater {
             return Ordering::Greater;
@@ -191,7 +191,7 @@ impl Root {
         self.compare(&Dyadic::from(0.0)) == Ordering::Equal
     }
 
-    /// Two times at either side, less than a millionth of a second apart.
+    /// Returns two times on either side of the root, less than a millionth of a second apart.
     pub(crate) fn about(&mut self) -> [f64; 2] {
         while self.high.value() - self.low.value() > 1e-6 {
             self.halve();

@@ -8,18 +8,18 @@ use crate::contact::verification::oracle::meeting::BlockEncounter;
 use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add_scaled, norm, scale};
 
-/// The first touch of a meeting within a second.
+/// The first touch of two blocks within a second.
 #[derive(Debug)]
 pub(super) struct First<const D: usize> {
     pub(super) time: f64,
-    /// No other pair is within the tolerance of touching then.
+    /// True if no other pair is within the tolerance of a touch then.
     pub(super) is_only: bool,
     /// Nodes of main and target, sorted.
     features: [Vec<u32>; 2],
     normal: [f64; D],
 }
 
-/// When a pair touches, and to which one that touch belongs.
+/// Time of impact of a pair, and the feature pair of the touch.
 #[derive(Clone, Copy)]
 struct FirstTouch {
     pair: Pair,
@@ -28,7 +28,7 @@ struct FirstTouch {
 }
 
 impl<const D: usize> First<D> {
-    /// Of all pairs, and of those that the broad phase and nearness leave.
+    /// Returns the first touch of all pairs, and that of the pairs left by broad phase and culling.
     pub(super) fn of<S: OracleSpace<D>>(meeting: &BlockEncounter<D>) -> [Option<Self>; 2] {
         let surface = S::surface(&meeting.mesh);
         let still = vec![[0.0; D]; meeting.mesh.nodes.len()];
@@ -56,7 +56,7 @@ impl<const D: usize> First<D> {
         let touch = |pair: &Pair| {
             let velocity = &meeting.velocity;
             let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
-            // A whole drift on, as for the touches of a step.
+            // A whole drift later, as for the touches of a step.
             let moments = [time, time + 1.0].map(|time| at.after(velocity, time));
             let rightful = select_feature_pair(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
             Some(FirstTouch {
@@ -97,8 +97,8 @@ impl<const D: usize> First<D> {
         })
     }
 
-    /// Whether this is what somebody sees for whom all is turned and whose blocks, of so
-    /// many nodes, are the other way round.
+    /// Returns true if this equals `other` after a rotation, and with the blocks, of these numbers
+    /// of nodes, swapped.
     pub(super) fn is_seen_as<S: OracleSpace<D>>(
         &self,
         other: &Self,
@@ -116,7 +116,7 @@ impl<const D: usize> First<D> {
             nodes
         };
         let [main, target] = self.features.each_ref().map(named);
-        // Of two edges, that with the smaller number is the main one.
+        // Of two edges, the one with the smaller number is the main feature.
         let sense = if [&main, &target] == [&other.features[0], &other.features[1]] {
             1.0
         } else if [&target, &main] == [&other.features[0], &other.features[1]] {

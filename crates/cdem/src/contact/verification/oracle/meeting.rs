@@ -1,4 +1,4 @@
-//! Two blocks that meet, drawn at random.
+//! Encounters of two random blocks.
 
 use fastrand::Rng;
 
@@ -6,25 +6,24 @@ use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add, add_scaled, dot, norm, sub};
 use crate::mesh::{Block, Element, ElementKind, Mesh};
 
-/// Two blocks, and velocities that keep each of their cells convex and its faces plane:
-/// x' = v + G (x − centre).
+/// Two blocks, with velocities that keep each of their cells convex and its faces plane: x' = v + G
+/// (x − centre).
 #[derive(Debug, Default)]
 pub(super) struct BlockEncounter<const D: usize> {
     pub(super) mesh: Mesh<D>,
     pub(super) velocity: Vec<[f64; D]>,
 }
 
-/// What is drawn at random.
+/// A random distribution.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DrawnBlocks {
-    /// Configuration, angles and velocities are few round numbers: much is parallel,
-    /// flush and head-on.
+    /// Positions, angles and velocities are few round numbers: much is parallel, flush and head-on.
     pub(super) degenerate: bool,
-    /// All but degenerate: by relative 1e-3 to 1e-12, each meeting its own.
+    /// Nearly degenerate: by relative 1e-3 to 1e-12, different for each encounter.
     pub(super) noisy: bool,
-    /// They touch at the start.
+    /// The blocks touch at the start.
     pub(super) rests: bool,
-    /// Bars and corners of two or three cells; else one cell.
+    /// Bars and corners of two or three cells; otherwise one cell.
     pub(super) bent: bool,
     /// Thickness of the second block, m.
     pub(super) thickness: f64,
@@ -40,7 +39,7 @@ fn vector<const D: usize>(random: &mut Rng, size: f64) -> [f64; D] {
     std::array::from_fn(|_| number(random, size))
 }
 
-/// Nodes about 0, and cells of them.
+/// Nodes about 0, and their cells.
 struct ConvexShape<const D: usize> {
     nodes: Vec<[f64; D]>,
     kind: ElementKind,
@@ -109,7 +108,7 @@ impl<const D: usize> BlockEncounter<D> {
         meeting
     }
 
-    /// Adds a block, on that side of the middle; all that is round is so up to `noise`.
+    /// Adds a block on one side of the middle; its round numbers are changed by up to `noise`.
     fn add<S: OracleSpace<D>>(
         &mut self,
         random: &mut Rng,
@@ -179,7 +178,7 @@ impl<const D: usize> BlockEncounter<D> {
         (mean, gradient)
     }
 
-    /// Adds a block of cells with the places and velocities of its nodes.
+    /// Adds a block of cells with the positions and velocities of its nodes.
     fn push(
         &mut self,
         kind: ElementKind,
@@ -205,7 +204,7 @@ impl<const D: usize> BlockEncounter<D> {
         });
     }
 
-    /// Moves the second block to the first, to where it touches.
+    /// Moves the second block to the first until it touches.
     fn close<S: OracleSpace<D>>(&mut self) {
         let middle = |range: std::ops::Range<u32>| {
             let nodes = &self.mesh.nodes[range.start as usize..range.end as usize];
@@ -224,15 +223,14 @@ impl<const D: usize> BlockEncounter<D> {
         for node in second.clone() {
             approach.velocity[node as usize] = way;
         }
-        // As deep as contacts of blocks of size 1 lie after a few thousand roundings.
+        // Depth of contacts of blocks of size 1 after a few thousand roundings.
         let time = approach.deepens::<S>(1e-12, 1.0).unwrap_or(0.0);
         for node in second {
             add_scaled(&mut self.mesh.nodes[node as usize], time, &way);
         }
     }
 
-    /// The same, seen by an observer elsewhere, who may name the blocks the other
-    /// way round.
+    /// Returns the encounter as seen by an observer elsewhere, who may swap the blocks.
     pub(super) fn seen_from<S: OracleSpace<D>>(
         &self,
         angles: [f64; 3],

@@ -1,6 +1,6 @@
-//! The first touch of two blocks, as the search finds it, against brute force over all
-//! pairs and against separating planes: convex cells are apart if and only if the
-//! normal of a face, or of two edges, has them apart.
+//! The first touch of two blocks, by the search, against brute force over all pairs and against
+//! separating planes. Convex cells are apart if and only if the normal of a face, or of two edges,
+//! separates them.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 
@@ -15,29 +15,29 @@ use crate::contact::verification::oracle::first::First;
 use crate::contact::verification::oracle::meeting::{BlockEncounter, DrawnBlocks, number};
 use crate::contact::verification::oracle::space::{InPlane, InSpace, OracleSpace};
 
-/// Tolerance of contact of blocks of size 1, m.
+/// Contact tolerance of blocks of size 1, m.
 const TOLERANCE: f64 = 1e-6;
 
-/// What blocks may sink in that meet at random, m: the round-off of feet that pass a
-/// corner, 1e-9 of their features, over the sine of the flattest corner there is.
+/// Largest penetration of blocks in general position, m: the round-off of feet that pass a corner,
+/// 1e-9 of their features, over the sine of the flattest corner.
 const SINKS: f64 = 1e-8;
 
-/// What came of many meetings.
+/// Results of many encounters.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     judged: usize,
     touching: usize,
-    /// Those seen from elsewhere, and of them those with one pair that is first.
+    /// Encounters seen from elsewhere, and those of them with one pair that is first.
     seen_again: usize,
     with_one_pair: usize,
-    /// Those in which seen from elsewhere others touch first: they graze.
+    /// Grazing encounters, in which other features touch first when seen from elsewhere.
     grazing: usize,
 }
 
-/// What may sink in, and be apart at the touch. Those that lie or go within the
-/// tolerance of each other's corners and faces may do so by it: a corner that clips the
-/// far side of a corner touches what it would meet in front a little earlier or later,
-/// and edges that are all but parallel touch by round-off over the sine of their angle.
+/// Returns the largest penetration, and the largest distance at the touch, m. Both may reach the
+/// tolerance if blocks lie or move within the tolerance of each other's corners and faces. A corner
+/// that crosses the far side of a corner touches a little earlier or later than in front. Nearly
+/// parallel edges touch within round-off over the sine of their angle.
 fn allowed(draw: DrawnBlocks) -> f64 {
     if draw.noisy || draw.rests {
         TOLERANCE
@@ -46,8 +46,8 @@ fn allowed(draw: DrawnBlocks) -> f64 {
     }
 }
 
-/// Judges what is found in a meeting: search and brute force agree, the blocks do not lie
-/// in each other until then, and touch then.
+/// Judges the result for an encounter: search and brute force agree, the blocks do not penetrate
+/// until then, and touch then.
 fn judge_one<const D: usize, S: OracleSpace<D>>(
     meeting: &BlockEncounter<D>,
     draw: DrawnBlocks,
@@ -55,8 +55,8 @@ fn judge_one<const D: usize, S: OracleSpace<D>>(
 ) -> Option<First<D>> {
     let [brute, found] = First::of::<S>(meeting);
     let [one, other] = [&brute, &found].map(|first| first.as_ref().map(|first| first.time));
-    // Of pairs that touch at once, each has its own round-off; one that touches at the
-    // very end may be left to the next step.
+    // Pairs that touch at the same time differ by round-off. A touch at the very end may be left to
+    // the next step.
     let same = (one.unwrap_or(1.0) - other.unwrap_or(1.0)).abs() < 1e-10;
     assert!(same, "{D}-D, {draw:?} case {case}: {one:?} {other:?}");
     let deep = meeting.deepens::<S>(allowed(draw), other.unwrap_or(1.0));
@@ -74,7 +74,7 @@ fn judge_one<const D: usize, S: OracleSpace<D>>(
     found
 }
 
-/// Judges the same meeting as somebody elsewhere sees it.
+/// Judges the same encounter as seen from elsewhere.
 fn judge_again<const D: usize, S: OracleSpace<D>>(
     (meeting, found): (&BlockEncounter<D>, Option<&First<D>>),
     View { angles, shift }: View<D>,
@@ -90,7 +90,7 @@ fn judge_again<const D: usize, S: OracleSpace<D>>(
         .zip(again.as_ref())
         .map(|(one, other)| (one.time - other.time).abs());
     if found.is_some() != again.is_some() || late.is_some_and(|late| late > 1e-9) {
-        // Both hold, each to its round-off: what one touches the other passes.
+        // Both results are right within round-off: one touches, the other passes.
         assert!(draw.degenerate, "{draw:?} case {case}: {found:?} {again:?}");
         tally.grazing += 1;
     } else if let Some((one, other)) = found.zip(again.as_ref())
@@ -104,15 +104,15 @@ fn judge_again<const D: usize, S: OracleSpace<D>>(
     }
 }
 
-/// How somebody elsewhere sees a meeting.
+/// View of an encounter from elsewhere.
 #[derive(Clone, Copy)]
 struct View<const D: usize> {
     angles: [f64; 3],
     shift: [f64; D],
 }
 
-/// The random meetings of a seed, and views of every fourth; `None` in place of those
-/// whose blocks lie in each other.
+/// Returns the random encounters of a seed, and views of every fourth; `None` for blocks that
+/// overlap.
 fn meetings<const D: usize, S: OracleSpace<D>>(
     seed: u64,
     draw: DrawnBlocks,
@@ -134,7 +134,7 @@ fn meetings<const D: usize, S: OracleSpace<D>>(
     })
 }
 
-/// Judges `count` random meetings.
+/// Judges `count` random encounters.
 fn judge<const D: usize, S: OracleSpace<D>>(seed: u64, count: usize, draw: DrawnBlocks) -> Tally {
     let mut tally = Tally::default();
     for (case, drawn) in meetings::<D, S>(seed, draw).take(count).enumerate() {
@@ -160,7 +160,7 @@ const PLAIN: DrawnBlocks = DrawnBlocks {
     motion: 1.0,
 };
 
-/// What is drawn, and how many of a hundred touch at least: half of what was measured.
+/// Returns the draws, and the least number of touches in a hundred: half of the measured one.
 fn draws() -> Vec<(DrawnBlocks, usize)> {
     let degenerate = DrawnBlocks {
         degenerate: true,
@@ -197,8 +197,8 @@ fn draws() -> Vec<(DrawnBlocks, usize)> {
     ]
 }
 
-/// All draws, `count` times each in either dimension; bent ones, which have ten times as
-/// many pairs in space, a tenth as often.
+/// Judges all draws, `count` times each in either dimension. Bent ones, which have ten times as
+/// many pairs in 3-D, are judged a tenth as often.
 fn judge_all(count: usize) {
     for (seed, (draw, share)) in draws().into_iter().enumerate() {
         let count = if draw.bent { count / 10 } else { count };
@@ -228,8 +228,8 @@ fn search_brute_force_and_separating_planes_agree() {
     judge_all(500);
 }
 
-/// A corner of a thin plate comes in behind the rim of a face that it may not touch, and in
-/// front of the one that it will: a tenth of the tolerance before it does.
+/// A corner of a thin plate comes in behind the rim of a face that it may not touch, and in front
+/// of the face that it will touch a tenth of the tolerance later.
 #[test]
 fn a_corner_behind_a_rim_waits_for_its_face() {
     let (seed, case) = (5, 18_276);

@@ -1,24 +1,24 @@
-//! How far two blocks are apart, by separating planes, and until when they surely are.
+//! Distance of two blocks by separating planes, and the time until which they surely are apart.
 
 use crate::contact::verification::oracle::meeting::BlockEncounter;
 use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Element;
 
-/// What is left of a depth when it counts as reached, over the depth.
+/// Remaining distance at which a depth counts as reached, relative to the depth.
 const REACHED: f64 = 1e-3;
 
-/// Steps of a pair of cells at most: one that grazes takes some thousands.
+/// Most steps of a pair of cells; a grazing one takes some thousands.
 const STEPS: usize = 1_000_000;
 
-/// A plane between two cells: its normal stays while they move.
+/// A plane between two cells, with a constant normal while they move.
 struct Gap {
     width: f64,
-    /// How much less it is a second later, at most, m/s.
+    /// Largest decrease of the width in a second, m/s.
     closing: f64,
 }
 
-/// Least and largest component along an axis.
+/// Returns the least and largest component along an axis.
 fn range<const D: usize>(vectors: &[[f64; D]], axis: &[f64; D]) -> [f64; 2] {
     let along = vectors.iter().map(|x| dot(x, axis));
     along.fold([f64::MAX, f64::MIN], |[low, high], x| {
@@ -27,7 +27,7 @@ fn range<const D: usize>(vectors: &[[f64; D]], axis: &[f64; D]) -> [f64; 2] {
 }
 
 impl<const D: usize> BlockEncounter<D> {
-    /// Cells of different blocks.
+    /// Returns the pairs of cells of different blocks.
     fn cells(&self) -> impl Iterator<Item = [&Element; 2]> {
         let [one, other] = [0, 1].map(|block: usize| {
             let elements = self.mesh.blocks[block].elements.clone();
@@ -37,7 +37,7 @@ impl<const D: usize> BlockEncounter<D> {
             .flat_map(move |one| other.iter().map(move |other| [one, other]))
     }
 
-    /// The planes between two cells, either of which may be the one in front.
+    /// Returns the planes between two cells; either of them may be the one in front.
     fn gaps<S: OracleSpace<D>>(&self, cells: [&Element; 2], time: f64) -> Vec<Gap> {
         let at = |node: u32| {
             let mut x = self.mesh.nodes[node as usize];
@@ -71,8 +71,8 @@ impl<const D: usize> BlockEncounter<D> {
         gaps.collect()
     }
 
-    /// Distance of the nearest two cells along the axis that has them farthest apart,
-    /// m; negative where no plane separates them.
+    /// Returns the distance of the nearest two cells along the axis of their largest distance, m;
+    /// negative if no plane separates them.
     pub(super) fn separation<S: OracleSpace<D>>(&self, time: f64) -> f64 {
         let apart = |cells| {
             let gaps = self.gaps::<S>(cells, time).into_iter();
@@ -81,10 +81,10 @@ impl<const D: usize> BlockEncounter<D> {
         self.cells().map(apart).fold(f64::MAX, f64::min)
     }
 
-    /// The first time before `until` at which blocks may lie `depth` in each other.
+    /// Returns the first time before `until` at which blocks may penetrate by `depth`.
     ///
-    /// By conservative advancement: as long as a plane has cells apart they do not
-    /// meet, and that one which has them apart for longest is followed for so long.
+    /// Conservative advancement: cells do not meet while a plane separates them. The plane that
+    /// separates them for longest is followed for that time.
     pub(super) fn deepens<S: OracleSpace<D>>(&self, depth: f64, until: f64) -> Option<f64> {
         let fastest = 2.0 * self.fastest();
         let first = |cells: [&Element; 2]| {
@@ -107,7 +107,7 @@ impl<const D: usize> BlockEncounter<D> {
         self.cells().filter_map(first).min_by(f64::total_cmp)
     }
 
-    /// Largest speed of a node as seen from the first, m/s.
+    /// Returns the largest speed of a node relative to the first, m/s.
     pub(super) fn fastest(&self) -> f64 {
         let speeds = self
             .velocity

@@ -1,4 +1,4 @@
-//! What meetings in the plane and in space differ by.
+//! Differences of encounters in 2-D and 3-D.
 
 use crate::contact::surface::Surface;
 use crate::contact::surface::boundary_2d::Boundary2d;
@@ -7,18 +7,18 @@ use crate::contact::verification::oracle::TOLERANCE;
 use crate::math::vector::{cross, sub};
 use crate::mesh::{ElementKind, Mesh};
 
-/// A dimension: its cells, surfaces and the axes that may separate.
+/// A dimension: its cells, surfaces and possible separating axes.
 pub(super) trait OracleSpace<const D: usize> {
     const KINDS: &'static [ElementKind];
-    /// That of squares and cubes.
+    /// Element kind of squares and cubes.
     const BOX: ElementKind;
     fn surface(mesh: &Mesh<D>) -> Box<dyn Surface<D>>;
-    /// Points of the plane; in space those of height −½, then of ½.
+    /// Returns the points in 2-D; in 3-D those at height −½, then at ½.
     fn layers(base: &[[f64; 2]]) -> Vec<[f64; D]>;
     fn corners(kind: ElementKind) -> Vec<[f64; D]>;
-    /// Directions whose span holds that of a separating plane's normal.
+    /// Returns the possible normals of a separating plane.
     fn axes(faces: [Vec<Vec<[f64; D]>>; 2]) -> Vec<[f64; D]>;
-    /// A turn by some angles.
+    /// Returns the vector rotated by some angles.
     fn turn(x: &[f64; D], angles: [f64; 3]) -> [f64; D];
 }
 
@@ -86,7 +86,7 @@ impl OracleSpace<3> for InSpace {
         let normal =
             |face: &Vec<[f64; 3]>| cross(&sub(&face[1], &face[0]), &sub(&face[2], &face[0]));
         let mut axes: Vec<[f64; 3]> = faces.iter().flatten().map(normal).collect();
-        // Each edge is one of two faces, there and back.
+        // Each edge belongs to two faces, in opposite directions.
         let edges = faces.map(|faces| {
             let along = |face: Vec<[f64; 3]>| {
                 let next = face.clone().into_iter().cycle().skip(1);
