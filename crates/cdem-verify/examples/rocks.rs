@@ -1,12 +1,12 @@
-//! Writes a mesh of rocks: `cargo run --release -p cdem-verify --example rocks -- 20 10 5`
-//! makes a thousand, `-- 20 10 5 cut` the same of one to six tetrahedra each.
+//! Writes a mesh of rocks: `cargo run --release -p cdem-verify --example rocks -- 20 10 5` writes
+//! 1000 rocks. With `-- 20 10 5 cut` each rock is cut into one to six tetrahedra.
 
 #![allow(clippy::print_stdout, reason = "the mesh is the output")]
 
 use cdem::mesh::CellKind;
 use cdem_verify::{SEED, rocks};
 
-/// Gmsh's numbers of element types.
+/// Returns Gmsh's number of an element type.
 fn number_of(kind: CellKind) -> u32 {
     match kind.node_count() {
         4 => 4,

@@ -1,40 +1,37 @@
-//! What must hold in every run: momentum, angular momentum, energy (design,
-//! section 7).
+//! Checks that hold in every run: momentum, angular momentum and energy.
 
 use cdem::Simulation;
 use cdem::output::{BlockRow, HistoryRow};
 
-/// Watches the sums of a run; all figures are the worst so far.
+/// Worst errors in momentum, angular momentum and energy of a run so far.
 #[derive(Clone, Debug)]
 pub struct Balance {
     start: HistoryRow,
     /// Σ m|v|, N·s, and Σ m|x − x_c||v|, N·m·s, of the blocks at the start.
     scale: [f64; 2],
-    /// Most energy exchanged, and worst residual and growth, J.
+    /// Largest energy exchanged, and worst residual and growth, J.
     exchanged: f64,
     unbalanced: [f64; 2],
-    /// Least K + U less all work done so far, and how far it has come above what
-    /// it had been, J.
+    /// Least K + U less all work done so far, and its largest rise above an earlier value, J.
     least: f64,
     raised: f64,
     /// Change of momentum less the impulse of external forces, over Σ m|v|.
     pub momentum: f64,
-    /// Change of angular momentum about the origin, less what corrections of
-    /// positions say they have added, over Σ m|x − x_c||v|: says something only
-    /// where no external force acts.
+    /// Change of angular momentum about the origin, less the change that position corrections
+    /// report, over Σ m|x − x_c||v|. Meaningful only without external forces.
     pub angular_momentum: f64,
-    /// |energy residual| over the most energy exchanged so far.
+    /// |energy residual| over the largest energy exchanged so far.
     pub residual: f64,
-    /// K + U less all work done on the blocks, above its start, over the
-    /// energy exchanged; ≤ 0 but for the residual.
+    /// K + U less all work done on the blocks, above its value at the start, over the energy
+    /// exchanged. It is ≤ 0 except for the residual.
     pub growth: f64,
-    /// The same above its least so far: what a gain would show that losses
-    /// before it have made room for.
+    /// K + U less all work done, above its least value so far, over the energy exchanged. This
+    /// shows a gain that an earlier loss would hide in `growth`.
     pub rise: f64,
 }
 
 impl Balance {
-    /// Starts to watch; `scale` of the motion is taken from the blocks now.
+    /// Begins at the present state. The scales of motion are taken from the blocks now.
     pub fn new(simulation: &mut Simulation) -> Self {
         Self {
             scale: scales(&simulation.block_rows()),
@@ -51,7 +48,7 @@ impl Balance {
         }
     }
 
-    /// Looks at the run now; returns its sums.
+    /// Updates the errors from the present state and returns its history row.
     pub fn look(&mut self, simulation: &mut Simulation) -> HistoryRow {
         let row = simulation.history();
         let corrected = simulation.corrections().angular_momentum;

@@ -1,4 +1,4 @@
-//! Columns of stones that stand on each other: many piles beside each other.
+//! Columns of stones that stand on each other: many stacks side by side.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -7,18 +7,18 @@ use crate::pieces::{Body, stones_of};
 use crate::rocks::{SEED, box_around};
 use crate::{Random, load};
 
-/// Half the width of a stone, m, of every other story: the corners of narrow stones are not
-/// those of wide ones.
+/// Half the width of a stone, m, in even and odd stories. The widths differ so that corners of
+/// neighbouring stories do not coincide.
 const HALVES: [f64; 2] = [0.45, 0.4];
 
-/// Most by which a stone is turned, rad.
+/// Largest rotation of a stone, rad.
 const TURN: f64 = 0.05;
 
-/// `along` × `along` columns, each of `stories` stones of 1 m, which are `pieces` hexahedra along
-/// each of their edges. They touch from the start, and bear nothing yet.
+/// Builds `along` × `along` columns, each of `stories` stones 1 m high. Each stone has `pieces`
+/// hexahedra along an edge. The stones touch from the start and carry no load yet.
 ///
 /// # Panics
-/// If the scene they stand in cannot be read.
+/// If the scene `rocks-in-a-box` cannot be read.
 #[must_use]
 pub fn columns(along: usize, stories: usize, pieces: usize) -> Simulation {
     let mut case = load("rocks-in-a-box");
@@ -32,7 +32,7 @@ pub fn columns(along: usize, stories: usize, pieces: usize) -> Simulation {
     case.start_from(|_| stones_of(stones.iter().cloned()))
 }
 
-/// The stone at a place of a column.
+/// Builds the stone at index `place` (column, column, story).
 fn stone(place: [usize; 3], pieces: usize, random: &mut Random) -> Body {
     let half = HALVES[place[2] % HALVES.len()];
     let [x, y, z] = place.map(|k| k as f64);

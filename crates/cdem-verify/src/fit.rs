@@ -1,12 +1,12 @@
 //! Small statistics of time series.
 
-/// Mean of some values.
+/// Returns the mean of the values.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Standard deviation of some values.
+/// Returns the standard deviation of the values.
 #[must_use]
 pub fn deviation(values: &[f64]) -> f64 {
     let mean = mean(values);
@@ -14,7 +14,7 @@ pub fn deviation(values: &[f64]) -> f64 {
     (squares / values.len() as f64).sqrt()
 }
 
-/// Slope of the straight line through (x, y) of least squares.
+/// Returns the slope of the least-squares line through points (x, y).
 #[must_use]
 pub fn slope(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
@@ -25,7 +25,7 @@ pub fn slope(points: &[(f64, f64)]) -> f64 {
     above / below
 }
 
-/// The values but the first and the last tenth.
+/// Returns the values without the first and the last tenth.
 #[must_use]
 pub fn middle(values: &[f64]) -> &[f64] {
     &values[values.len() / 10..values.len() * 9 / 10]

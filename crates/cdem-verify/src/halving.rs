@@ -1,4 +1,4 @@
-//! Meshes of tetrahedra with edges half as long.
+//! Refinement of tetrahedral meshes: edges half as long.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,8 +7,8 @@ use cdem::mesh::{CellKind, ElementKind, RawMesh};
 const TETRAHEDRON: CellKind = CellKind::Element(ElementKind::Tet4);
 const TRIANGLE: CellKind = CellKind::Element(ElementKind::Tri3);
 
-/// Every tetrahedron in eight, every triangle in four. The new nodes of the
-/// boundary that is in no physical group go to where `place` puts them.
+/// Splits every tetrahedron into eight and every triangle into four. New nodes on boundary faces
+/// that are in no physical group are moved by `place`.
 pub(crate) fn halve(mut mesh: RawMesh, place: impl Fn([f64; 3]) -> [f64; 3]) -> RawMesh {
     let curved = curved_edges(&mut mesh);
     let mut middles = Middles {
@@ -44,8 +44,8 @@ fn edge(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Edges of the faces that one tetrahedron has alone and that no triangle of a
-/// group covers.
+/// Returns the edges of boundary faces (faces of one tetrahedron only) that no triangle of a group
+/// covers.
 fn curved_edges(mesh: &mut RawMesh) -> BTreeSet<[u32; 2]> {
     let sorted = |mut face: [u32; 3]| {
         face.sort_unstable();
@@ -95,13 +95,13 @@ fn quarters([a, b, c]: [u32; 3], mesh: &mut RawMesh, middles: &mut Middles) -> [
     [a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]
 }
 
-/// Four corners, and the octahedron between them about its shortest diagonal.
+/// Four corner tetrahedra, and four of the octahedron between them around its shortest diagonal.
 fn eighths([a, b, c, d]: [u32; 4], mesh: &mut RawMesh, middles: &mut Middles) -> Vec<u32> {
     let mut between = |p, q| middles.between(p, q, mesh);
     let [ab, ac, ad] = [b, c, d].map(|q| between(a, q));
     let [bc, bd, cd] = [between(b, c), between(b, d), between(c, d)];
     let mut nodes = vec![a, ab, ac, ad, ab, b, bc, bd, ac, bc, c, cd, ad, bd, cd, d];
-    // Opposite corners, and the ring of the other four.
+    // Each diagonal of the octahedron, and the ring of the other four corners.
     let octahedron = [
         ([ab, cd], [ac, ad, bd, bc]),
         ([ac, bd], [ab, bc, cd, ad]),

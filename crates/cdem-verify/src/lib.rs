@@ -1,6 +1,5 @@
-//! Verification: scenes with exact answers under `verification/` at the top of
-//! the repository, problems of them with a page in the book each, and what tests need to
-//! judge a run of them.
+//! Verification: scenes with exact answers under `verification/` at the top of the repository,
+//! problems with a page in the book each, and tools for the tests that check a run.
 
 mod balance;
 mod columns;
@@ -33,10 +32,10 @@ pub use pieces::{Body, mesh_of, stones_of};
 pub use random::Random;
 pub use rocks::{SEED, box_around, rocks, rocks_of, tetrahedra};
 
-/// A verification scene: to be varied, then started.
+/// A verification scene. Tests vary it, then start it.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What the file says; tests change what they vary.
+    /// The scene as read; tests change it.
     pub scene: Scene,
     directory: PathBuf,
 }
@@ -44,7 +43,7 @@ pub struct Case {
 /// Reads `verification/<name>/scene.toml`.
 ///
 /// # Panics
-/// With the message a user would get, if the scene is wrong.
+/// With the message that a user would get, if the scene is wrong.
 #[must_use]
 pub fn load(name: &str) -> Case {
     read(&Path::new("verification").join(name))
@@ -53,13 +52,13 @@ pub fn load(name: &str) -> Case {
 /// Reads `examples/<name>/scene.toml`.
 ///
 /// # Panics
-/// With the message a user would get, if the scene is wrong.
+/// With the message that a user would get, if the scene is wrong.
 #[must_use]
 pub fn example(name: &str) -> Case {
     read(&Path::new("examples").join(name))
 }
 
-/// The scene in a folder of the repository.
+/// Reads the scene in a folder of the repository.
 fn read(folder: &Path) -> Case {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
@@ -74,20 +73,20 @@ fn read(folder: &Path) -> Case {
 }
 
 impl Case {
-    /// The run of the scene at t = 0.
+    /// Creates the run of the scene at t = 0.
     ///
     /// # Panics
-    /// With the message a user would get, if scene and mesh do not fit.
+    /// With the message that a user would get, if scene and mesh do not fit.
     #[must_use]
     pub fn start(&self) -> Simulation {
         self.start_from(|mesh| mesh)
     }
 
-    /// The run of the scene at t = 0, with every mesh that is read changed
-    /// before it is cut into blocks: refined, say.
+    /// Creates the run of the scene at t = 0. `change` is applied to each mesh file after it is
+    /// read and before it is cut into blocks, for example to refine it.
     ///
     /// # Panics
-    /// With the message a user would get, if scene and mesh do not fit.
+    /// With the message that a user would get, if scene and mesh do not fit.
     #[must_use]
     pub fn start_from(&self, change: impl Fn(RawMesh) -> RawMesh) -> Simulation {
         let mut read = |path: &Path| cdem_io::gmsh::read(&self.directory.join(path)).map(&change);
@@ -100,20 +99,20 @@ impl Case {
         Simulation::new(&self.scene, mesh).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The block called `name`.
+    /// Returns the block called `name`.
     ///
     /// # Panics
-    /// If the scene has none.
+    /// If the scene has no such block.
     pub fn block(&mut self, name: &str) -> &mut cdem::scene::Block {
         let mut blocks = self.scene.block.iter_mut();
         let found = blocks.find(|block| block.name == name);
         found.unwrap_or_else(|| panic!("no block \"{name}\""))
     }
 
-    /// Divides a block that is a box anew.
+    /// Changes the divisions and the element of a block that is a box.
     ///
     /// # Panics
-    /// If the block is no box.
+    /// If the block is not a box.
     pub fn divide(&mut self, block: &str, into: &[usize], shape: cdem::mesh::ElementKind) {
         match &mut self.block(block).geometry {
             Geometry::Box {
@@ -127,10 +126,10 @@ impl Case {
     }
 }
 
-/// Stresses of the elements of a frame, six numbers each, Pa.
+/// Returns the stresses of the elements of a frame, six components each, Pa.
 ///
 /// # Panics
-/// If the scene has not asked for them.
+/// If the scene does not write stress.
 fn stress_of(frame: &Frame) -> &[f64] {
     let mut fields = frame.cell_fields.iter();
     let field = fields.find(|field| field.name == "stress");
@@ -140,10 +139,10 @@ fn stress_of(frame: &Frame) -> &[f64] {
     stress
 }
 
-/// Steps to the end on the threads of the pool, calling `look` after each coarse step.
+/// Steps to the end on the threads of the pool. Calls `look` after each coarse step.
 ///
 /// # Panics
-/// If the run stops itself.
+/// If a step fails.
 pub fn run(simulation: &mut Simulation, mut look: impl FnMut(&mut Simulation) + Send) {
     rayon::scope(|_| {
         while !simulation.finished() {

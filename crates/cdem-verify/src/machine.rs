@@ -1,4 +1,5 @@
-//! What the machine gives, on all threads: limits that kernels are held against in the same run.
+//! Limits of the machine on all threads: memory bandwidth and arithmetic. Kernels are compared with
+//! them in the same run.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -8,18 +9,18 @@ use rayon::prelude::*;
 
 use crate::timing::TRIALS;
 
-/// Numbers of each array of the triad: more than caches hold.
+/// Length of each array of the triad, larger than the caches.
 const TRIAD: usize = 16 << 20;
 
-/// Registers that are worked on, so that an operation need not wait for the one before: with the two
-/// constants all that AVX2 has.
+/// Registers in use, enough to hide the latency of an operation. With the two constants they fill
+/// the 16 of AVX2.
 const REGISTERS: usize = 14;
 
-/// Times that each is multiplied and added to.
+/// Number of multiply-add rounds for each register.
 const ROUNDS: usize = 4_000_000;
 
-/// Bytes a second of a = b + s c (McCalpin's STREAM), those that the caches fetch only to overwrite
-/// them not counted.
+/// Measures the memory bandwidth of a = b + s c (McCalpin's STREAM), bytes/s. Write-allocate
+/// traffic (lines read only to be overwritten) is not counted.
 #[must_use]
 pub fn triad() -> f64 {
     let [mut a, b, c] = [0.0, 1.0, 2.0].map(|x| vec![x; TRIAD]);
@@ -38,8 +39,8 @@ pub fn triad() -> f64 {
     (3 * 8 * TRIAD) as f64 / seconds
 }
 
-/// Additions and multiplications a second of numbers in registers, as many side by side as these
-/// hold. None are fused: kernels fuse none, for the same bits on all machines.
+/// Measures additions and multiplications per second in registers, with SIMD. None are fused,
+/// because kernels fuse none in order to give the same bits on all machines.
 #[must_use]
 pub fn peak_arithmetic() -> f64 {
     let mut operations = 0;
@@ -50,7 +51,7 @@ pub fn peak_arithmetic() -> f64 {
     operations as f64 / seconds
 }
 
-/// What a thing takes at best, s.
+/// Returns the shortest time of `work`, s.
 fn best_of(mut work: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..TRIALS {
@@ -61,7 +62,7 @@ fn best_of(mut work: impl FnMut()) -> f64 {
     best
 }
 
-/// Tells how many operations it did.
+/// Counts its operations: the output is their number.
 struct InRegisters;
 
 impl WithSimd for InRegisters {

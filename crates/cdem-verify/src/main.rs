@@ -1,5 +1,4 @@
-//! The command `cdem-verify`: runs the problems of the book, and makes the figures of its
-//! pages anew.
+//! The command `cdem-verify`: runs the problems of the book and updates the figures of its pages.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -67,7 +66,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// The problems of these numbers; the first number that is none.
+/// Returns the problems with these numbers, or the first number that is unknown.
 fn choose(numbers: &[String]) -> Result<Vec<&'static Problem>, &str> {
     if numbers.is_empty() {
         return Ok(problems::ALL.iter().collect());
@@ -81,7 +80,7 @@ fn choose(numbers: &[String]) -> Result<Vec<&'static Problem>, &str> {
     found.collect()
 }
 
-/// All pages at the end, so that none is half of a run.
+/// Writes all pages after the last run, so that no page is left half updated.
 fn write(files: Vec<Result<Vec<(PathBuf, String)>, String>>) -> Result<(), String> {
     for of_page in files {
         for (path, text) in of_page? {

@@ -1,4 +1,4 @@
-//! Pages of the book: the part of each that a run of its problem makes.
+//! Pages of the book: the part of each page that a run of its problem generates.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use crate::problem::{Findings, Problem};
 const BEGIN: &str = "<!-- begin of figures: cargo run --release -p cdem-verify -- --write -->";
 const END: &str = "<!-- end of figures -->";
 
-/// The part of a page that is made, with its marks.
+/// Returns the generated part of a page, with its marks.
 fn made(problem: &Problem, findings: &Findings) -> String {
     let mut text = format!(
         "{BEGIN}\n\n| Figure | Known | Found | May miss it by | Because |\n\
@@ -30,20 +30,20 @@ fn made(problem: &Problem, findings: &Findings) -> String {
     text + "\n" + END
 }
 
-/// Name of a picture of a page.
+/// Returns the file name of a picture of a page.
 fn picture(problem: &Problem, number: usize) -> String {
     format!("{}-{}.svg", problem.page, number + 1)
 }
 
-/// The folder of the pages.
+/// Returns the folder of the pages.
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../book/src/verification")
 }
 
-/// The files of a page, with what is made in them made anew.
+/// Returns the files of a page with their generated parts updated.
 ///
 /// # Errors
-/// If there is no page to put it in, or it has not the marks.
+/// If the page does not exist or lacks the marks.
 pub fn files(problem: &Problem, findings: &Findings) -> Result<Vec<(PathBuf, String)>, String> {
     let page = folder().join(problem.page).with_extension("md");
     let text = std::fs::read_to_string(&page)

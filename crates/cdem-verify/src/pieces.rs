@@ -1,23 +1,22 @@
-//! Single elements cut into as many pieces as one likes, for meshes of any
-//! fineness.
+//! Single elements, each cut into any number of smaller ones, for meshes of any fineness.
 
 use std::collections::BTreeMap;
 
 use cdem::mesh::{CellKind, ElementKind, RawGroup, RawMesh};
 
-/// A body of the shape of one element, cut `pieces` times along each edge into
-/// elements of the same kind.
+/// A body with the shape of one element, cut into `pieces` elements of the same kind along each
+/// edge.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Shape of the body and of its elements.
     pub kind: ElementKind,
-    /// Its corners in Gmsh's order, m.
+    /// Corners in Gmsh's order, m.
     pub corners: Vec<[f64; 3]>,
-    /// Elements along an edge.
+    /// Number of elements along an edge.
     pub pieces: usize,
 }
 
-/// Bodies that share no nodes, each in a physical group of its name.
+/// Builds a mesh of bodies that share no nodes, each in a physical group of its name.
 #[must_use]
 pub fn mesh_of(bodies: &[(&str, Body)]) -> RawMesh {
     let mut mesh = RawMesh {
@@ -38,7 +37,7 @@ pub fn mesh_of(bodies: &[(&str, Body)]) -> RawMesh {
     mesh
 }
 
-/// Bodies that share no nodes, in no physical group.
+/// Builds a mesh of bodies that share no nodes, in no physical group.
 #[must_use]
 pub fn stones_of(bodies: impl IntoIterator<Item = Body>) -> RawMesh {
     let mut mesh = RawMesh {
@@ -72,7 +71,7 @@ impl Body {
         }
     }
 
-    /// A point of the lattice, by the shape functions of the whole.
+    /// Returns the position of a lattice point, by the shape functions of the body.
     fn point(&self, place: [usize; 3]) -> [f64; 3] {
         let [x, y, z] = place.map(|k| k as f64 / self.pieces as f64);
         let weights = match self.kind {
@@ -96,8 +95,8 @@ impl Body {
     }
 }
 
-/// Cells of a body by the places of their nodes on its lattice. Tetrahedra fill
-/// x ≥ y ≥ z, wedges x ≥ y (Kuhn's division of a cube).
+/// Returns the cells of a body by the lattice indices of their nodes. Tetrahedra fill x ≥ y ≥ z and
+/// wedges x ≥ y (Kuhn's division of a cube).
 fn cells(kind: ElementKind, pieces: usize) -> Vec<Vec<[usize; 3]>> {
     let templates: &[&[[usize; 3]]] = match kind {
         ElementKind::Tet4 => &[
@@ -200,7 +199,7 @@ mod tests {
                         volume += product.sum::<f64>().abs() / 6.0;
                     }
                 }
-                // Every piece counts as positive: none may lie in another.
+                // Every volume counts as positive, so an overlap would make the sum too large.
                 assert!((volume / whole - 1.0).abs() < 1e-12, "{kind:?} {volume}");
             }
         }

@@ -1,17 +1,17 @@
-//! Pictures of curves, as SVG.
+//! Plots of curves, as SVG.
 
 use plotters::prelude::*;
 
-/// Size, px.
+/// Size of a plot, px.
 const SIZE: (u32, u32) = (680, 340);
 
-/// Share of the height of all curves that the name of one takes.
+/// Height reserved for the name of a curve, over the height of the curves.
 const NAME: f64 = 0.1;
 
-/// Points of a line at most: more are not to be seen, and make files long.
+/// Largest number of points of a curve. More cannot be seen and make files long.
 const POINTS: usize = 340;
 
-/// Colours of what is found, in order; apart in grey and to most eyes.
+/// Colours of computed curves, in order. They differ in grey and for most colour-blind readers.
 const COLOURS: [RGBColor; 4] = [
     RGBColor(0, 92, 175),
     RGBColor(213, 94, 0),
@@ -22,7 +22,7 @@ const COLOURS: [RGBColor; 4] = [
 /// Curves over one axis.
 #[derive(Clone, Debug)]
 pub struct Plot {
-    /// What is across, and what is up, with units.
+    /// Labels of the horizontal and the vertical axis, with units.
     pub axes: [String; 2],
     /// The curves.
     pub curves: Vec<Curve>,
@@ -31,18 +31,18 @@ pub struct Plot {
 /// A curve of a plot.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// What it is.
+    /// Name in the legend.
     pub name: String,
-    /// How it is drawn.
+    /// Line or point style.
     pub style: Style,
     /// Its points.
     pub points: Vec<[f64; 2]>,
 }
 
-/// How a curve is drawn.
+/// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// A thin black line: what is known.
+    /// A thin black line, for a known answer.
     Known,
     /// A line in colour.
     Line,
@@ -51,7 +51,7 @@ pub enum Style {
 }
 
 impl Plot {
-    /// A plot without curves.
+    /// Creates a plot without curves.
     #[must_use]
     pub fn new(across: &str, up: &str) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl Plot {
         }
     }
 
-    /// With another curve.
+    /// Returns the plot with one more curve.
     #[must_use]
     pub fn with(mut self, name: &str, style: Style, points: Vec<[f64; 2]>) -> Self {
         self.curves.push(Curve {
@@ -71,10 +71,10 @@ impl Plot {
         self
     }
 
-    /// The picture.
+    /// Draws the plot as SVG text.
     ///
     /// # Panics
-    /// If it has no point.
+    /// If the plot has no point.
     #[must_use]
     pub fn draw(&self) -> String {
         let mut svg = String::new();
@@ -130,7 +130,7 @@ impl Plot {
         Ok(())
     }
 
-    /// From where to where the points lie along an axis, and a little more.
+    /// Returns the range of the points along an axis, with a margin in the vertical one.
     fn range(&self, axis: usize) -> [f64; 2] {
         let points = self.curves.iter().flat_map(|curve| &curve.points);
         let [least, most] = points.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], point| {
@@ -140,7 +140,7 @@ impl Plot {
         let span = if most > least { most - least } else { 1.0 };
         match axis {
             0 => [least, least + span],
-            // The names stand above the curves.
+            // The legend is above the curves.
             _ => [
                 least - 0.05 * span,
                 most + (0.08 + NAME * self.curves.len() as f64) * span,
@@ -154,7 +154,7 @@ impl Curve {
         if self.style == Style::Known { 1 } else { 2 }
     }
 
-    /// Every so many of its points, and the last.
+    /// Returns every n-th point and the last one: [`POINTS`] + 1 points at most.
     fn thinned(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let stride = self.points.len().div_ceil(POINTS).max(1);
         let last = self.points.len().saturating_sub(1);

@@ -1,65 +1,65 @@
-//! What a page of the book claims: figures, what is known of them, and pictures.
+//! The claims of a page of the book: figures, their known values, and plots.
 
 use crate::Balance;
 use crate::plot::Plot;
 
-/// Why the energy is known to so much and no more ([`LEDGER_LIMIT`]).
+/// Reason for [`LEDGER_LIMIT`], as a page states it.
 pub(crate) const LEDGER: &str = "limit of the ledger for blocks of 40 elements and more";
 
-/// What the ledger may lack of the energy exchanged (design, section 7).
+/// Largest energy residual of the ledger, over the energy exchanged.
 pub(crate) const LEDGER_LIMIT: f64 = 1e-3;
 
-/// A problem whose answer is known from elsewhere, with its page in the book.
+/// A problem with an independently known answer, and its page in the book.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem {
-    /// `V1` and so on; numbers stay, and none is used again.
+    /// `V1` and so on. A number never changes and is never reused.
     pub number: &'static str,
-    /// Name of its page in `book/src/verification`, without ending.
+    /// Name of its page in `book/src/verification`, without extension.
     pub page: &'static str,
     /// Runs its scenes.
     pub solve: fn() -> Findings,
 }
 
-/// What comes of a problem.
+/// Results of a problem.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
     /// Figures, in the order of the page.
     pub figures: Vec<Figure>,
-    /// Pictures below them.
+    /// Plots below the figures.
     pub plots: Vec<Plot>,
 }
 
-/// One figure beside what is known of it.
+/// A figure of a run and its known value.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// What it is, with its unit.
+    /// Name, with unit.
     pub what: String,
-    /// What is known.
+    /// Known value.
     pub known: Known,
-    /// What the scene gives.
+    /// Value of the run.
     pub found: f64,
-    /// Where the tolerance comes from.
+    /// Reason for the tolerance.
     pub why: &'static str,
 }
 
-/// What is known of a figure.
+/// The known value of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known {
-    /// This, but for a share of it.
+    /// An exact value with a relative tolerance.
     Within {
         /// The exact answer.
         exact: f64,
         /// Largest error, over the exact answer.
         share: f64,
     },
-    /// That it lies from the one to the other.
+    /// A range, ends included.
     Between(f64, f64),
-    /// That its size is no larger.
+    /// A bound on the absolute value.
     AtMost(f64),
 }
 
 impl Findings {
-    /// Adds a figure of which the exact value is known, to be met but for a share of it.
+    /// Adds a figure with an exact value and a relative tolerance `share`.
     pub fn exact(
         &mut self,
         what: impl Into<String>,
@@ -71,7 +71,7 @@ impl Findings {
         self.add(what, known, found, why);
     }
 
-    /// Adds a figure whose size has a bound.
+    /// Adds a figure with a bound on its absolute value.
     pub fn at_most(
         &mut self,
         what: impl Into<String>,
@@ -81,7 +81,7 @@ impl Findings {
         self.add(what, Known::AtMost(bound), found, why);
     }
 
-    /// Adds a figure that lies between two others.
+    /// Adds a figure with a known range.
     pub fn between(
         &mut self,
         what: impl Into<String>,
@@ -91,7 +91,7 @@ impl Findings {
         self.add(what, Known::Between(least, most), found, why);
     }
 
-    /// Adds what the energy of every run has to keep.
+    /// Adds the two energy checks that every run must pass.
     pub(crate) fn energy(&mut self, of: impl Fn(&str) -> String, balance: &Balance) {
         self.at_most(
             of("energy that the ledger lacks, over that exchanged"),
@@ -114,7 +114,7 @@ impl Findings {
         });
     }
 
-    /// The figures that are not what is known of them.
+    /// Returns the figures that miss their known value.
     #[must_use]
     pub fn wrong(&self) -> Vec<&Figure> {
         self.figures.iter().filter(|f| !f.holds()).collect()
@@ -122,7 +122,7 @@ impl Findings {
 }
 
 impl Figure {
-    /// Whether it is what is known of it; nothing is, that is not a number.
+    /// True if the figure agrees with its known value. NaN never agrees.
     #[must_use]
     pub fn holds(&self) -> bool {
         match self.known {
@@ -132,8 +132,8 @@ impl Figure {
         }
     }
 
-    /// What was found, as a page tells it: of round-off its size alone, for its digits are
-    /// those of a mathematical library.
+    /// Returns the value as a page shows it. Round-off is shown as a power of ten only, because its
+    /// digits depend on the mathematical library.
     pub(crate) fn shown(&self) -> String {
         let size = self.found.abs();
         match self.known {
@@ -158,7 +158,7 @@ impl std::fmt::Display for Figure {
 }
 
 impl Known {
-    /// The value, as a page tells it.
+    /// Returns the known value as a page shows it.
     pub(crate) fn value(self) -> String {
         match self {
             Self::Within { exact, .. } => number(exact),
@@ -168,7 +168,7 @@ impl Known {
         }
     }
 
-    /// By how much it may be missed, as a page tells it.
+    /// Returns the tolerance as a page shows it.
     pub(crate) fn tolerance(self) -> String {
         match self {
             Self::Within { share, .. } if share >= 1e-3 => format!("{} %", number(100.0 * share)),
@@ -178,7 +178,7 @@ impl Known {
     }
 }
 
-/// A number for people: five digits at most, two where only its size matters.
+/// Formats a number with five digits at most; below 1e-5 with two.
 fn number(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || !x.is_finite() {
@@ -194,7 +194,7 @@ fn number(x: f64) -> String {
     format!("{}e{exponent}", without_zeros(mantissa))
 }
 
-/// Decimals without the zeros at their end.
+/// Removes trailing zeros of a decimal fraction.
 fn without_zeros(decimals: &str) -> &str {
     if decimals.contains('.') {
         decimals.trim_end_matches('0').trim_end_matches('.')

@@ -1,12 +1,12 @@
-//! Random numbers that are the same everywhere.
+//! Random numbers that are the same on every machine.
 
-/// SplitMix64 (Steele, Lea, Flood 2014), from a seed. Its own, not a library's:
-/// some seeds stand for a case that once failed, and must go on doing so.
+/// SplitMix64 (Steele, Lea, Flood 2014) with its seed. It is written here, not taken from a
+/// library, because some seeds reproduce a case that once failed and must keep doing so.
 #[derive(Clone, Debug)]
 pub struct Random(pub u64);
 
 impl Random {
-    /// A number in [low, high).
+    /// Returns a number in [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -16,12 +16,12 @@ impl Random {
         low + (high - low) * (z >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A whole number in `low..=high`.
+    /// Returns a whole number in `low..=high`.
     pub fn whole(&mut self, low: usize, high: usize) -> usize {
         self.between(low as f64, (high + 1) as f64) as usize
     }
 
-    /// A convex polygon of `count` corners on a circle, none too sharp.
+    /// Returns a convex polygon of `count` corners on a circle, without very sharp corners.
     pub fn polygon(&mut self, centre: [f64; 2], radius: f64, count: usize) -> Vec<[f64; 2]> {
         let part = std::f64::consts::TAU / count as f64;
         let start = self.between(0.0, part);

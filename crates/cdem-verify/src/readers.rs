@@ -1,7 +1,7 @@
-//! What readers make of any bytes: fuzz targets, and the replay of what they have found.
+//! Readers given arbitrary bytes: fuzz targets, and the replay of inputs they have found.
 //!
-//! Whatever the bytes are, the answer is a value or an error. Each function panics only where a
-//! value is wrong.
+//! For any bytes, a reader returns a value or an error. Each function panics only if the value is
+//! wrong.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use cdem::{AnyMesh, Simulation};
 
 use crate::load;
 
-/// Bytes as a scene: what is read is written as it was read.
+/// Reads bytes as a scene. A scene that can be read must be the same after writing and reading.
 ///
 /// # Panics
-/// If it is not.
+/// If it is not the same, or a message is empty.
 pub fn scene(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
@@ -30,7 +30,7 @@ pub fn scene(bytes: &[u8]) {
     }
 }
 
-/// Bytes as a mesh, and blocks cut out of it, in the plane and in space.
+/// Reads bytes as a mesh and cuts it into blocks, in 2-D and 3-D.
 ///
 /// # Panics
 /// If a message is empty.
@@ -61,7 +61,7 @@ pub fn mesh(bytes: &[u8]) {
     }
 }
 
-/// Bytes as the mesh that a checkpoint keeps of the start of a run.
+/// Reads bytes as the initial mesh in a checkpoint.
 ///
 /// # Panics
 /// If a message is empty.
@@ -78,13 +78,13 @@ pub fn start(bytes: &[u8]) {
     }
 }
 
-/// A run that [`checkpoint`] goes on with.
+/// Creates the run that [`checkpoint`] resumes.
 #[must_use]
 pub fn run() -> Simulation {
     load("two-scale-prisms").start()
 }
 
-/// Bytes as the state of a run, in the middle of an impact.
+/// Reads bytes as the state of a run in the middle of an impact.
 pub fn checkpoint(bytes: &[u8]) {
     drop(run().resumed(bytes));
 }

@@ -12,7 +12,7 @@ from the same schema. Keys without a default may be left out unless it says *nee
 Quantities are in SI units as plain numbers, or text with a unit: `\"40 GPa\"`, `\"5 mm\"`.
 ";
 
-/// A table of the scene, and what it is called in the schema.
+/// Title of each table of the scene, and its name in the schema.
 const TABLES: [(&str, &str); 15] = [
     ("At the top, before any table", ""),
     ("`[time]`", "Time"),
@@ -31,7 +31,7 @@ const TABLES: [(&str, &str); 15] = [
     ("`[[probe]]`", "Probe"),
 ];
 
-/// The page, and where it belongs.
+/// Returns the path and the text of the page.
 #[must_use]
 pub fn file() -> (PathBuf, String) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../book/src/reference");
@@ -77,7 +77,7 @@ fn describe(value: &Value) -> &str {
     value["description"].as_str().unwrap_or_default()
 }
 
-/// What may stand behind a key.
+/// Describes the values that a key accepts.
 fn kind(value: &Value, schema: &Value) -> String {
     if let Some(reference) = value["$ref"].as_str() {
         let name = reference.rsplit('/').next().unwrap_or_default();
@@ -121,7 +121,7 @@ fn list(value: &Value, schema: &Value) -> String {
     }
 }
 
-/// Choices, each as it is written, with what it means where that is said.
+/// Lists the choices, each as written in a scene, with its meaning if there is a description.
 fn one_of(choices: &[Value]) -> String {
     let choice = |choice: &Value| {
         let written = choice.get("const").unwrap_or(choice);
@@ -134,7 +134,7 @@ fn one_of(choices: &[Value]) -> String {
     all.join("; ")
 }
 
-/// Bars end cells, and brackets begin links.
+/// Escapes bars, which end cells, and brackets, which begin links.
 fn in_a_cell(text: &str) -> String {
     text.replace('|', "\\|").replace('[', "\\[")
 }

@@ -1,27 +1,25 @@
-//! Irregular rocks in rows: what is dropped into a box.
+//! Irregular rocks in rows, to be dropped into a box.
 
 use cdem::mesh::{CellKind, ElementKind, RawMesh};
 use cdem::scene::Geometry;
 
 use crate::{Case, Random};
 
-/// The seed of the rocks in `verification/rocks-in-a-box`.
+/// Seed of the rocks in `verification/rocks-in-a-box`.
 pub const SEED: u64 = 20;
 
-/// Circumradius of the rocks, m, at least and at most; their centres are 1 m
-/// apart.
+/// Smallest and largest circumradius of the rocks, m. Their centres are 1 m apart.
 const RADII: [f64; 2] = [0.3, 0.45];
 
-/// Lengths along the axes of a shape, and widths of its upper end, over those of a
-/// regular one.
+/// Smallest and largest stretch along the axes of a regular shape, and taper of its upper end.
 const LENGTHS: [f64; 2] = [0.7, 1.0];
 
 const SHAPES: [ElementKind; 3] = [ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8];
 
-/// Tetrahedra that fill an element in space: numbers of its nodes.
+/// Returns tetrahedra that fill a 3-D element, as numbers of its nodes.
 ///
 /// # Panics
-/// For an element in the plane.
+/// For a 2-D element.
 #[must_use]
 pub fn tetrahedra(kind: ElementKind) -> &'static [[usize; 4]] {
     match kind {
@@ -39,16 +37,15 @@ pub fn tetrahedra(kind: ElementKind) -> &'static [[usize; 4]] {
     }
 }
 
-/// Convex tetrahedra, wedges and hexahedra of all sizes and turns, `across` of them a
-/// direction, the first centred at half a metre from the origin. One element a
-/// rock; or tetrahedra, one to six, if they are to be `cut`. Rocks share no
-/// nodes.
+/// Builds convex tetrahedra, wedges and hexahedra of random size and rotation, `across` of them
+/// along each axis. The first centre is half a metre from the origin along each axis. Each rock is
+/// one element, or one to six tetrahedra if `cut`. Rocks share no nodes.
 #[must_use]
 pub fn rocks(seed: u64, across: [usize; 3], cut: bool) -> RawMesh {
     rocks_of(&SHAPES, seed, across, cut)
 }
 
-/// The same of some shapes of element alone.
+/// Builds rocks as [`rocks`] does, of the given shapes only.
 #[must_use]
 pub fn rocks_of(shapes: &[ElementKind], seed: u64, across: [usize; 3], cut: bool) -> RawMesh {
     let mut random = Random(seed);
@@ -70,7 +67,7 @@ pub fn rocks_of(shapes: &[ElementKind], seed: u64, across: [usize; 3], cut: bool
     mesh
 }
 
-/// Makes the box of `verification/rocks-in-a-box` as wide as rocks `across` need it.
+/// Sets the box of `verification/rocks-in-a-box` to the size that rocks `across` need.
 ///
 /// # Panics
 /// If the scene has no such box.
@@ -100,7 +97,7 @@ fn add_rock(
     let radius = random.between(RADII[0], RADII[1]);
     let turn = rotation(random);
     let first = mesh.points.len();
-    // What keeps faces plane: stretched, and tapered.
+    // Stretch and taper keep the faces plane.
     let stretch = [0; 3].map(|_| random.between(LENGTHS[0], LENGTHS[1]));
     let taper = random.between(LENGTHS[0], LENGTHS[1]);
     for [x, y, z] in corners(shape) {
@@ -130,7 +127,7 @@ fn add_rock(
     }
 }
 
-/// Corners of a regular shape on the unit sphere, in Gmsh's order.
+/// Returns the corners of a regular shape on the unit sphere, in Gmsh's order.
 fn corners(shape: ElementKind) -> Vec<[f64; 3]> {
     let on_sphere = |x: [f64; 3]| {
         let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -149,7 +146,7 @@ fn corners(shape: ElementKind) -> Vec<[f64; 3]> {
     at(-0.8).chain(at(0.8)).collect()
 }
 
-/// A rotation, all equally likely (Shoemake 1992, in Graphics Gems III).
+/// Returns a uniformly distributed rotation (Shoemake 1992, in Graphics Gems III).
 fn rotation(random: &mut Random) -> [[f64; 3]; 3] {
     let u = random.between(0.0, 1.0);
     let [a, b] = [0, 1].map(|_| random.between(0.0, std::f64::consts::TAU));

@@ -1,4 +1,4 @@
-//! What benchmarks share: steps by the clock and by the stage, and figures kept as files.
+//! Shared code of the benchmarks: timing of steps and stages, and result files.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,27 +10,27 @@ use serde_json::{Map, Value, json};
 
 use crate::load;
 
-/// What a benchmark is asked for after `--`.
+/// Arguments of a benchmark after `--`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked {
-    /// Words.
+    /// Names.
     pub names: Vec<String>,
     /// Numbers above 0.
     pub numbers: Vec<f64>,
 }
 
 impl Asked {
-    /// By the command line; `known` are the words that there are.
+    /// Parses the command line; `known` lists the valid names.
     ///
     /// # Errors
-    /// If something else is asked for.
+    /// If an argument is neither a number above 0 nor a valid name.
     pub fn of_command(known: &[&str]) -> std::io::Result<Self> {
         Self::of(std::env::args().skip(1), known).map_err(std::io::Error::other)
     }
 
     fn of(words: impl Iterator<Item = String>, known: &[&str]) -> Result<Self, String> {
         let mut asked = Self::default();
-        // `--bench` is what cargo adds.
+        // Cargo adds `--bench`.
         for word in words.filter(|word| word != "--bench") {
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() && number > 0.0 => asked.numbers.push(number),
@@ -45,13 +45,13 @@ impl Asked {
         Ok(asked)
     }
 
-    /// Whether a word is asked for.
+    /// True if `name` was given.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.names.iter().any(|word| word == name)
     }
 
-    /// Whether one of several things is asked for: each is where none is named.
+    /// True if `name` was given, or no name at all.
     #[must_use]
     pub fn wants(&self, name: &str) -> bool {
         self.names.is_empty() || self.has(name)
@@ -61,31 +61,31 @@ impl Asked {
 /// Steps that were timed.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// How many.
+    /// Number of steps.
     pub steps: u64,
-    /// Updates of elements in them.
+    /// Number of element updates in these steps.
     pub updates: u64,
-    /// What they took, s.
+    /// Wall time, s.
     pub seconds: f64,
-    /// What each stage took of that, s; 0 where their clock did not run.
+    /// Wall time of each stage, s; 0 if the stages were not timed.
     pub stages: Vec<(Stage, f64)>,
 }
 
 impl Timed {
-    /// Steps of a run until it has ended, or `is_enough` says so of the steps and seconds so far,
-    /// with its stages: to read the clock for them takes some tenths of a microsecond a step.
+    /// Runs until the end, or until `is_enough(steps, seconds)`, and times the stages. Reading the
+    /// clock for the stages takes some tenths of a microsecond per step.
     ///
     /// # Panics
-    /// With the message a user would get, if a step fails.
+    /// With the message that a user would get, if a step fails.
     pub fn in_stages(simulation: &mut Simulation, is_enough: impl Fn(u64, f64) -> bool) -> Self {
         simulation.time_stages();
         Self::of(simulation, is_enough)
     }
 
-    /// The same without a look at the stages.
+    /// Runs as [`Timed::in_stages`] does, without timing the stages.
     ///
     /// # Panics
-    /// With the message a user would get, if a step fails.
+    /// With the message that a user would get, if a step fails.
     pub fn of(simulation: &mut Simulation, is_enough: impl Fn(u64, f64) -> bool) -> Self {
         let stages = simulation.stage_times();
         let (first, updates) = (simulation.step_index(), simulation.element_updates());
@@ -106,19 +106,19 @@ impl Timed {
         }
     }
 
-    /// Updates of elements a second.
+    /// Returns the element updates per second.
     #[must_use]
     pub fn update_rate(&self) -> f64 {
         self.updates as f64 / self.seconds
     }
 
-    /// Steps of so many blocks a second.
+    /// Returns the block-steps per second.
     #[must_use]
     pub fn block_rate(&self, blocks: usize) -> f64 {
         (self.steps * blocks as u64) as f64 / self.seconds
     }
 
-    /// What a stage took, s.
+    /// Returns the time of a stage, s.
     #[must_use]
     pub fn of_stage(&self, stage: Stage) -> f64 {
         let mut stages = self.stages.iter();
@@ -127,7 +127,7 @@ impl Timed {
             .map_or(0.0, |(_, time)| *time)
     }
 
-    /// Shares of the stages, by their names.
+    /// Returns the fraction of the time of each stage, by name.
     #[must_use]
     pub fn shares(&self) -> Value {
         let shares = self.stages.iter();
@@ -137,13 +137,13 @@ impl Timed {
     }
 }
 
-/// Times that a thing is measured; the best counts: what disturbs makes it longer.
+/// Number of repeated measurements. The shortest counts, because disturbances only add time.
 pub const TRIALS: usize = 5;
 
-/// A box of about so many cells, on one level, that flies and spins a little.
+/// Builds a box of about `cells` cells on one time level, which flies and spins slowly.
 ///
 /// # Panics
-/// If the scene that it is of cannot be read.
+/// If its scene cannot be read.
 #[must_use]
 pub fn free_block(kind: ElementKind, kinematics: Kinematics, cells: f64) -> Simulation {
     let dimension = kind.dimension();
@@ -159,10 +159,10 @@ pub fn free_block(kind: ElementKind, kinematics: Kinematics, cells: f64) -> Simu
     case.start()
 }
 
-/// What the forces of an element take in a step, and the whole step, s.
+/// Measures the time of the forces, and of a whole step, per element update, s.
 ///
 /// # Panics
-/// With the message a user would get, if a step fails.
+/// With the message that a user would get, if a step fails.
 pub fn seconds_of_an_update(simulation: &mut Simulation) -> [f64; 2] {
     let forces = |simulation: &Simulation| {
         let times = simulation.stage_times();
@@ -187,30 +187,30 @@ pub fn seconds_of_an_update(simulation: &mut Simulation) -> [f64; 2] {
     best
 }
 
-/// One step of a run.
+/// Advances the run by one step.
 ///
 /// # Panics
-/// With the message a user would get, if it fails.
+/// With the message that a user would get, if the step fails.
 pub fn step(simulation: &mut Simulation) {
     if let Err(error) = simulation.step() {
         panic!("{error}");
     }
 }
 
-/// Where benchmarks keep their files; made where it is missing.
+/// Returns the folder of benchmark results, and creates it if it is missing.
 ///
 /// # Errors
-/// If the disk refuses.
+/// If the folder cannot be created.
 pub fn folder() -> std::io::Result<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/bench");
     std::fs::create_dir_all(&folder)?;
     Ok(folder)
 }
 
-/// Keeps figures as `target/bench/<name>.json`.
+/// Writes figures to `target/bench/<name>.json`.
 ///
 /// # Errors
-/// If the disk refuses.
+/// If the file cannot be written.
 pub fn keep(name: &str, figures: &Value) -> std::io::Result<()> {
     std::fs::write(
         folder()?.join(name).with_extension("json"),

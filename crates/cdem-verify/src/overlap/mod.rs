@@ -1,15 +1,15 @@
-//! Do blocks overlap? By brute force, knowing nothing of the contact search.
+//! Overlap of blocks, by brute force and independent of contact detection.
 
 mod solid;
 
 use cdem::output::{FieldValues, Frame};
 
-/// How deep blocks lie in each other, m; 0 where none do. In the plane: the
-/// deepest that a node of one lies inside another. In space: the farthest that
-/// two cells of different blocks would have to be moved to part.
+/// Returns the deepest overlap of blocks, m; 0 if there is none. In 2-D: the largest depth of a
+/// node of one block inside another block. In 3-D: the largest shift that separates two cells of
+/// different blocks.
 ///
 /// # Panics
-/// If the frame does not say to which block its cells belong.
+/// If the frame has no field `block`.
 #[must_use]
 pub fn deepest_overlap(frame: &Frame) -> f64 {
     let cells = cells(frame);
@@ -34,7 +34,7 @@ pub fn deepest_overlap(frame: &Frame) -> f64 {
     deepest
 }
 
-/// Block and nodes of each cell.
+/// Returns the block and the nodes of each cell.
 fn cells(frame: &Frame) -> Vec<(i32, Vec<u32>)> {
     let field = frame.cell_fields.iter().find(|field| field.name == "block");
     let Some(FieldValues::Whole(blocks)) = field.map(|field| &field.values) else {
@@ -51,7 +51,7 @@ fn cells(frame: &Frame) -> Vec<(i32, Vec<u32>)> {
         .collect()
 }
 
-/// Edges of one cell only, with their block.
+/// Returns the edges that belong to one cell only, with their block.
 fn boundary(cells: &[(i32, Vec<u32>)]) -> Vec<(i32, [u32; 2])> {
     let mut edges = Vec::new();
     for (block, nodes) in cells {
@@ -72,7 +72,7 @@ fn contains(frame: &Frame, nodes: &[u32], at: &[f64; 3]) -> bool {
     })
 }
 
-/// Distance of a point from a segment, m.
+/// Returns the distance of a point from a segment, m.
 fn distance(at: &[f64; 3], a: &[f64; 3], b: &[f64; 3]) -> f64 {
     let along = [b[0] - a[0], b[1] - a[1]];
     let from = [at[0] - a[0], at[1] - a[1]];

@@ -1,16 +1,15 @@
-//! Cells in space, told apart by separating axes (Gottschalk, Lin, Manocha 1996).
+//! Overlap of cells in 3-D by separating axes (Gottschalk, Lin, Manocha 1996).
 
 use cdem::output::Frame;
 
 type Vector = [f64; 3];
 
-/// A convex cell: its corners, and the unit normals and edges that can part it
-/// from another.
+/// A convex cell: its corners, and its unit normals and edges, which give the separating axes.
 struct Cell {
     block: i32,
     corners: Vec<Vector>,
-    /// Triangles of its boundary: of a quadrilateral, which may be warped, four
-    /// about its mean.
+    /// Triangles of its boundary. A quadrilateral may be warped, so it is split into four triangles
+    /// around its mean.
     triangles: Vec<[Vector; 3]>,
     normals: Vec<Vector>,
     edges: Vec<Vector>,
@@ -18,8 +17,7 @@ struct Cell {
     high: Vector,
 }
 
-/// The farthest that two cells of different blocks would have to be moved to
-/// part, m.
+/// Returns the largest shift that separates two cells of different blocks, m.
 pub(super) fn deepest(frame: &Frame, cells: &[(i32, Vec<u32>)]) -> f64 {
     let cells: Vec<Cell> = frame
         .kinds
@@ -77,8 +75,8 @@ impl Cell {
         (0..3).all(|c| self.low[c] < other.high[c] && other.low[c] < self.high[c])
     }
 
-    /// The same between cells whose faces may be warped, where they are: what is
-    /// within the hulls of both is looked at tetrahedron by tetrahedron.
+    /// Returns the overlap of two cells that may have warped faces, m. If their hulls overlap, they
+    /// are compared tetrahedron by tetrahedron.
     fn exact_overlap(&self, other: &Self) -> f64 {
         if self.is_tetrahedron() && other.is_tetrahedron() || self.overlap(other) == 0.0 {
             return self.overlap(other);
@@ -97,7 +95,7 @@ impl Cell {
         self.corners.len() == 4
     }
 
-    /// Tetrahedra from the middle to the triangles of the boundary.
+    /// Splits the cell into tetrahedra between its centre and the triangles of its boundary.
     fn tetrahedra(&self) -> Vec<Self> {
         let middle = mean(self.corners.iter());
         let with_middle = |triangle: &[Vector; 3]| {
@@ -108,8 +106,8 @@ impl Cell {
         self.triangles.iter().map(with_middle).collect()
     }
 
-    /// The shortest shift that parts the hulls of two cells, m; 0 where they are
-    /// apart.
+    /// Returns the shortest shift that separates the hulls of two cells, m; 0 if they do not
+    /// overlap.
     fn overlap(&self, other: &Self) -> f64 {
         let crossings = self.edges.iter().flat_map(|one| {
             let edges = other.edges.iter();
@@ -153,7 +151,7 @@ fn cross(a: &Vector, b: &Vector) -> Vector {
     [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
 }
 
-/// `None` for what is all but zero, as the product of parallel edges.
+/// Returns the unit vector, or `None` if `v` is almost zero, as the product of parallel edges is.
 fn unit(v: &Vector) -> Option<Vector> {
     let length = dot(v, v).sqrt();
     (length > 1e-9).then(|| v.map(|x| x / length))
@@ -164,7 +162,7 @@ mod tests {
     use super::*;
     use cdem::mesh::ElementKind;
 
-    /// A cube of edge 1 about a place, turned by an angle about z and then y.
+    /// Creates a cube of edge 1 centred at `at`, rotated by `turn` about z and then y.
     fn cube(block: i32, at: Vector, turn: f64) -> Cell {
         let (s, c) = turn.sin_cos();
         let corners = [
@@ -187,7 +185,7 @@ mod tests {
 
     #[test]
     fn warped_faces_that_lie_in_each_other_do_not_overlap() {
-        // Both saddles have the same shape: the upper one's lies in the lower one's.
+        // Both saddles have the same shape, so the upper one fits into the lower one.
         let saddle = |block, [low, high]: [f64; 2]| {
             let warp = |x: f64, y: f64, z: f64| {
                 if z == 0.0 {
@@ -212,7 +210,7 @@ mod tests {
         let beside = cube(1, [0.9, 0.3, 0.2], 0.0);
         assert!((still.overlap(&beside) - 0.1).abs() < 1e-15);
         assert_eq!(still.overlap(&cube(1, [1.1, 0.3, 0.2], 0.0)), 0.0);
-        // Edge across edge: apart, though the boxes around them meet.
+        // Edge against edge: separate, although their boxes overlap.
         let quarter = std::f64::consts::FRAC_PI_4;
         let turned = cube(1, [0.0; 3], quarter);
         let reach = turned.high[0];

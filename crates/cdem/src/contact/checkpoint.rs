@@ -36,7 +36,7 @@ impl<const D: usize> Contacts<D> {
             near: Cow::Borrowed(&self.candidates),
             joins: Cow::Borrowed(&self.joins),
             islands: Cow::Borrowed(&self.islands),
-            left: self.left,
+            left: self.first_dropout_step,
             ended: Cow::Borrowed(&self.ended),
             ended_before: self.ended_before,
             energies: self.energies,
@@ -64,7 +64,7 @@ impl<const D: usize> Contacts<D> {
                 self.island_of[node as usize] = number;
             }
         }
-        (self.grouped, self.left) = (true, saved.left);
+        (self.grouped, self.first_dropout_step) = (true, saved.left);
         (self.ended, self.ended_before) = (saved.ended.into_owned(), saved.ended_before);
         self.energies = ContactEnergies {
             watch,

@@ -65,7 +65,7 @@ impl ContactEnergies {
     pub(super) fn empty_copy(&self) -> Self {
         Self {
             at: self.at,
-            watch: self.watch.beside(),
+            watch: self.watch.for_thread(),
             ..Self::default()
         }
     }
@@ -82,7 +82,8 @@ impl ContactEnergies {
             self.overtravel_count += other.overtravel_count;
             self.penetration = self.penetration.max(other.penetration);
         }
-        self.watch.lap_as(others.map(|other| &other.watch));
+        self.watch
+            .lap_in_proportion(others.map(|other| &other.watch));
     }
 
     /// Measures the time of work for a solve.
@@ -133,5 +134,5 @@ pub(crate) type ImpulseReceiver<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f
 pub(crate) struct ImpulseReceivers<'a, const D: usize> {
     pub(crate) of_contacts: ImpulseReceiver<'a, D>,
     /// Receives the impulses of elements on nodes with prescribed components.
-    pub(crate) on_held: ImpulseReceiver<'a, D>,
+    pub(crate) on_prescribed: ImpulseReceiver<'a, D>,
 }

@@ -21,7 +21,7 @@ impl<const D: usize> Contacts<D> {
         if !self.grouped {
             let contact = self.take_live();
             self.build_islands(contact, inertia, beside);
-            (self.grouped, self.left) = (true, None);
+            (self.grouped, self.first_dropout_step) = (true, None);
         }
     }
 
@@ -40,7 +40,7 @@ impl<const D: usize> Contacts<D> {
             }
             let stays = |pair: &Pair| self.candidates.binary_search(pair).is_ok();
             if !before.iter().all(stays) {
-                self.left.get_or_insert(number);
+                self.first_dropout_step.get_or_insert(number);
             }
         }
         self.lists.near = before;
@@ -48,7 +48,9 @@ impl<const D: usize> Contacts<D> {
             let mut contact = island.contact_points.iter();
             contact.all(|contact| self.island_of_pair(contact.pair) == Some(number))
         };
-        let is_late = self.left.is_some_and(|left| number > left + JOIN_STEPS);
+        let is_late = self
+            .first_dropout_step
+            .is_some_and(|left| number > left + JOIN_STEPS);
         self.grouped = self.grouped && !is_late && self.islands.iter().enumerate().all(has_its_own);
     }
 
@@ -234,8 +236,12 @@ impl<const D: usize> Contacts<D> {
         let mut islands = std::mem::take(&mut self.islands);
         let terms = &self.model_data;
         for island in &mut islands {
-            island.separation_bounds =
-                SeparationBounds::new(&island.nodes, &terms.block_of, terms.tolerance, self.within);
+            island.separation_bounds = SeparationBounds::new(
+                &island.nodes,
+                &terms.block_of,
+                terms.tolerance,
+                self.examined_distance,
+            );
         }
         let blocks = terms.blocks(&self.fixed);
         let mut list = std::mem::take(&mut self.lists.islands);
@@ -264,7 +270,7 @@ impl<const D: usize> Contacts<D> {
         self.in_island = taken;
         nodes.sort_unstable();
         for (place, &node) in (0..).zip(&nodes) {
-            self.predicted_impact[node as usize] = place;
+            self.island_node_index[node as usize] = place;
         }
         nodes
     }
@@ -282,16 +288,16 @@ impl<const D: usize> Contacts<D> {
         for pair in self.candidates.iter().copied().chain(closed) {
             let mut first = None;
             for node in self.moving_nodes(pair) {
-                let first = *first.get_or_insert(self.predicted_impact[node as usize]);
+                let first = *first.get_or_insert(self.island_node_index[node as usize]);
                 for coupled in inertia.coupled(node as usize) {
-                    sets.join(first, self.predicted_impact[coupled]);
+                    sets.join(first, self.island_node_index[coupled]);
                 }
             }
         }
         for (place, &node) in (0..).zip(nodes) {
             beside(node, &mut |other| {
                 if self.in_island[other as usize] {
-                    sets.join(place, self.predicted_impact[other as usize]);
+                    sets.join(place, self.island_node_index[other as usize]);
                 }
             });
         }

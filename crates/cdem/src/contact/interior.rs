@@ -46,7 +46,7 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
         touch: &Self::Touch,
         motion: &mut NodalMotion<D>,
         remaining_and_times: (f64, f64),
-        on_held: ImpulseReceiver<D>,
+        on_prescribed: ImpulseReceiver<D>,
     ) -> f64;
 }
 

@@ -54,7 +54,7 @@ pub(crate) struct Contacts<const D: usize> {
     candidates: Vec<Pair>,
     /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
     /// contact tolerance, or more where a test wants all pairs examined.
-    within: f64,
+    examined_distance: f64,
     /// Pairs whose nodes share a time level, with the last coarse step that needed it.
     joins: Vec<(Pair, u64)>,
     lists: StepLists,
@@ -62,12 +62,12 @@ pub(crate) struct Contacts<const D: usize> {
     /// True if all candidate and joined pairs are in islands; and the first coarse step since
     /// the islands were made in which a candidate pair dropped out.
     grouped: bool,
-    left: Option<u64>,
+    first_dropout_step: Option<u64>,
     /// For each node: true if it moves with an island, and the index of that island.
     in_island: Vec<bool>,
     island_of: Vec<u32>,
     /// Index of each island node in the sorted list of all island nodes.
-    predicted_impact: Vec<u32>,
+    island_node_index: Vec<u32>,
     ended: Vec<ContactHistory>,
     /// The number of entries of `ended` from before this coarse step.
     ended_before: usize,
@@ -198,14 +198,14 @@ impl<const D: usize> Contacts<D> {
             search_overrun: false,
             lists: StepLists::default(),
             candidates: Vec::new(),
-            within: tolerance,
+            examined_distance: tolerance,
             joins: Vec::new(),
             islands: Vec::new(),
             grouped: false,
-            left: None,
+            first_dropout_step: None,
             in_island: vec![false; mesh.nodes.len()],
             island_of: vec![0; mesh.nodes.len()],
-            predicted_impact: vec![0; mesh.nodes.len()],
+            island_node_index: vec![0; mesh.nodes.len()],
             ended: Vec::new(),
             ended_before: 0,
             energies: ContactEnergies::default(),
@@ -255,7 +255,7 @@ impl<const D: usize> Contacts<D> {
             let with = (speeds, step);
             self.search.find_near(&blocks, at, with, &may_meet, near);
         }
-        self.search_overrun |= self.search.was_overrun();
+        self.search_overrun |= self.search.exceeded_bounds();
         self.regroup(number);
         self.join(number)
     }

@@ -98,7 +98,7 @@ impl<const D: usize> Contacts<D> {
             PredictedImpact {
                 speed,
                 wait,
-                ..self.predicted_impact(pair, &foot, (then, rest), jacobian.frame[0])
+                ..self.island_node_index(pair, &foot, (then, rest), jacobian.frame[0])
             }
         };
         let near = self.candidates.iter().zip(&foreseen.waits);
@@ -127,13 +127,13 @@ impl<const D: usize> Contacts<D> {
                 since: Some(contact.history.time_on),
                 slip: contact.history.slip,
                 slip_rate: shear_norm(&jacobian.relative_velocities(velocity)),
-                ..self.predicted_impact(contact.pair, &contact.foot, (at, rest), jacobian.frame[0])
+                ..self.island_node_index(contact.pair, &contact.foot, (at, rest), jacobian.frame[0])
             }
         };
         self.contact_points().map(place)
     }
 
-    fn predicted_impact(
+    fn island_node_index(
         &self,
         pair: Pair,
         foot: &[f64; 2],
@@ -150,7 +150,7 @@ impl<const D: usize> Contacts<D> {
         PredictedImpact {
             blocks: nodes.map(|node| self.model_data.block_of[node as usize]),
             are_edges: marks.map(|mark| matches!(mark.kind, FeatureKind::Edge(_))),
-            rest: marks.map(|mark| mark.place),
+            rest: marks.map(|mark| mark.position),
             nodes,
             point: surface.point(pair, at),
             normal,
@@ -164,7 +164,7 @@ impl<const D: usize> Contacts<D> {
 
     /// For each node: true if these `moves` of all nodes, m, would make a feature of it
     /// penetrate another block, or leave its closed contact.
-    pub(crate) fn blocks_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
+    pub(crate) fn nodes_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
         let tolerance = self.model_data.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
         let mut margins = vec![tolerance; self.fixed.len()];
@@ -218,7 +218,7 @@ impl<const D: usize> Contacts<D> {
     /// which none of its contacts overlaps more than before. Removes the largest overlap, at
     /// most [`LIFT_STEPS`] times. Returns `None` if the translation exceeds the contact
     /// tolerance.
-    pub(crate) fn lift(
+    pub(crate) fn remove_overlap(
         &self,
         block: u32,
         at: Configuration<D>,
@@ -278,13 +278,13 @@ impl<const D: usize> Contacts<D> {
         let carry = ContactRemap {
             before: &*before,
             after: &*self.model_data.surface,
-            sights: [old, new],
+            configurations: [old, new],
             mesh,
             changed,
         };
         let (mut kept, mut lost) = (Vec::new(), Vec::new());
         for contact in all {
-            match carry.carried(contact) {
+            match carry.transferred(contact) {
                 Ok(contact) => kept.push(contact),
                 Err(of) => lost.push(of),
             }
@@ -302,7 +302,7 @@ impl<const D: usize> Contacts<D> {
             contact_points: kept,
             ..Island::default()
         }];
-        self.begin_anew(lost, new.at, inertia, time);
+        self.replace_lost(lost, new.at, inertia, time);
     }
 
     /// Replaces the surface by that of another mesh of the same blocks. Returns the old one.
@@ -326,13 +326,13 @@ impl<const D: usize> Contacts<D> {
             &mesh.nodes,
         );
         self.in_island = vec![false; nodes];
-        (self.predicted_impact, self.island_of) = (vec![0; nodes], vec![0; nodes]);
+        (self.island_node_index, self.island_of) = (vec![0; nodes], vec![0; nodes]);
         before
     }
 
     /// Begins contacts at the points where blocks with `lost` contacts touch. Each continues
     /// the nearest lost contact.
-    fn begin_anew(
+    fn replace_lost(
         &mut self,
         mut lost: Vec<LostContact<D>>,
         at: Configuration<D>,
@@ -412,7 +412,7 @@ struct ContactRemap<'a, const D: usize> {
     before: &'a dyn Surface<D>,
     after: &'a dyn Surface<D>,
     /// Before and after.
-    sights: [MeshConfiguration<'a, D>; 2],
+    configurations: [MeshConfiguration<'a, D>; 2],
     /// The new mesh.
     mesh: &'a Mesh<D>,
     /// For each block: true if its mesh has changed.
@@ -421,8 +421,8 @@ struct ContactRemap<'a, const D: usize> {
 
 impl<const D: usize> ContactRemap<'_, D> {
     /// Returns the contact on the new surface, if its material point still exists there.
-    fn carried(&self, mut contact: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
-        let [old, new] = self.sights;
+    fn transferred(&self, mut contact: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
+        let [old, new] = self.configurations;
         let blocks = contact.history.blocks;
         let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
         let marks = self
@@ -437,9 +437,9 @@ impl<const D: usize> ContactRemap<'_, D> {
             self.after.jacobian(pair, &foot, new.at).frame,
         ];
         for vector in contact.frame_vectors() {
-            *vector = turned(vector, &frames);
+            *vector = rotated(vector, &frames);
         }
-        contact.offset = turned(&contact.offset, &frames);
+        contact.offset = rotated(&contact.offset, &frames);
         if blocks.iter().any(|&block| self.changed[block as usize]) {
             contact.foot = foot;
         }
@@ -456,7 +456,7 @@ pub(crate) struct MeshConfiguration<'a, const D: usize> {
 }
 
 /// Returns a vector of one frame in another frame. Keeps its first component.
-fn turned<const D: usize>(vector: &[f64; D], [old, new]: &[[[f64; D]; D]; 2]) -> [f64; D] {
+fn rotated<const D: usize>(vector: &[f64; D], [old, new]: &[[[f64; D]; D]; 2]) -> [f64; D] {
     let mut whole = [0.0; D];
     for r in 1..D {
         add_scaled(&mut whole, vector[r], &old[r]);

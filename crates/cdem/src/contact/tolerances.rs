@@ -102,13 +102,13 @@ pub(crate) const CULLING_RATE: f64 = 4.0;
 /// Largest gap at which a pair about to touch joins an earlier event, relative to the contact
 /// tolerance: a 1e-8th of the smallest boundary edge by default. Its foot point must lie no farther
 /// outside the target than the tolerance.
-pub(crate) const EARLY: f64 = 1e-4;
+pub(crate) const EARLY_GAP: f64 = 1e-4;
 
 /// Penetration that counts as none, relative to the contact tolerance: a 1e-6th of the smallest
 /// boundary edge by default. A pair too slow to sink in deeper in a drift waits for the next kick.
 /// Otherwise settling stones would open and close one after the other, and each touch would be an
 /// impact of the whole pile.
-pub(crate) const SHALLOW: f64 = 1e-2;
+pub(crate) const IGNORED_PENETRATION: f64 = 1e-2;
 
 /// Most first touches within one substep that keep their own instants (count). If there are more,
 /// as when long faces meet at a small angle, the touches of the next 1/16 of the substep become one
@@ -150,7 +150,7 @@ pub(crate) const LEAST_TARGET_SIZE: f64 = 0.5;
 
 /// Depth at which a sinking pair is closed in a kick, relative to the contact tolerance: a 1e-11th
 /// of the smallest boundary edge by default. Points that come to rest stay uneven by as much. A
-/// pair left to sink in farther closes at [`SHALLOW`] at the latest.
+/// pair left to sink in farther closes at [`IGNORED_PENETRATION`] at the latest.
 pub(crate) const LEAST_DEPTH: f64 = 1e-7;
 
 // Detection.
@@ -191,7 +191,7 @@ pub(crate) const SPEED_GAIN: f64 = 2.25;
 
 /// Motion bound of a block at rest, relative to the contact tolerance. Edges within flat faces may
 /// become sharp once nodes have moved by a few times this.
-pub(crate) const LEAST_REACH: f64 = 0.02;
+pub(crate) const LEAST_MOTION_BOUND: f64 = 0.02;
 
 /// Largest distance of features at which the surface tests them, relative to motion bound plus
 /// tolerance: √2 if both are used along the target and along its normal.
@@ -239,7 +239,7 @@ pub(crate) const SEPARATION_DRIFTS: f64 = 16.0;
 /// Largest error of the gaps of closed contact points at the end of a drift, relative to the
 /// contact tolerance. The solve corrects gaps along their present gradients. The gaps of points
 /// that slide along a turning edge change besides, by the square of the drift.
-pub(crate) const MISS: f64 = 0.1;
+pub(crate) const GAP_ERROR: f64 = 0.1;
 
 /// Relative displacement that is round-off, relative to the contact tolerance: a 1e-14th of the
 /// smallest boundary edge by default.
@@ -270,7 +270,7 @@ pub(crate) const CORRECTED_PENETRATION: f64 = 0.5;
 
 /// Overlap that a change of mesh may make, relative to the contact tolerance: the same as the error
 /// of gaps at the end of any drift.
-pub(crate) const SLIGHT_OVERLAP: f64 = MISS;
+pub(crate) const SLIGHT_OVERLAP: f64 = GAP_ERROR;
 
 /// Most contact points of a block that are lifted one after the other (count).
 pub(crate) const LIFT_STEPS: usize = 64;
@@ -278,7 +278,7 @@ pub(crate) const LIFT_STEPS: usize = 64;
 // Solver.
 
 /// Most repeated solves of an island because of wrong gaps or new penetrations (count).
-pub(crate) const AGAIN: usize = 2;
+pub(crate) const MOST_REPEATED_SOLVES: usize = 2;
 
 /// Residual of a solve above which the user is warned, dimensionless. Contact forces are wrong by
 /// as much, until the next step continues from there.
@@ -411,7 +411,7 @@ pub(crate) const CLUSTERS_PER_TASK: usize = 32;
 pub(crate) const CANDIDATES_PER_TASK: usize = 256;
 
 /// Candidate pairs that a thread compares with their motion bounds in a row (count).
-pub(crate) const GLANCES_PER_TASK: usize = 2048;
+pub(crate) const BOUND_CHECKS_PER_TASK: usize = 2048;
 
 /// Cached values that are cleared together (count): those of features near each other.
 pub(crate) const CACHE_CHUNK: usize = 32;

@@ -2,7 +2,7 @@
 
 use crate::element::element_set::{ElementHistory, ElementHistoryMut};
 use crate::element::geometry::{self, ElementGeometry, IntegrationPoints, Lame, NodalValues};
-use crate::element::prefetch::ask_for;
+use crate::element::prefetch::prefetch;
 use crate::element::simd::{Lanes, SimdRow, Single, WIDTH};
 
 /// Elements of one shape in batches of [`WIDTH`]. Unused lanes of the last batch have zero volume.
@@ -116,7 +116,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     pub(super) fn ask_for_records(&self, batch: usize, size: usize) {
         let batch = batch + Self::AHEAD;
         if Q == 1 && batch < self.len() {
-            ask_for(&self.records[batch * size..][..size]);
+            prefetch(&self.records[batch * size..][..size]);
         }
     }
 
@@ -198,7 +198,7 @@ impl<L: Lanes, const D: usize, const N: usize, const Q: usize> IntegrationPoints
     fn point(&self, q: usize) -> (NodalValues<D, N, L::Number>, L::Number) {
         let size = Batches::<D, N, Q>::POINT;
         if self.first == 0 && !self.ahead.is_empty() {
-            ask_for(&self.ahead[q * size..][..size]);
+            prefetch(&self.ahead[q * size..][..size]);
         }
         let point = &self.rest[q * size..][..size];
         let mut gradients = [[self.lanes.splat(0.0); D]; N];
@@ -236,7 +236,7 @@ impl<L: Lanes, R: AsRef<[SimdRow]> + AsMut<[SimdRow]>> ElementHistoryMut<L::Numb
         self.lanes
             .store(number, &mut self.rows.as_mut()[place], self.first);
         if self.first == 0 && !self.ahead.is_empty() {
-            ask_for(std::slice::from_ref(&self.ahead[place]));
+            prefetch(std::slice::from_ref(&self.ahead[place]));
         }
     }
 }

@@ -8,13 +8,13 @@ use crate::element::simd::WIDTH;
 
 /// Largest number of elements in a chunk. The forces on the nodes of that many elements fit the
 /// nearest caches, and a mesh of some ten thousand elements gives work for all threads.
-pub(super) const PART: usize = 2048;
+pub(super) const MAX_CHUNK: usize = 2048;
 
 /// Returns the number of elements in each chunk for `count` elements. The number of chunks is a
 /// power of two, so that halves of them are equal work. A thread that waits for another falls
 /// asleep and must be woken for the next pass.
 pub(super) fn share(count: usize) -> usize {
-    let parts = count.div_ceil(PART).next_power_of_two();
+    let parts = count.div_ceil(MAX_CHUNK).next_power_of_two();
     count.max(1).div_ceil(parts).next_multiple_of(WIDTH)
 }
 
@@ -38,7 +38,7 @@ pub(super) struct LevelGroup<const D: usize, const N: usize, const Q: usize> {
     pub(super) batches: Batches<D, N, Q>,
 }
 
-/// Position of an element of a set: [`PART`] times the index of its chunk, plus its index in the
+/// Position of an element of a set: [`MAX_CHUNK`] times the index of its chunk, plus its index in the
 /// chunk, counted over the groups one after the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ElementSlot(u32);
@@ -46,17 +46,17 @@ pub(super) struct ElementSlot(u32);
 impl ElementSlot {
     /// Creates the position `within` of chunk `part`.
     pub(super) fn new(part: usize, within: usize) -> Self {
-        Self((part * PART + within) as u32)
+        Self((part * MAX_CHUNK + within) as u32)
     }
 
     /// Returns the index of the chunk.
     pub(super) fn part(self) -> usize {
-        self.0 as usize / PART
+        self.0 as usize / MAX_CHUNK
     }
 
     /// Returns the index in the chunk.
     pub(super) fn within(self) -> usize {
-        self.0 as usize % PART
+        self.0 as usize % MAX_CHUNK
     }
 }
 
@@ -222,7 +222,7 @@ mod tests {
         for count in (1..20_000).chain([99_999, 1_000_000]) {
             let share = share(count);
             let parts = count.div_ceil(share);
-            assert!(share <= PART && share.is_multiple_of(WIDTH));
+            assert!(share <= MAX_CHUNK && share.is_multiple_of(WIDTH));
             let left = parts / 2 * share;
             let differ = left.abs_diff(count - left);
             // Unfilled batches cause the difference; with more than 16 chunks it is one chunk at

@@ -7,7 +7,7 @@ use crate::element::chunk::{Chunk, ElementSlot, LevelGroup, Member, share};
 use crate::element::geometry::{
     self, ElementGeometry, IntegrationPoints, Moduli, NodalValues, ReferenceElement,
 };
-use crate::element::internal_force::{GroupImpulses, InternalForceKick, each_part};
+use crate::element::internal_force::{GroupImpulses, InternalForceKick, each_chunk};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::element::{
@@ -164,8 +164,8 @@ pub(super) struct FormulationSet<const D: usize, const N: usize, const Q: usize,
     /// Thickness, m; 1 in 3-D.
     thickness: f64,
     mesh_elements: Vec<u32>,
-    place: Vec<ElementSlot>,
-    parts: Vec<Chunk<D, N, Q>>,
+    slots: Vec<ElementSlot>,
+    chunks: Vec<Chunk<D, N, Q>>,
     formulation: PhantomData<F>,
 }
 
@@ -191,8 +191,8 @@ where
             kind: source.kind,
             thickness: source.thickness,
             mesh_elements: source.members.iter().map(|member| member.0).collect(),
-            place: vec![ElementSlot::default(); source.members.len()],
-            parts: Vec::new(),
+            slots: vec![ElementSlot::default(); source.members.len()],
+            chunks: Vec::new(),
             formulation: PhantomData,
         };
         // Material, index in the set and index in the mesh.
@@ -214,10 +214,10 @@ where
                     }
                 });
                 let members: Vec<_> = members.collect();
-                set.parts.push(Chunk::new(*moduli, &members));
+                set.chunks.push(Chunk::new(*moduli, &members));
             }
         }
-        for part in 0..set.parts.len() {
+        for part in 0..set.chunks.len() {
             set.find_places(part);
         }
         set
@@ -249,15 +249,15 @@ where
 
     /// Stores the slots of the elements of a chunk.
     fn find_places(&mut self, part: usize) {
-        let members = self.parts[part].groups().iter();
+        let members = self.chunks[part].groups().iter();
         let members = members.flat_map(|group| &group.members);
         for (within, &number) in members.enumerate() {
-            self.place[number as usize] = ElementSlot::new(part, within);
+            self.slots[number as usize] = ElementSlot::new(part, within);
         }
     }
 
     fn part(&self, i: usize) -> &Chunk<D, N, Q> {
-        &self.parts[self.place[i].part()]
+        &self.chunks[self.slots[i].part()]
     }
 
     fn moduli(&self, i: usize) -> &Moduli {
@@ -266,7 +266,7 @@ where
 
     fn group(&self, i: usize) -> (&LevelGroup<D, N, Q>, usize) {
         let part = self.part(i);
-        let (group, index) = part.group_of(self.place[i].within());
+        let (group, index) = part.group_of(self.slots[i].within());
         (&part.groups()[group], index)
     }
 
@@ -310,27 +310,27 @@ where
     }
 
     fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>) {
-        for part in 0..self.parts.len() {
+        for part in 0..self.chunks.len() {
             let of = |number: u32| level(self.mesh_elements[number as usize]);
-            if self.parts[part].arrange(F::RECORD, of) {
+            if self.chunks[part].arrange(F::RECORD, of) {
                 self.find_places(part);
             }
         }
     }
 
     fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32])) {
-        let groups = self.parts.iter().flat_map(|part| part.groups());
+        let groups = self.chunks.iter().flat_map(|part| part.groups());
         groups.for_each(|group| visit(group.level, &group.nodes));
     }
 
     fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>) {
         let kick = InternalForceKick::<D, F>::new(due, motion, &self.mesh_elements);
-        each_part(&mut self.parts, shares, due.coarsest, &|part, shares| {
+        each_chunk(&mut self.chunks, shares, due.coarsest, &|part, shares| {
             kick.part(part, shares);
         });
     }
 
-    fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]) {
+    fn update_history(&mut self, i: usize, displacement: &[[f64; D]]) {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         F::respond(&self.element(i), &self.relative(i, displacement), record);
@@ -345,7 +345,7 @@ where
 
     fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64)) {
         evaluate::ask::<evaluate::StrainEnergy<F>, D, N, Q, 1>(
-            &self.parts,
+            &self.chunks,
             displacement,
             |_| true,
             |member, [energy]| tell(self.mesh_elements[member as usize], energy),
@@ -354,18 +354,18 @@ where
 
     fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6])) {
         evaluate::ask::<evaluate::CauchyStress<F>, D, N, Q, 6>(
-            &self.parts,
+            &self.chunks,
             displacement,
             |_| true,
             |member, stress| tell(self.mesh_elements[member as usize], stress),
         );
     }
 
-    fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
+    fn visit_strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
         // Within such strains det F is near 1 or near −1. Near −1, `changes` is at least 4.
         let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
         evaluate::ask::<evaluate::Distortion, D, N, Q, 2>(
-            &self.parts,
+            &self.chunks,
             displacement,
             |answer| !is_within(answer),
             |member, _| tell(self.mesh_elements[member as usize]),
@@ -455,19 +455,19 @@ where
     }
 
     fn set_record(&mut self, i: usize, record: &[f64]) {
-        let place = self.place[i];
-        let part = &mut self.parts[place.part()];
+        let place = self.slots[i];
+        let part = &mut self.chunks[place.part()];
         let (group, index) = part.group_of(place.within());
         part.groups_mut()[group].set_record(index, record);
     }
 
-    fn past(&self, i: usize) -> Option<StressHistory<D>> {
+    fn stress_history(&self, i: usize) -> Option<StressHistory<D>> {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         F::past(&self.element(i), self.moduli(i), record)
     }
 
-    fn set_past(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]) {
+    fn set_stress_history(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]) {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         let u = self.relative(i, displacement);
@@ -476,7 +476,7 @@ where
     }
 
     fn memory(&self) -> usize {
-        let parts = self.parts.iter().map(Chunk::memory).sum::<usize>();
+        let parts = self.chunks.iter().map(Chunk::memory).sum::<usize>();
         parts + self.len() * (size_of::<ElementSlot>() + size_of::<u32>())
     }
 

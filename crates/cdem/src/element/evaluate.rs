@@ -6,11 +6,11 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::element::batch::{Batch, BatchLanes, BatchRecords};
-use crate::element::chunk::{Chunk, PART};
+use crate::element::chunk::{Chunk, MAX_CHUNK};
 use crate::element::element_set::{ElementHistory, Formulation};
 use crate::element::gather_scatter::GatheredFields;
 use crate::element::geometry::{self, IntegrationPoints, Moduli, NodalValues};
-use crate::element::internal_force::FEW;
+use crate::element::internal_force::SERIAL_WORK;
 use crate::element::simd::{Lanes, Real, Register, SimdRow, WIDTH};
 use crate::element::tensor;
 use crate::element::total_lagrangian::green_lagrange;
@@ -48,7 +48,7 @@ where
 {
     const RECORD: usize = F::RECORD;
 
-    const TOLD: usize = PART;
+    const TOLD: usize = MAX_CHUNK;
 
     #[inline(always)]
     fn answer<T: Real>(
@@ -70,7 +70,7 @@ where
 {
     const RECORD: usize = F::RECORD;
 
-    const TOLD: usize = PART;
+    const TOLD: usize = MAX_CHUNK;
 
     #[inline(always)]
     fn answer<T: Real>(
@@ -140,12 +140,12 @@ pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: us
     let groups = parts.iter().flat_map(|part| part.groups());
     let elements: usize = groups.map(|group| group.members.len()).sum();
     // Either all threads or one, as in the kick.
-    let least = if elements * Q * D <= FEW {
+    let least = if elements * Q * D <= SERIAL_WORK {
         parts.len()
     } else {
         1
     };
-    let in_cache = AT_ONCE / (PART * size_of::<(u32, [f64; A])>());
+    let in_cache = AT_ONCE / (MAX_CHUNK * size_of::<(u32, [f64; A])>());
     let at_once = in_cache * rayon::current_num_threads();
     let mut answers = vec![Vec::new(); at_once.min(parts.len())];
     for some in parts.chunks(at_once) {

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use bytemuck::{Pod, Zeroable};
 
 use crate::element::MAX_NODES;
-use crate::element::chunk::PART;
+use crate::element::chunk::MAX_CHUNK;
 use crate::element::geometry::NodalValues;
 use crate::element::simd::{Lanes, SimdRow, WIDTH};
 
@@ -32,7 +32,7 @@ impl GatheredFields {
 /// Number of node indices that a batch can store, so that no access needs a bounds check. A group
 /// has fewer nodes.
 const NODES: usize = 1 << 16;
-const _: () = assert!(PART * MAX_NODES <= NODES);
+const _: () = assert!(MAX_CHUNK * MAX_NODES <= NODES);
 
 /// A vector aligned for one load. Missing components are 0.
 #[derive(Clone, Copy, Default, Pod, Zeroable)]

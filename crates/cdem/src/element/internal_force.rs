@@ -29,12 +29,12 @@ fn split<const D: usize>(shares: GroupImpulses<'_, D>, count: usize) -> [GroupIm
 /// Number of Gauss points times dimensions whose forces are not worth another thread: 100 to 200
 /// microseconds of work. To wake a thread takes some tens of microseconds, and it then finds
 /// nothing in its caches.
-pub(super) const FEW: usize = 32_768;
+pub(super) const SERIAL_WORK: usize = 32_768;
 
-/// Calls `work` for each chunk with its part of the impulses. Uses one thread if at most [`FEW`]
+/// Calls `work` for each chunk with its part of the impulses. Uses one thread if at most [`SERIAL_WORK`]
 /// Gauss points times dimensions are due and their nodes number at most [`NODES_AT_ONCE`]. With
 /// more nodes the nodal work is parallel too and keeps the other threads awake.
-pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
+pub(super) fn each_chunk<const D: usize, const N: usize, const Q: usize>(
     parts: &mut [Chunk<D, N, Q>],
     mut shares: GroupImpulses<D>,
     coarsest: u8,
@@ -44,7 +44,7 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     let (elements, nodes) = due.fold((0, 0), |(elements, nodes), group| {
         (elements + group.members.len(), nodes + group.nodes.len())
     });
-    if parts.len() == 1 || elements * Q * D <= FEW && nodes <= NODES_AT_ONCE {
+    if parts.len() == 1 || elements * Q * D <= SERIAL_WORK && nodes <= NODES_AT_ONCE {
         for part in parts {
             let [own, others] = split(shares, part.node_count());
             work(part, own);
@@ -56,8 +56,8 @@ pub(super) fn each_part<const D: usize, const N: usize, const Q: usize>(
     let count = left.iter().map(Chunk::node_count).sum();
     let [of_left, of_right] = split(shares, count);
     rayon::join(
-        || each_part(left, of_left, coarsest, work),
-        || each_part(right, of_right, coarsest, work),
+        || each_chunk(left, of_left, coarsest, work),
+        || each_chunk(right, of_right, coarsest, work),
     );
 }
 
@@ -155,7 +155,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
                 nodes,
                 records,
             } = found;
-            let rows = if self.due.is_kept {
+            let rows = if self.due.updates_history {
                 records
             } else {
                 discarded.clear();

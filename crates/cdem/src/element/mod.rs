@@ -99,7 +99,7 @@ pub(crate) struct Due<'a> {
     /// Interval of the kick.
     pub(crate) interval: Interval<'a>,
     /// True if the kick updates the history of the elements. A report must not change it.
-    pub(crate) is_kept: bool,
+    pub(crate) updates_history: bool,
 }
 
 /// Interval of a kick, s.
@@ -151,7 +151,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>);
 
     /// Updates the history of element `i` to `displacement`.
-    fn bring_up(&mut self, i: usize, displacement: &[[f64; D]]);
+    fn update_history(&mut self, i: usize, displacement: &[[f64; D]]);
 
     /// Returns the strain energy of element `i`, J. Incremental kinematics: the work done on it up
     /// to its last kick and from there straight to `displacement`.
@@ -183,7 +183,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// `most`, in no order. `most` is at most 0.1. The strain is the norm of Green's strain at all
     /// Gauss points together. In all other elements every principal stretch is within √(1 ± 2
     /// most).
-    fn strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32));
+    fn visit_strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32));
 
     /// Returns the extremes of the deformation of element `i`.
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;
@@ -221,11 +221,11 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     fn set_record(&mut self, i: usize, record: &[f64]);
 
     /// Returns the stress history of element `i` up to its last kick, if the formulation has one.
-    fn past(&self, i: usize) -> Option<StressHistory<D>>;
+    fn stress_history(&self, i: usize) -> Option<StressHistory<D>>;
 
     /// Sets the stress history of element `i` from `past`, the history of an element, or of a part
     /// of one, with the same deformation. The excess work is scaled by the volume.
-    fn set_past(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]);
+    fn set_stress_history(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]);
 
     /// Returns the memory of all elements, bytes.
     fn memory(&self) -> usize;

@@ -11,7 +11,7 @@ const LINE: usize = 64;
     reason = "an instruction that never faults gets an address"
 )]
 #[inline(always)]
-pub(super) fn ask_for<T>(values: &[T]) {
+pub(super) fn prefetch<T>(values: &[T]) {
     use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
     let first = values.as_ptr().cast::<i8>();
     for offset in (0..size_of_val(values)).step_by(LINE) {
@@ -23,4 +23,4 @@ pub(super) fn ask_for<T>(values: &[T]) {
 /// Does nothing: prefetch is implemented on x86-64 only.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
-pub(super) fn ask_for<T>(_: &[T]) {}
+pub(super) fn prefetch<T>(_: &[T]) {}

@@ -86,7 +86,7 @@ impl Stopwatch {
     }
 
     /// Returns a stopwatch for another thread. It runs if this one does.
-    pub(crate) fn beside(&self) -> Self {
+    pub(crate) fn for_thread(&self) -> Self {
         Self {
             last: self.last.map(|_| Instant::now()),
             ..Self::default()
@@ -95,7 +95,7 @@ impl Stopwatch {
 
     /// Distributes the time since the last call over the stages in proportion to the times of
     /// `others`, which may come from any threads.
-    pub(crate) fn lap_as<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
+    pub(crate) fn lap_in_proportion<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
         let Some(last) = &mut self.last else {
             return;
         };

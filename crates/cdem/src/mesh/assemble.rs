@@ -31,7 +31,7 @@ pub(super) struct SourceCell {
 }
 
 /// Number of elements for one thread at a time.
-const SHARE: usize = 1024;
+const ELEMENTS_AT_ONCE: usize = 1024;
 
 /// Blocks up to this number of elements keep the order of the file: reordering gains nothing.
 const TINY: usize = 64;
@@ -243,7 +243,7 @@ impl<const D: usize> PlacedMesh<D> {
             })
         };
         // The first fault is reported, whichever thread finds one first.
-        let checked: Vec<_> = cells.par_chunks_mut(SHARE).map(check).collect();
+        let checked: Vec<_> = cells.par_chunks_mut(ELEMENTS_AT_ONCE).map(check).collect();
         let turned = checked.into_iter().sum::<Result<usize, BlockFault>>()?;
         Ok(Self {
             nodes,
@@ -262,7 +262,11 @@ impl<const D: usize> PlacedMesh<D> {
         let cells = &mut self.cells[cells];
         let at = |cell: &SourceCell| centre(corners(&cell.element, &self.nodes).into_iter());
         let used = if cells.len() > TINY {
-            let centres: Vec<_> = cells.par_iter().with_min_len(SHARE).map(at).collect();
+            let centres: Vec<_> = cells
+                .par_iter()
+                .with_min_len(ELEMENTS_AT_ONCE)
+                .map(at)
+                .collect();
             let order = hilbert_order(&centres);
             let sorted: Vec<_> = order.into_iter().map(|i| cells[i as usize]).collect();
             cells.copy_from_slice(&sorted);

@@ -26,7 +26,7 @@ impl<const D: usize> Mesh<D> {
         let block = &self.blocks[block];
         let elements = block.elements.start as usize..block.elements.end as usize;
         let count = block.nodes.len();
-        let mut joined = Joined::new(count);
+        let mut joined = DisjointSets::new(count);
         for element in &self.elements[elements] {
             joined.join_all(element, block.nodes.start);
         }
@@ -38,7 +38,7 @@ impl<const D: usize> Mesh<D> {
 
 /// Returns the parts connected through shared nodes.
 fn components(cells: &mut [SourceCell], node_count: usize) -> Vec<Range<usize>> {
-    let mut joined = Joined::new(node_count);
+    let mut joined = DisjointSets::new(node_count);
     for cell in &*cells {
         joined.join_all(&cell.element, 0);
     }
@@ -65,9 +65,9 @@ fn components(cells: &mut [SourceCell], node_count: usize) -> Vec<Range<usize>> 
 }
 
 /// A disjoint-set forest with path halving; the smaller number is the root.
-struct Joined(Vec<u32>);
+struct DisjointSets(Vec<u32>);
 
-impl Joined {
+impl DisjointSets {
     fn new(node_count: usize) -> Self {
         Self((0..node_count as u32).collect())
     }

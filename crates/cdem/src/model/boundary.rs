@@ -50,7 +50,7 @@ impl PrescribedMotion {
     }
 
     /// Sets the prescribed components of a velocity to their values at `time`.
-    pub(crate) fn start<const D: usize>(
+    pub(crate) fn set_initial_velocity<const D: usize>(
         &self,
         time: f64,
         position: &[f64; D],
@@ -77,7 +77,7 @@ impl PrescribedMotion {
 
     /// Sets the prescribed components of the velocity of a node at `position`. After `[time, time +
     /// drift]` the node is where the exact motion takes it.
-    pub(crate) fn set<const D: usize>(
+    pub(crate) fn set_velocity<const D: usize>(
         &self,
         (time, drift): (f64, f64),
         position: &[f64; D],

@@ -210,7 +210,7 @@ impl<const D: usize> InverseMass<D> {
             let column = node - dense.first;
             for b in 0..dense.size {
                 let drag = change.map(|v| -dense.matrix[b * dense.size + column] * v);
-                self.push(dense.first + b, &drag, velocity);
+                self.apply_impulse(dense.first + b, &drag, velocity);
             }
         }
         velocity[node] = *wanted;
@@ -230,7 +230,7 @@ impl<const D: usize> InverseMass<D> {
     }
 
     /// Returns the inverse mass of a lumped node by component, 1/kg; 0 where prescribed.
-    pub(crate) fn alone(&self, node: usize) -> &[f64; D] {
+    pub(crate) fn lumped(&self, node: usize) -> &[f64; D] {
         &self.inverse[node]
     }
 
@@ -245,7 +245,7 @@ impl<const D: usize> InverseMass<D> {
 
     /// Returns the first component whose [column](Self::column) for this node equals that of
     /// `component`.
-    pub(crate) fn first_alike(&self, node: usize, component: usize) -> usize {
+    pub(crate) fn first_equal_column(&self, node: usize, component: usize) -> usize {
         let dense = self.dense_at(node);
         let is_alike = |dense: &Dense<D>, other: &usize| {
             dense.inverse_of[*other] == dense.inverse_of[component]
@@ -260,7 +260,7 @@ impl<const D: usize> InverseMass<D> {
     }
 
     /// velocity ← velocity + M⁻¹·(impulse on one node, N·s).
-    pub(crate) fn push(&self, node: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
+    pub(crate) fn apply_impulse(&self, node: usize, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
         match self.dense_at(node) {
             None => {
                 for c in 0..D {
@@ -368,7 +368,7 @@ impl<const D: usize> WithSimd for ImpulseKick<'_, D> {
             next = own.end;
             let (impulse, velocity) = (&self.impulse[own.clone()], &mut self.velocity[own]);
             let Some(dense) = self.inertia.dense_at(node) else {
-                let inverse = self.inertia.alone(node);
+                let inverse = self.inertia.lumped(node);
                 for c in 0..D {
                     velocity[0][c] += inverse[c] * impulse[0][c];
                 }
@@ -434,7 +434,8 @@ impl<const D: usize> KickMobility<'_, D> {
     pub(crate) fn push(&self, node: u32, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
         let share = self.damping_factor(node);
         let impulse = impulse.map(|x| share * x);
-        self.inertia.push(node as usize, &impulse, velocity);
+        self.inertia
+            .apply_impulse(node as usize, &impulse, velocity);
     }
 }
 
@@ -478,7 +479,7 @@ mod tests {
                 let [mut kicked, mut pushed] = [start.clone(), start.clone()];
                 inertia.kick(0, &impulse, &mut kicked);
                 for (node, impulse) in impulse.iter().enumerate() {
-                    inertia.push(node, impulse, &mut pushed);
+                    inertia.apply_impulse(node, impulse, &mut pushed);
                 }
                 assert_eq!(kicked, pushed);
                 // The same in pieces that end at block limits.

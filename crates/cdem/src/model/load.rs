@@ -10,7 +10,7 @@ pub(crate) struct SurfaceLoad<const D: usize> {
     /// Nodes of each facet, ordered so that its normal points outward.
     facets: Vec<Vec<u32>>,
     /// Tributary area at rest of each node of each facet, m² (for traction).
-    shares: Vec<Vec<f64>>,
+    tributary_areas: Vec<Vec<f64>>,
     load: Load,
     thickness: f64,
 }
@@ -31,14 +31,14 @@ impl<const D: usize> SurfaceLoad<D> {
         let shares = facets.iter().map(at_rest).collect();
         Self {
             facets,
-            shares,
+            tributary_areas: shares,
             load: load.clone(),
             thickness,
         }
     }
 
     /// Replaces the pressure or traction from now on.
-    pub(crate) fn become_kind(&mut self, kind: LoadKind) {
+    pub(crate) fn set_kind(&mut self, kind: LoadKind) {
         self.load.kind = kind;
     }
 
@@ -82,7 +82,7 @@ impl<const D: usize> SurfaceLoad<D> {
             }
             LoadKind::Traction(traction) => {
                 let traction = traction.vector::<D>(time);
-                for (facet, shares) in self.facets.iter().zip(&self.shares) {
+                for (facet, shares) in self.facets.iter().zip(&self.tributary_areas) {
                     for (&node, share) in facet.iter().zip(shares) {
                         push(node, scale(*share, &traction));
                     }

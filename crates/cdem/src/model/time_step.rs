@@ -19,10 +19,10 @@ const MAX_STEPS: f64 = 9e15;
 /// whose level changes adds energy (a thousand changes: 1 % at 0.5, growth without bound at 0.8).
 /// And a block of few nodes has all its vibrations near the limit: 16 to 24 % too fast at safety
 /// 0.8 to 0.9, 5 % at 0.5.
-pub(crate) const CAREFUL: f64 = 0.5;
+pub(crate) const SAFETY_NEAR_LIMIT: f64 = 0.5;
 
 /// Number of elements that a thread takes at once.
-const SHARE: usize = 256;
+const ELEMENTS_AT_ONCE: usize = 256;
 
 /// Stable steps of the elements, from which the coarse step and the levels are chosen.
 pub(crate) struct TimeStepChoice {
@@ -30,7 +30,7 @@ pub(crate) struct TimeStepChoice {
     /// Infinite in fixed blocks.
     limit: Vec<f64>,
     /// Safety of each element: the fraction of the stable step in use.
-    share: Vec<f64>,
+    safety_of: Vec<f64>,
     safety: f64,
     /// Elements of the blocks that move and whose mass matrix is dense.
     dense: Vec<Range<usize>>,
@@ -51,7 +51,7 @@ impl TimeStepChoice {
         let count = mesh.elements.len();
         let mut pace = Self {
             limit: vec![f64::INFINITY; count],
-            share: vec![safety; count],
+            safety_of: vec![safety; count],
             safety,
             dense: Vec::new(),
         };
@@ -69,7 +69,10 @@ impl TimeStepChoice {
                 let omega = set.frequency(i, &masses.factor);
                 Some(stable_step(omega, block.damping.stiffness))
             };
-            let each = elements.par_iter().enumerate().with_min_len(SHARE);
+            let each = elements
+                .par_iter()
+                .enumerate()
+                .with_min_len(ELEMENTS_AT_ONCE);
             let limits: Vec<Option<f64>> = each.map(limit).collect();
             for (&e, limit) in elements.iter().zip(limits) {
                 if let Some(limit) = limit {
@@ -84,7 +87,7 @@ impl TimeStepChoice {
             if !block.fixed {
                 let omega = dense.frequency(mesh, sets);
                 pace.limit[elements.clone()].fill(stable_step(omega, block.damping.stiffness));
-                pace.share[elements.clone()].fill(safety.min(CAREFUL));
+                pace.safety_of[elements.clone()].fill(safety.min(SAFETY_NEAR_LIMIT));
                 pace.dense.push(elements);
             }
         }
@@ -120,9 +123,9 @@ impl TimeStepChoice {
     /// Returns the steps that elements will take, up to powers of two, s. Blocks in contact take
     /// the finest level among them. Blocks with dense matrices are small and mostly in contact, so
     /// all of them take the finest step among them.
-    fn taken(&self) -> Vec<f64> {
-        let steps = self.limit.iter().zip(&self.share);
-        let mut steps: Vec<f64> = steps.map(|(limit, share)| limit * share).collect();
+    fn steps_in_use(&self) -> Vec<f64> {
+        let steps = self.limit.iter().zip(&self.safety_of);
+        let mut steps: Vec<f64> = steps.map(|(limit, safety_of)| limit * safety_of).collect();
         let small = self.dense.iter().cloned().flatten();
         let finest = small.map(|e| steps[e]).fold(f64::INFINITY, f64::min);
         for elements in &self.dense {
@@ -153,7 +156,7 @@ impl TimeStepChoice {
     /// Chooses the coarse step, s, and the number of steps, and writes the step to the scene.
     pub(crate) fn choose_step(&self, scene: &mut Scene) -> Result<(f64, u64), ModelError> {
         let end = scene.time.end;
-        let cheapest = || cheapest_step(self.taken());
+        let cheapest = || cheapest_step(self.steps_in_use());
         let wanted = scene.time.step.unwrap_or_else(cheapest).min(end);
         // A step that divides the end up to round-off is taken as it is.
         let count = (end / wanted * (1.0 - 1e-12)).ceil().max(1.0);
@@ -200,8 +203,8 @@ impl TimeStepChoice {
                 let other = if own == top && alone { second } else { top };
                 for e in block.elements.clone().map(|e| e as usize) {
                     let may_change = surface[e] && levels[e] < other && self.limit[e].is_finite();
-                    if may_change && self.share[e] > CAREFUL {
-                        self.share[e] = self.safety.min(CAREFUL);
+                    if may_change && self.safety_of[e] > SAFETY_NEAR_LIMIT {
+                        self.safety_of[e] = self.safety.min(SAFETY_NEAR_LIMIT);
                         changed = true;
                     }
                 }
@@ -216,15 +219,15 @@ impl TimeStepChoice {
         let mut levels = vec![0; self.limit.len()];
         for block in &mesh.blocks {
             for e in block.elements.clone() {
-                let (limit, share) = (self.limit[e as usize], self.share[e as usize]);
-                levels[e as usize] = level_of(step, share * limit).ok_or_else(|| {
+                let (limit, safety_of) = (self.limit[e as usize], self.safety_of[e as usize]);
+                levels[e as usize] = level_of(step, safety_of * limit).ok_or_else(|| {
                     let node = mesh.elements[e as usize].nodes()[0];
                     ModelError::TooFine {
                         block: block.name.clone(),
                         element: e - block.elements.start,
                         at: pad(&mesh.nodes[node as usize]),
                         limit,
-                        needed: (step / (share * limit)).log2().ceil() as u32,
+                        needed: (step / (safety_of * limit)).log2().ceil() as u32,
                         step,
                     }
                 })?;

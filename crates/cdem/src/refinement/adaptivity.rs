@@ -13,16 +13,16 @@ use crate::refinement::composite_mesh::refined;
 use crate::refinement::impact_history::ImpactHistory;
 use crate::refinement::indicator::{ImpactPrediction, RefinementLimit, RefinementTarget};
 use crate::refinement::refined_block::RefinedBlock;
-use crate::refinement::zone::{GENTLE, GRADING, Zone};
+use crate::refinement::zone::{FLUSH_GRADING, GRADING, Zone};
 use crate::scene::Zone as Extent;
 
 /// Coarse steps between two checks for zones that are no longer needed. Each change of mesh costs
 /// energy, so the checks are rare (design, section 3).
-const SHED: u64 = 8;
+const COARSENING_INTERVAL: u64 = 8;
 
 /// Levels by which simplices cut from an element may lie above it before they are halved. The worst
 /// shape of bisected tetrahedra has 0.3 of the element's step, and careful steps are half of that.
-const STEEPER: u32 = 3;
+const SIMPLEX_LEVELS: u32 = 3;
 
 /// Mass of a node inside a face of its block, and of one on a straight edge in 3-D, over that of a
 /// node inside the block.
@@ -50,11 +50,11 @@ pub(crate) struct Adaptivity<const D: usize> {
     /// The last coarse step in which each block may have zones.
     pub(super) kept_until: Vec<u64>,
     /// Blocks with new zones that their overlay does not have yet.
-    pub(super) waiting: Vec<usize>,
+    pub(super) waiting_blocks: Vec<usize>,
     /// Energy that changes of level and position corrections have made in each block, J.
     pub(super) energy_debts: Vec<f64>,
     /// For each block, true if it is fixed or all its nodes are prescribed.
-    pub(super) at_rest: Vec<bool>,
+    pub(super) is_prescribed: Vec<bool>,
     /// History of the impacts of block pairs.
     pub(super) impact_history: ImpactHistory,
 }
@@ -103,9 +103,9 @@ impl<const D: usize> Adaptivity<D> {
             why_refused: vec![RefinementLimit::Masses; count],
             refined_blocks: vec![None; count],
             kept_until: vec![0; count],
-            waiting: Vec::new(),
+            waiting_blocks: Vec::new(),
             energy_debts: vec![0.0; count],
-            at_rest: vec![false; count],
+            is_prescribed: vec![false; count],
             impact_history: ImpactHistory::default(),
             base_model: foundation,
         }
@@ -132,7 +132,7 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns how many halvings the elements among `roots` allow before there is no time level for
     /// them.
     pub(crate) fn halvings(&self, roots: impl Iterator<Item = u32>) -> u32 {
-        let level = |root: u32| u32::from(self.base_model.level[root as usize]) + STEEPER;
+        let level = |root: u32| u32::from(self.base_model.level[root as usize]) + SIMPLEX_LEVELS;
         let finest = roots.map(level).max().unwrap_or_default();
         u32::from(MAX_LEVEL).saturating_sub(finest)
     }
@@ -163,13 +163,13 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Returns true if a block is fixed or all its nodes are prescribed.
     pub(crate) fn is_still(&self, block: usize) -> bool {
-        self.at_rest[block]
+        self.is_prescribed[block]
     }
 
     /// Sets, for each block, if it is fixed or all its nodes are prescribed.
     pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
-        self.at_rest.clear();
-        self.at_rest.extend(still);
+        self.is_prescribed.clear();
+        self.is_prescribed.extend(still);
     }
 
     /// Returns the blocks with an energy debt.
@@ -232,7 +232,7 @@ impl<const D: usize> Adaptivity<D> {
                 Some(known) => known.until = known.until.max(until),
                 None => {
                     self.zones[block].push(zone);
-                    self.waiting.push(block);
+                    self.waiting_blocks.push(block);
                 }
             }
         }
@@ -254,7 +254,11 @@ impl<const D: usize> Adaptivity<D> {
                 Extent::Wavefront => self.wave_speed(encounter.blocks[side]) * encounter.unified,
             },
             finest,
-            grading: if is_flush && D == 2 { GENTLE } else { GRADING },
+            grading: if is_flush && D == 2 {
+                FLUSH_GRADING
+            } else {
+                GRADING
+            },
             until,
         }
     }
@@ -281,14 +285,14 @@ impl<const D: usize> Adaptivity<D> {
         }
         if let Some(zone) = left.filter(|_| !is_inside) {
             self.zones[block].push(zone);
-            self.waiting.push(block);
+            self.waiting_blocks.push(block);
         }
     }
 
     /// Records an impact of two blocks until the step `until`, with the energy of one of its
     /// touches, J. Returns the energy of the impact.
     pub(crate) fn record_impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
-        self.impact_history.energy(blocks, energy, until)
+        self.impact_history.record_energy(blocks, energy, until)
     }
 
     /// Allows zones of a block until the step `until`, if they are needed so long.
@@ -297,13 +301,13 @@ impl<const D: usize> Adaptivity<D> {
     }
 
     /// Records the refinement target of the impact of two blocks, with time, s, and speed, m/s.
-    pub(crate) fn due_blocks(
+    pub(crate) fn record_target(
         &mut self,
         blocks: [u32; 2],
         depth: &RefinementTarget,
         seen: [f64; 2],
     ) {
-        self.impact_history.look(blocks, depth, seen);
+        self.impact_history.record_target(blocks, depth, seen);
     }
 
     /// Returns warnings for the user: the impacts predicted to lose more than `energy_loss`, and
@@ -356,11 +360,11 @@ impl<const D: usize> Adaptivity<D> {
     }
 
     /// Returns the overlays that may change before coarse step `number`: finer ones for blocks with
-    /// new zones, and, if this is the `first` call of a step, every [`SHED`] steps coarser ones for
+    /// new zones, and, if this is the `first` call of a step, every [`COARSENING_INTERVAL`] steps coarser ones for
     /// blocks with zones that are no longer needed.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
         self.impact_history.end(number);
-        let mut waiting = std::mem::take(&mut self.waiting);
+        let mut waiting = std::mem::take(&mut self.waiting_blocks);
         waiting.sort_unstable();
         waiting.dedup();
         let with = |&block: &usize| (block, self.zones[block].clone());
@@ -372,7 +376,7 @@ impl<const D: usize> Adaptivity<D> {
             let new = self.zones[block].split_off(self.zones_made[block]);
             self.zones_refused[block].extend(new);
         }
-        if first && number.is_multiple_of(SHED) {
+        if first && number.is_multiple_of(COARSENING_INTERVAL) {
             for refused in &mut self.zones_refused {
                 refused.retain(|zone| zone.until >= number);
             }

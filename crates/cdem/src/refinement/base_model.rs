@@ -10,7 +10,7 @@ use crate::mesh::{Element, ElementKind, Mesh, volume};
 use crate::model::block_properties;
 use crate::model::load::thickness;
 use crate::model::time_levels::level_of;
-use crate::model::time_step::CAREFUL;
+use crate::model::time_step::SAFETY_NEAR_LIMIT;
 use crate::refinement::dimension::Space;
 use crate::refinement::overlay::{Overlay, RefinementRequest};
 use crate::refinement::prolongation::rotation;
@@ -52,7 +52,7 @@ impl<const D: usize> BaseModel<D> {
                 .map(|source| block_properties(scene, source))
                 .collect(),
             materials: scene.material.iter().map(Elastic::new).collect(),
-            step: step / scene.time.safety.min(CAREFUL),
+            step: step / scene.time.safety.min(SAFETY_NEAR_LIMIT),
             scene: scene.clone(),
             mesh: mesh.clone(),
             masses,

@@ -21,11 +21,11 @@ pub(crate) struct SavedScale<'a, const D: usize> {
     zones_refused: Cow<'a, [Vec<Zone<D>>]>,
     why_refused: Cow<'a, [RefinementLimit]>,
     /// Number of halvings of all elements, for each refined block.
-    throughout: Vec<Option<i32>>,
+    uniform_halvings: Vec<Option<i32>>,
     kept_until: Cow<'a, [u64]>,
     waiting: Cow<'a, [usize]>,
     energy_debts: Cow<'a, [f64]>,
-    at_rest: Cow<'a, [bool]>,
+    is_prescribed: Cow<'a, [bool]>,
     impact_history: Cow<'a, ImpactHistory>,
 }
 
@@ -33,18 +33,18 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns the state that a checkpoint stores.
     pub(crate) fn saved(&self) -> SavedScale<'_, D> {
         let throughout = |refined_block: &Option<RefinedBlock<D>>| {
-            refined_block.as_ref().map(RefinedBlock::throughout)
+            refined_block.as_ref().map(RefinedBlock::uniform_halvings)
         };
         SavedScale {
             zones: Cow::Borrowed(&self.zones),
             zones_made: Cow::Borrowed(&self.zones_made),
             zones_refused: Cow::Borrowed(&self.zones_refused),
             why_refused: Cow::Borrowed(&self.why_refused),
-            throughout: self.refined_blocks.iter().map(throughout).collect(),
+            uniform_halvings: self.refined_blocks.iter().map(throughout).collect(),
             kept_until: Cow::Borrowed(&self.kept_until),
-            waiting: Cow::Borrowed(&self.waiting),
+            waiting: Cow::Borrowed(&self.waiting_blocks),
             energy_debts: Cow::Borrowed(&self.energy_debts),
-            at_rest: Cow::Borrowed(&self.at_rest),
+            is_prescribed: Cow::Borrowed(&self.is_prescribed),
             impact_history: Cow::Borrowed(&self.impact_history),
         }
     }
@@ -55,7 +55,7 @@ impl<const D: usize> Adaptivity<D> {
     /// If the saved state is not of these blocks.
     pub(crate) fn restore(&mut self, saved: SavedScale<D>) -> Result<(), ResumeError> {
         self.check(&saved)?;
-        let blocks = saved.throughout.par_iter().enumerate();
+        let blocks = saved.uniform_halvings.par_iter().enumerate();
         let refined_blocks = blocks.map(|(block, throughout)| {
             let zones = &saved.zones[block][..saved.zones_made[block]];
             let refined_block =
@@ -72,9 +72,9 @@ impl<const D: usize> Adaptivity<D> {
         self.zones_refused = saved.zones_refused.into_owned();
         self.why_refused = saved.why_refused.into_owned();
         self.kept_until = saved.kept_until.into_owned();
-        self.waiting = saved.waiting.into_owned();
+        self.waiting_blocks = saved.waiting.into_owned();
         self.energy_debts = saved.energy_debts.into_owned();
-        self.at_rest = saved.at_rest.into_owned();
+        self.is_prescribed = saved.is_prescribed.into_owned();
         self.impact_history = saved.impact_history.into_owned();
         Ok(())
     }
@@ -87,14 +87,14 @@ impl<const D: usize> Adaptivity<D> {
             saved.zones_made.len(),
             saved.zones_refused.len(),
             saved.why_refused.len(),
-            saved.throughout.len(),
+            saved.uniform_halvings.len(),
             saved.kept_until.len(),
             saved.energy_debts.len(),
-            saved.at_rest.len(),
+            saved.is_prescribed.len(),
         ];
         require(lists.iter().all(|&length| length == count), "its blocks")?;
         let mut made = saved.zones_made.iter().zip(&*saved.zones);
-        let mut throughout = saved.throughout.iter().flatten();
+        let mut throughout = saved.uniform_halvings.iter().flatten();
         let fits = made.all(|(&made, zones)| made <= zones.len())
             && throughout.all(|times| (0..=MOST_THROUGHOUT).contains(times))
             && saved.waiting.iter().all(|&block| block < count)

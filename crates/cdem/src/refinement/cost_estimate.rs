@@ -9,7 +9,7 @@ use crate::refinement::indicator::ImpactPrediction;
 use crate::refinement::refined_block::RefinedBlock;
 
 /// Speed of the assumed collision, m/s.
-pub(crate) const FORESEEN_SPEED: f64 = 1.0;
+pub(crate) const ASSUMED_SPEED: f64 = 1.0;
 
 /// Estimated cost of a block in a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub(crate) struct CostEstimate {
 
 impl<const D: usize> Adaptivity<D> {
     /// Estimates the cost of the heaviest moving block if its corner hits an equal block head on at
-    /// [`FORESEEN_SPEED`].
+    /// [`ASSUMED_SPEED`].
     pub(crate) fn foresee(&self) -> Option<CostEstimate> {
         let base_model = &self.base_model;
         let mass = |block: usize| -> f64 {
@@ -36,7 +36,7 @@ impl<const D: usize> Adaptivity<D> {
         let (block, mass) = masses.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let encounter = self.corner_hit(block);
         // Two blocks of mass m that meet head on can lose ½·(m/2)·v².
-        let energy = 0.25 * mass * FORESEEN_SPEED * FORESEEN_SPEED;
+        let energy = 0.25 * mass * ASSUMED_SPEED * ASSUMED_SPEED;
         let sizes = self.depth(std::slice::from_ref(&encounter), energy).sizes;
         let zone = self.zone(&encounter, 0, sizes[0][0], false, 0);
         let refined_block = if zone.finest < encounter.sizes[0] {
@@ -107,7 +107,7 @@ impl<const D: usize> Adaptivity<D> {
             places: [at(corner); 2],
             point: at(corner),
             normal: [0.0; D],
-            speed: FORESEEN_SPEED,
+            speed: ASSUMED_SPEED,
             unified: 0.0,
             sizes: [self.base_size(roots()); 2],
             halvings: [self.halvings(roots()); 2],

@@ -47,7 +47,7 @@ impl ImpactHistory {
     /// Returns the energy of the impact of two blocks, J, after a touch of this `energy`, and
     /// continues it until the step `until`. Contacts that open and close again in it are no new
     /// impact.
-    pub(super) fn energy(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+    pub(super) fn record_energy(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
         let impact = self.going.entry(blocks).or_insert(PastImpact {
             energy,
             until,
@@ -64,7 +64,7 @@ impl ImpactHistory {
 
     /// Records the refinement target of an impact at a time, s, and a speed, m/s, if its loss is
     /// the largest so far.
-    pub(super) fn look(
+    pub(super) fn record_target(
         &mut self,
         blocks: [u32; 2],
         depth: &RefinementTarget,

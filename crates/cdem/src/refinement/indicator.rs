@@ -16,7 +16,7 @@ const LAYERS: f64 = 8.0;
 
 /// Approximate number of elements of a block at one touch beyond which it is not refined further.
 /// For faces that meet flush in 3-D, each halving would take four times as many.
-const CROWD: f64 = 8192.0;
+const MAX_ELEMENTS: f64 = 8192.0;
 
 /// Lower bound of the size of elements under a point load, over block size times approach speed
 /// over the speed of compression waves. Strain grows towards the point as one over the distance: in
@@ -79,7 +79,7 @@ pub(crate) enum RefinementLimit {
     Level,
     /// There are no more time levels.
     Step,
-    /// The contact is so long or wide that there would be too many: [`CROWD`].
+    /// The contact is so long or wide that there would be too many: [`MAX_ELEMENTS`].
     Crowd,
     /// No masses of a finer mesh keep the moments of inertia.
     Masses,
@@ -151,7 +151,7 @@ impl<const D: usize> Adaptivity<D> {
                 let sides = sides.filter(|&side| !self.is_still(e.blocks[side]));
                 sides.map(|side| sizes[side]).collect::<Vec<_>>()
             });
-            crowd::<D>(extents, sides.fold(f64::INFINITY, f64::min)) > CROWD
+            crowd::<D>(extents, sides.fold(f64::INFINITY, f64::min)) > MAX_ELEMENTS
         };
         let finest = sizes_at(LEVELS);
         let mut sizes = sizes_at(0);

@@ -39,7 +39,7 @@ pub(crate) use crate::refinement::base_mesh::BaseMesh;
 pub(crate) use crate::refinement::base_model::BaseModel;
 #[cfg(test)]
 use crate::refinement::bisection::{BisectedSimplex, BisectedTetrahedron, BisectedTriangle};
-pub(crate) use crate::refinement::cost_estimate::FORESEEN_SPEED;
+pub(crate) use crate::refinement::cost_estimate::ASSUMED_SPEED;
 #[cfg(test)]
 use crate::refinement::forest::Forest;
 pub(crate) use crate::refinement::indicator::ImpactPrediction;

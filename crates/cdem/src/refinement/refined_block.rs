@@ -33,7 +33,7 @@ pub(crate) struct RefinedBlock<const D: usize> {
     /// `None` for the level of the base mesh.
     pub(crate) level: Vec<Option<u8>>,
     /// Number of halvings of all elements, so that masses can be fitted.
-    throughout: i32,
+    uniform_halvings: i32,
 }
 
 impl<const D: usize> RefinedBlock<D> {
@@ -48,7 +48,7 @@ impl<const D: usize> RefinedBlock<D> {
         zones: &[Zone<D>],
         old: Option<&Self>,
     ) -> Result<Option<Self>, RefinementLimit> {
-        let least = old.map_or(0, |old| old.throughout);
+        let least = old.map_or(0, |old| old.uniform_halvings);
         let most = MOST_THROUGHOUT.min(base_model.scene.contact.max_level as i32);
         Self::first(base_model, block, zones, least..=most)
     }
@@ -64,7 +64,7 @@ impl<const D: usize> RefinedBlock<D> {
         zones: &[Zone<D>],
         old: Option<&Self>,
     ) -> Result<Option<Self>, RefinementLimit> {
-        let most = old.map_or(0, |old| old.throughout);
+        let most = old.map_or(0, |old| old.uniform_halvings);
         Self::first(base_model, block, zones, 0..=most)
     }
 
@@ -112,8 +112,8 @@ impl<const D: usize> RefinedBlock<D> {
     }
 
     /// Returns the number of halvings of all elements.
-    pub(super) fn throughout(&self) -> i32 {
-        self.throughout
+    pub(super) fn uniform_halvings(&self) -> i32 {
+        self.uniform_halvings
     }
 
     /// Builds a block with an overlay, if its masses can be fitted and there are levels for its
@@ -157,7 +157,7 @@ impl<const D: usize> RefinedBlock<D> {
             mass: (0..mesh.nodes.len()).map(mass).collect(),
             level,
             overlay,
-            throughout,
+            uniform_halvings: throughout,
         })
     }
 }

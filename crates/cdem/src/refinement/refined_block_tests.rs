@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::refinement::dimension::{PLANE, SOLID, Space};
 use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::tests::volume;
-use crate::refinement::zone::{GENTLE, GRADING, Zone};
+use crate::refinement::zone::{FLUSH_GRADING, GRADING, Zone};
 use crate::refinement::{Adaptivity, MeshTransfer};
 use crate::scene::{ContactModel, Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
 
@@ -59,7 +59,7 @@ fn zone<const D: usize>(rng: &mut Rng) -> Zone<D> {
         radius: [0.0, 0.1][rng.usize(..2)],
         finest: 0.5_f64.powi(rng.i32(1..=7 - D as i32)),
         grading: if D == 2 {
-            [GRADING, GENTLE][rng.usize(..2)]
+            [GRADING, FLUSH_GRADING][rng.usize(..2)]
         } else {
             GRADING
         },

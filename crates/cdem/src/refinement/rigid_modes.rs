@@ -175,8 +175,8 @@ mod tests {
     #[test]
     fn what_is_free_moves_as_a_rigid_body() {
         let body = body(&CORNERS);
-        let twists = RigidModes::new(&body, [1.5, 2.0], &[[false; 2]; 4]);
-        let mobility = twists.mobility(&[3.0, 1.0], &[-1.0, 0.0]);
+        let modes = RigidModes::new(&body, [1.5, 2.0], &[[false; 2]; 4]);
+        let mobility = modes.mobility(&[3.0, 1.0], &[-1.0, 0.0]);
         assert!(
             (mobility - (1.0 / 4.0 + 1.0 / 25.0)).abs() < 1e-15,
             "{mobility}"
@@ -188,14 +188,14 @@ mod tests {
         let body = body(&CORNERS);
         let mut held = [[false; 2]; 4];
         held[0] = [true; 2];
-        let twists = RigidModes::new(&body, [1.5, 2.0], &held);
+        let modes = RigidModes::new(&body, [1.5, 2.0], &held);
         // The moment of inertia about the pin is 9 + 25 + 16 kg m², the arm 4 m.
-        let mobility = twists.mobility(&[3.0, 4.0], &[-1.0, 0.0]);
+        let mobility = modes.mobility(&[3.0, 4.0], &[-1.0, 0.0]);
         assert!((mobility - 16.0 / 50.0).abs() < 1e-14, "{mobility}");
         let turned = [[0.0, 0.0], [0.0, 3.0], [-4.0, 3.0], [-4.0, 0.0]];
         let wanted = body.momenta(&turned, &[1.5, 2.0]);
         let mut velocities = [[0.0; 2]; 4];
-        twists.give_back(&mut velocities, &wanted);
+        modes.give_back(&mut velocities, &wanted);
         for (velocity, turned) in velocities.iter().zip(&turned) {
             assert!(norm(&sub(velocity, turned)) < 1e-14, "{velocities:?}");
         }
@@ -207,15 +207,15 @@ mod tests {
         let mut held = [[false; 2]; 4];
         held[0] = [true; 2];
         held[1] = [false, true];
-        let twists = RigidModes::new(&body, [1.5, 2.0], &held);
-        assert_eq!(twists.mobility(&[3.0, 4.0], &[0.0, 1.0]), 0.0);
+        let modes = RigidModes::new(&body, [1.5, 2.0], &held);
+        assert_eq!(modes.mobility(&[3.0, 4.0], &[0.0, 1.0]), 0.0);
     }
 
     #[test]
     fn what_is_guided_slides() {
         let body = body(&CORNERS);
-        let twists = RigidModes::new(&body, [1.5, 2.0], &[[false, true]; 4]);
-        assert!(twists.mobility(&[3.0, 4.0], &[0.0, 1.0]).abs() < 1e-15);
-        assert!((twists.mobility(&[3.0, 4.0], &[1.0, 0.0]) - 0.25).abs() < 1e-15);
+        let modes = RigidModes::new(&body, [1.5, 2.0], &[[false, true]; 4]);
+        assert!(modes.mobility(&[3.0, 4.0], &[0.0, 1.0]).abs() < 1e-15);
+        assert!((modes.mobility(&[3.0, 4.0], &[1.0, 0.0]) - 0.25).abs() < 1e-15);
     }
 }

@@ -28,7 +28,7 @@ pub(crate) const GRADING: f64 = 1.0;
 /// The same for flush contacts in 2-D. A plane wave does not decay with distance, and each halving
 /// of the mesh reflects the part of a front that is too short for it. With a grading of 0.5 the
 /// reflection is twice as large.
-pub(crate) const GENTLE: f64 = 0.125;
+pub(crate) const FLUSH_GRADING: f64 = 0.125;
 
 impl<const D: usize> Zone<D> {
     /// Returns the maximum size of an element with these corners, m. Elements within the radius and

@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::model::load::thickness;
-use crate::model::time_step::{CAREFUL, TimeStepChoice};
+use crate::model::time_step::{SAFETY_NEAR_LIMIT, TimeStepChoice};
 use crate::model::{BlockData, Model, ModelError, State, block_names, block_of, block_properties};
 use crate::refinement::dimension::Space;
 use crate::refinement::{Adaptivity, BaseModel};
@@ -38,7 +38,7 @@ impl<const D: usize> Model<D> {
         } = bodies(scene, &mesh, thickness)?;
         let is_refined = scene.contact.model == ContactModel::TwoScale && mesh.blocks.len() > 1;
         let safety = if is_refined {
-            scene.time.safety.min(CAREFUL)
+            scene.time.safety.min(SAFETY_NEAR_LIMIT)
         } else {
             scene.time.safety
         };
@@ -121,7 +121,7 @@ impl<const D: usize> Model<D> {
         for motion in self.boundaries.iter().filter(|motion| motion.acts(0.0)) {
             for &node in &motion.nodes {
                 let node = node as usize;
-                motion.start(0.0, &self.mesh.nodes[node], &mut state.velocity[node]);
+                motion.set_initial_velocity(0.0, &self.mesh.nodes[node], &mut state.velocity[node]);
             }
         }
         state

@@ -138,7 +138,7 @@ impl<const D: usize> TypedSimulation<D> {
         self.run.shift_velocities(&now.state, &wanted);
         self.instant = None;
         let after = self.energy();
-        self.run.book_from_outside(after - before);
+        self.run.add_external_work(after - before);
         // New velocities have new candidate pairs.
         self.run.prepare();
         self.instant = None;

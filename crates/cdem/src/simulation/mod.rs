@@ -24,7 +24,7 @@ use crate::mesh::Mesh;
 use crate::model::block_names::parts;
 use crate::model::{Model, ModelError};
 use crate::refinement::dimension::{PLANE, SOLID};
-use crate::refinement::{Adaptivity, FORESEEN_SPEED};
+use crate::refinement::{ASSUMED_SPEED, Adaptivity};
 use crate::scene::{self, ContactModel, Problem, Scene};
 use crate::simulation::checkpoint::SavedSimulation;
 use crate::simulation::observe::{FollowedNode, SynchronisedInstant};
@@ -132,7 +132,7 @@ pub(crate) struct TypedSimulation<const D: usize> {
     /// The stopping criterion of the scene, if it has one.
     rest: Option<Rest>,
     /// True for the blocks that have rows in `blocks.csv`.
-    listed: Vec<bool>,
+    has_rows: Vec<bool>,
 }
 
 /// Evaluates an expression for the simulation of either dimension.
@@ -303,7 +303,7 @@ impl Simulation {
     /// Returns the current time, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        each!(self, driven => driven.run.told_time())
+        each!(self, driven => driven.run.report_time())
     }
 
     /// Returns energies and momenta at the current time.
@@ -315,7 +315,7 @@ impl Simulation {
     /// blocks or has gone through gravity, loads and boundary conditions; 0 if it is round-off.
     #[must_use]
     pub fn energy_exchanged(&self) -> f64 {
-        each!(self, driven => driven.exchange.most())
+        each!(self, driven => driven.exchange.maximum())
     }
 
     /// Returns the current rows of the blocks; contact forces are means since the last call.
@@ -425,7 +425,7 @@ impl<const D: usize> TypedSimulation<D> {
             last_block_rows: 0.0,
             probes,
             instant: Some(instant),
-            listed,
+            has_rows: listed,
         }
     }
 
@@ -486,7 +486,7 @@ impl<const D: usize> TypedSimulation<D> {
         let time = self.run.time();
         let since = time - self.last_block_rows;
         self.last_block_rows = time;
-        let listed = &self.listed;
+        let listed = &self.has_rows;
         self.run.block_rows(&instant, since, |block| listed[block])
     }
 
@@ -501,7 +501,7 @@ impl<const D: usize> TypedSimulation<D> {
     /// Checks that the run is still valid after the step.
     fn check(&mut self, watch_energy: bool) -> Result<(), StepError> {
         if let Some(rest) = &mut self.rest {
-            rest.look(&self.run);
+            rest.update(&self.run);
         }
         let ledger = &self.run.ledger;
         self.exchange
@@ -542,7 +542,7 @@ impl<const D: usize> TypedSimulation<D> {
         let foreseen = self.run.adaptivity.as_ref()?.foresee()?;
         Some(CollisionOverview {
             block: self.run.model.mesh.blocks[foreseen.block].name.clone(),
-            speed: FORESEEN_SPEED,
+            speed: ASSUMED_SPEED,
             elements: foreseen.elements,
             updates_per_step: foreseen.updates,
         })

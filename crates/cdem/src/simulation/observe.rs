@@ -25,7 +25,7 @@ impl<const D: usize> Run<D> {
 
     /// Returns the time for reports, s. A whole number of steps misses the end of the scene by
     /// round-off; the last row has the exact end.
-    pub(crate) fn told_time(&self) -> f64 {
+    pub(crate) fn report_time(&self) -> f64 {
         if self.state.number == self.model.step_count {
             self.model.end
         } else {
@@ -49,7 +49,7 @@ impl<const D: usize> Run<D> {
         let at = self.model.positions(&self.state);
         let mut row = HistoryRow {
             step: self.state.number,
-            time: self.told_time(),
+            time: self.report_time(),
             kinetic_energy: instant.state.kinetic_energy,
             strain_energy: self.model.strain_energy(&self.state.displacement),
             external_work: instant.state.ledger.external_work,
@@ -146,7 +146,7 @@ impl<const D: usize> Run<D> {
         }
         let fixed = self.model.blocks[block].fixed;
         BlockRow {
-            time: self.told_time(),
+            time: self.report_time(),
             block: self.model.mesh.blocks[block].name.clone(),
             mass,
             position: pad(&centre),
@@ -174,7 +174,7 @@ impl<const D: usize> Run<D> {
         let row = |probe: &FollowedNode| {
             let node = self.model.nodes(probe.block).start + probe.node;
             ProbeRow {
-                time: self.told_time(),
+                time: self.report_time(),
                 probe: probe.name.clone(),
                 position: pad(&at.at(node as u32)),
                 displacement: pad(&self.state.displacement[node]),
@@ -187,7 +187,7 @@ impl<const D: usize> Run<D> {
     /// Returns the current contact points.
     pub(crate) fn contact_frame(&self) -> ContactFrame {
         let mut frame = ContactFrame {
-            time: self.told_time(),
+            time: self.report_time(),
             ..ContactFrame::default()
         };
         let Some(contacts) = &self.contacts else {

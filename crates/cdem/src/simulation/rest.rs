@@ -19,7 +19,7 @@ impl Rest {
             stop_when: stop_when.clone(),
             since: None,
         };
-        rest.look(run);
+        rest.update(run);
         rest
     }
 
@@ -34,7 +34,7 @@ impl Rest {
     }
 
     /// Updates the watch after a coarse step.
-    pub(crate) fn look<const D: usize>(&mut self, run: &Run<D>) {
+    pub(crate) fn update<const D: usize>(&mut self, run: &Run<D>) {
         // The kinetic energy of one half step needs no synchronisation and is never negative,
         // unlike ½v⁻·M·v⁺ of the reports.
         let energy = run.kinetic_energy(&run.state.velocity);

@@ -13,7 +13,7 @@ use crate::simulation::output::{FieldValues, Frame, FrameField};
 use crate::step::Run;
 
 /// Smallest number of elements for one thread.
-const SHARE: usize = 4096;
+const ELEMENTS_AT_ONCE: usize = 4096;
 
 /// Copy of an instant. [`Self::into_frame`] works out the frame from it on any thread, while the
 /// run continues.
@@ -86,7 +86,7 @@ impl<const D: usize> Run<D> {
         };
         let (connectivity, cells) = rayon::join(connectivity, || self.cells(fields));
         Snapshot {
-            time: self.told_time(),
+            time: self.report_time(),
             points: (0..mesh.nodes.len() as u32).map(place).collect(),
             kinds: mesh.elements.iter().map(|element| element.kind).collect(),
             connectivity,
@@ -184,7 +184,7 @@ fn stress_fields(stress: Vec<[f64; 6]>, wanted: &[Field]) -> Vec<FrameField> {
         components,
         values: FieldValues::Real(values),
     };
-    let each = || stress.par_iter().with_min_len(SHARE);
+    let each = || stress.par_iter().with_min_len(ELEMENTS_AT_ONCE);
     let von_mises = wanted
         .contains(&Field::VonMises)
         .then(|| field("von_mises", &[], each().map(von_mises).collect()));

@@ -91,7 +91,7 @@ pub enum StepError {
 
 /// Energy residual, as a fraction of the energy exchanged, above which the user is warned: the
 /// design limit for unrefined one-element blocks.
-const DOUBTFUL: f64 = 0.02;
+const RESIDUAL_WARNING: f64 = 0.02;
 
 /// Energy residual, as a fraction of the energy exchanged, above which the run stops: five times
 /// the design limit for unrefined one-element blocks.
@@ -102,7 +102,7 @@ const STRETCHES: [f64; 2] = [0.8, 1.1];
 
 /// Norm of Green's strain up to which principal stretches are within √(1 − 0.2) and √(1 + 0.2), so
 /// within `STRETCHES`. It costs a tenth of the stretches themselves.
-const MODERATE: f64 = 0.1;
+const STRAIN_LIMIT: f64 = 0.1;
 
 /// Principal stretch below which an element counts as flat. A hard impact may flatten an element
 /// into a sheet whose volume round-off keeps above 0.
@@ -131,7 +131,7 @@ pub(crate) struct ExchangedEnergy {
     /// Kinetic plus strain energy at t = 0, J.
     start: f64,
     /// Largest value so far, J.
-    most: f64,
+    maximum: f64,
     /// Value up to which the energy is round-off, J.
     round_off: f64,
 }
@@ -148,7 +148,7 @@ impl ExchangedEnergy {
         });
         Self {
             start,
-            most: start.max(0.0),
+            maximum: start.max(0.0),
             round_off: round_off.sum(),
         }
     }
@@ -161,13 +161,13 @@ impl ExchangedEnergy {
             self.start + external_work + gravity_work,
         ];
         // `f64::max` ignores NaN.
-        self.most = sums.into_iter().fold(self.most, f64::max);
+        self.maximum = sums.into_iter().fold(self.maximum, f64::max);
     }
 
     /// Returns the largest energy exchanged so far, J; 0 if it is round-off.
-    pub(crate) fn most(&self) -> f64 {
-        if self.most > self.round_off {
-            self.most
+    pub(crate) fn maximum(&self) -> f64 {
+        if self.maximum > self.round_off {
+            self.maximum
         } else {
             0.0
         }
@@ -175,7 +175,7 @@ impl ExchangedEnergy {
 
     /// Returns the reference of residuals, J.
     fn scale(&self) -> f64 {
-        self.most.max(self.round_off)
+        self.maximum.max(self.round_off)
     }
 }
 
@@ -189,7 +189,7 @@ pub(crate) struct ValidityGuard {
     /// True for blocks with a warning of large stretch.
     stretched: Vec<bool>,
     /// True if there is a warning of blocks that moved farther than the search reached.
-    outrun: bool,
+    search_overrun: bool,
     /// Warnings for the user, in order of time.
     pub(crate) warnings: Vec<String>,
 }
@@ -232,7 +232,7 @@ impl ValidityGuard {
             limit: RUNAWAY * (waves.fold(0.0, f64::max) + start.fold(0.0, f64::max)),
             looked: None,
             stretched: vec![false; run.model.blocks.len()],
-            outrun: false,
+            search_overrun: false,
             warnings: Vec::new(),
         }
     }
@@ -321,8 +321,8 @@ impl ValidityGuard {
         if !outrun && !due {
             return Ok(());
         }
-        if outrun && !self.outrun {
-            self.outrun = true;
+        if outrun && !self.search_overrun {
+            self.search_overrun = true;
             self.warnings.push(format!(
                 "blocks were thrown farther in the step before t = {} than contacts had been \
                  looked for, and may have gone through others: try a smaller `time.step`",
@@ -378,7 +378,7 @@ impl ValidityGuard {
         let advice = if fatal && !enforced {
             "with these contact springs the run is not stable; lower `time.safety`, or the \
              stiffnesses"
-        } else if !fatal && residual.abs() > DOUBTFUL * scale {
+        } else if !fatal && residual.abs() > RESIDUAL_WARNING * scale {
             "more than blocks of one element should show, so take the results as no better than \
              that; lower `time.safety`, or use more elements"
         } else {
@@ -399,7 +399,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Visits (block, element number in the block, deformation) of all elements with a strain above
-    /// [`MODERATE`]. Stops with an error at the first that is inverted or flat.
+    /// [`STRAIN_LIMIT`]. Stops with an error at the first that is inverted or flat.
     fn each_deformation(
         &self,
         mut visit: impl FnMut(usize, usize, &Deformation),
@@ -407,7 +407,7 @@ impl<const D: usize> Run<D> {
         let displacement = &self.state.displacement;
         let mut strained = Vec::new();
         for set in &self.model.sets {
-            set.strained(displacement, MODERATE, &mut |e| strained.push(e));
+            set.visit_strained(displacement, STRAIN_LIMIT, &mut |e| strained.push(e));
         }
         strained.sort_unstable();
         for element in strained {
@@ -484,7 +484,7 @@ mod tests {
     fn a_ledger_is_told_of_where_more_than_2_per_cent_are_missing() {
         let exchange = ExchangedEnergy {
             start: 100.0,
-            most: 100.0,
+            maximum: 100.0,
             round_off: 0.0,
         };
         let told = |energy_residual: f64, enforced: bool| {

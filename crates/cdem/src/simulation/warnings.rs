@@ -13,10 +13,10 @@ const INERTIA_ERROR: f64 = 0.01;
 
 /// Factor by which damping may shorten the stable step without a warning. Above it, damping is the
 /// first cause of a long run to check.
-const SLOWED: f64 = 10.0;
+const STEP_RATIO_LIMIT: f64 = 10.0;
 
 /// Contact tolerance over the default, up to which results do not depend on it.
-const TOLERANT: f64 = 10.0;
+const TOLERANCE_RATIO_LIMIT: f64 = 10.0;
 
 /// Speeds of compression waves in solids, m/s: from soft gels up to diamond.
 const WAVE_SPEEDS: [f64; 2] = [1.0, 2e4];
@@ -93,7 +93,7 @@ fn joints(scene: &Scene) -> Option<Problem> {
 fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
     let default = default_tolerance(mesh);
     let tolerance = scene.contact.tolerance?;
-    (tolerance > TOLERANT * default).then(|| {
+    (tolerance > TOLERANCE_RATIO_LIMIT * default).then(|| {
         let message = format!(
             "blocks up to {} m apart may touch, {:.0} times the default: a 1e-4th of the shortest \
              edge, {} m; leave it out, unless gaps of that size are to be bridged",
@@ -147,7 +147,7 @@ fn damping<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) ->
         let step = own.map(|(_, &step)| step).fold(f64::INFINITY, f64::min);
         // With ξ = βω/2, (2/ω)(√(1+ξ²) − ξ) = step solved for 2/ω.
         let factor = (1.0 + 2.0 * material.damping.stiffness / step).sqrt();
-        (factor > SLOWED).then(|| {
+        (factor > STEP_RATIO_LIMIT).then(|| {
             let message = format!(
                 "material \"{}\": this damping makes the stable step {factor:.0} times shorter, \
                  {} s instead of {} s, and the run as much longer; lower it, or use damping.mass \

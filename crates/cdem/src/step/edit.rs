@@ -26,13 +26,13 @@ impl<const D: usize> Run<D> {
     }
 
     /// Books external work, J.
-    pub(crate) fn book_from_outside(&mut self, work: f64) {
+    pub(crate) fn add_external_work(&mut self, work: f64) {
         self.ledger.external_work += work;
     }
 
     /// Changes the kind of a load from now on.
     pub(crate) fn set_load(&mut self, number: usize, kind: &LoadKind) {
-        self.model.loads[number].become_kind(kind.clone());
+        self.model.loads[number].set_kind(kind.clone());
         if let Some(second) = &mut self.adaptivity {
             // A remesh rebuilds the loads from this scene.
             second.base_model.scene.load[number].kind = kind.clone();

@@ -249,9 +249,9 @@ impl<const D: usize> Model<D> {
                 let mut wanted = velocity[n];
                 if purpose == KickPurpose::Advance {
                     let drift = (substep.time, substep.duration(node));
-                    motion.set(drift, &at.at(node), &mut wanted);
+                    motion.set_velocity(drift, &at.at(node), &mut wanted);
                 } else {
-                    motion.start(substep.time, &at.at(node), &mut wanted);
+                    motion.set_initial_velocity(substep.time, &at.at(node), &mut wanted);
                     for (c, held) in motion.components::<D>().into_iter().enumerate() {
                         if held {
                             wanted[c] = 2.0 * wanted[c] - state.velocity[n][c];

@@ -27,7 +27,7 @@ use crate::model::kinematics::NodalMotion;
 use crate::model::time_levels::Levels;
 
 /// Elements per task: some tens of microseconds of work, as long as a thread takes to wake.
-const SHARE: usize = 128;
+const ELEMENTS_PER_TASK: usize = 128;
 
 /// The data of the blocks that a touch needs.
 pub(crate) struct MidStepImpact<'a, const D: usize> {
@@ -93,11 +93,14 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         self.list_ring(due, jump, ring);
         rollback.track(ring, motion);
         motion.drift(ring, -jump.remaining);
-        let (now, due) = (&*motion, due.par_iter().with_min_len(SHARE));
+        let (now, due) = (&*motion, due.par_iter().with_min_len(ELEMENTS_PER_TASK));
         due.map(|&element| self.element_part(element, now, jump.remaining))
             .collect_into_vec(parts);
         jump.swap(motion.velocity, after);
-        let (now, all) = (&*motion, parts.par_iter_mut().with_min_len(SHARE));
+        let (now, all) = (
+            &*motion,
+            parts.par_iter_mut().with_min_len(ELEMENTS_PER_TASK),
+        );
         all.for_each(|part| self.compare(part, now));
         impulses.clear();
         impulses.extend(parts.iter().flat_map(|part| {
@@ -136,7 +139,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         touch: &TouchedElements<D>,
         motion: &mut NodalMotion<D>,
         (remaining, times): (f64, f64),
-        on_held: ImpulseReceiver<D>,
+        on_prescribed: ImpulseReceiver<D>,
     ) -> f64 {
         let now = &*motion;
         let recovered = |part: &ElementPart<D>| {
@@ -157,7 +160,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
                 if self.inertia.prescribed(node as usize).contains(&true) {
-                    on_held(node, &scale(times, impulse));
+                    on_prescribed(node, &scale(times, impulse));
                 }
             }
         }
@@ -182,7 +185,7 @@ fn each<const D: usize, const N: usize>(
     parts: &[ElementPart<D>],
     terms: impl Fn(&ElementPart<D>) -> [f64; N] + Sync + Send,
 ) -> Vec<[f64; N]> {
-    let parts = parts.par_iter().with_min_len(SHARE);
+    let parts = parts.par_iter().with_min_len(ELEMENTS_PER_TASK);
     parts.map(terms).collect()
 }
 

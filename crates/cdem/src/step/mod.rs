@@ -415,14 +415,14 @@ impl<const D: usize> Run<D> {
             }
         }
         if self.model.acting(substep.time).local_damping {
-            self.remember_contact(substep, &received);
+            self.store_contact_forces(substep, &received);
         }
         self.receive(&received);
         self.received = received;
     }
 
     /// Stores the contact forces of a kick for local damping in the next kick.
-    fn remember_contact(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
+    fn store_contact_forces(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
         let forces = [&mut *self.state.contact_force];
         substep.each_node(forces, &|_, [force]| *force = [0.0; D]);
         for (node, impulse) in received {
@@ -481,7 +481,7 @@ impl<const D: usize> Run<D> {
             &split,
             &mut ImpulseReceivers {
                 of_contacts: &mut |node, impulse| received.push((node, *impulse)),
-                on_held: &mut |node, impulse| given.push((node, *impulse)),
+                on_prescribed: &mut |node, impulse| given.push((node, *impulse)),
             },
         );
         self.watch.skip();

@@ -78,7 +78,7 @@ impl Substep<'_> {
         Due {
             coarsest: self.coarsest,
             interval: of_element.map_or(Interval::OfLevel(&self.durations), Interval::OfElement),
-            is_kept,
+            updates_history: is_kept,
         }
     }
 

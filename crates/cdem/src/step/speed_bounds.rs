@@ -73,7 +73,7 @@ impl<const D: usize> Run<D> {
         for motion in self.model.boundaries.iter().filter(acting) {
             for &node in &motion.nodes {
                 let mut wanted = [0.0; D];
-                motion.set((time, step), &at.at(node), &mut wanted);
+                motion.set_velocity((time, step), &at.at(node), &mut wanted);
                 let speed = &mut speeds[self.model.block_of[node as usize] as usize];
                 let wanted = norm(&wanted);
                 // The comparison keeps a NaN; `max` would not.

@@ -75,7 +75,7 @@ impl Boundary3d {
         volume.first_root(duration, deep, |time| {
             let then = at.after(velocity, time);
             let facing = self.point_triangle(vertex, triangle, then);
-            self.lies_on((vertex, triangle), &facing, then, depth)
+            self.foot_is_on((vertex, triangle), &facing, then, depth)
         })
     }
 
@@ -103,7 +103,8 @@ impl Boundary3d {
             move |time: f64| {
                 let then = at.after(velocity, time);
                 let lines = self.lines(main, target, then);
-                let on = |lines: &LinePair| self.cross_on([main, target], &lines.foot, then, depth);
+                let on =
+                    |lines: &LinePair| self.feet_are_on([main, target], &lines.foot, then, depth);
                 lines.filter(on).is_some_and(|lines| {
                     let crossing = lines.between(&self.outward(main, target, then));
                     crossing.forward == forward

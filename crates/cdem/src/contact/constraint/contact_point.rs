@@ -8,7 +8,7 @@ use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
 use crate::contact::tolerances::{
-    CCD_SAMPLES, FOOT_ROUND_OFF, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, MISS,
+    CCD_SAMPLES, FOOT_ROUND_OFF, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
@@ -205,7 +205,7 @@ impl<const D: usize> ContactPoint<D> {
         })
     }
 
-    /// True if a pair beside this contact is deeper than this contact, by more than [`MISS`].
+    /// True if a pair beside this contact is deeper than this contact, by more than [`GAP_ERROR`].
     fn is_shallower_than(
         &self,
         context: &ContactContext<D>,
@@ -214,7 +214,7 @@ impl<const D: usize> ContactPoint<D> {
     ) -> bool {
         let surface = context.surface;
         let beside = surface.project(pair, at);
-        let deep = -MISS * context.tolerance;
+        let deep = -GAP_ERROR * context.tolerance;
         if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }

@@ -3,14 +3,16 @@
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{BlockTravel, Candidate};
-use crate::contact::tolerances::{ACTIVE_MARGIN, ACTIVE_STEPS, CULLING_RATE, GLANCES_PER_TASK};
+use crate::contact::tolerances::{
+    ACTIVE_MARGIN, ACTIVE_STEPS, BOUND_CHECKS_PER_TASK, CULLING_RATE,
+};
 
 /// The active candidates, and the travel for which the list serves.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ActiveCandidates {
     /// Their numbers, ascending.
     pub(super) numbers: Vec<u32>,
-    /// The same numbers by chunks of [`GLANCES_PER_TASK`] candidates, kept for their storage.
+    /// The same numbers by chunks of [`BOUND_CHECKS_PER_TASK`] candidates, kept for their storage.
     parts: Vec<Vec<u32>>,
     /// Travel bounds of the blocks when the list was made, and the further travel for which it
     /// serves, m. Empty before the first list.
@@ -32,14 +34,14 @@ impl ActiveCandidates {
             let may_be = |candidate: &Candidate| {
                 let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
                 let [far, other] = [a, b].map(|ahead| ahead.further(ACTIVE_MARGIN * serves));
-                a.way + b.way <= candidate.held || candidate.may_be_near(far, other)
+                a.way + b.way <= candidate.near_until || candidate.may_be_near(far, other)
             };
-            let numbered = ((part * GLANCES_PER_TASK) as u32..).zip(candidates);
+            let numbered = ((part * BOUND_CHECKS_PER_TASK) as u32..).zip(candidates);
             let some = numbered.filter(|(_, candidate)| may_be(candidate));
             numbers.clear();
             numbers.extend(some.map(|(number, _)| number));
         };
-        let some = candidates.par_chunks(GLANCES_PER_TASK);
+        let some = candidates.par_chunks(BOUND_CHECKS_PER_TASK);
         self.parts.resize_with(some.len(), Vec::new);
         let parts = self.parts.par_iter_mut().zip(some);
         parts.enumerate().for_each(sort_out);

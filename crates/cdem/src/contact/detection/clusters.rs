@@ -16,7 +16,7 @@ use crate::contact::tolerances::{CLUSTERS_PER_TASK, MOST_FEATURES_OF_CLUSTER};
 /// The clusters of all blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
-    patches: Vec<Cluster>,
+    clusters: Vec<Cluster>,
     /// Number of feature families.
     families: usize,
 }
@@ -74,14 +74,14 @@ impl Clusters {
             }
         }
         features.sort_by_key(|feature| feature.block);
-        let mut patches = Self {
-            patches: Vec::new(),
+        let mut clusters = Self {
+            clusters: Vec::new(),
             families: families.len(),
         };
         for of_block in features.chunk_by_mut(|one, other| one.block == other.block) {
-            patches.divide(surface, of_block);
+            clusters.divide(surface, of_block);
         }
-        patches
+        clusters
     }
 
     /// Splits the features of a block in halves across their longest extent, until they are few.
@@ -91,7 +91,7 @@ impl Clusters {
         features: &mut [ClusteredFeature<D>],
     ) {
         if features.len() <= MOST_FEATURES_OF_CLUSTER {
-            self.patches.push(self.patch(surface, features));
+            self.clusters.push(self.patch(surface, features));
             return;
         }
         let extent = Aabb::around(features.iter().map(|feature| feature.middle), 0.0);
@@ -134,7 +134,7 @@ impl Clusters {
 
     /// Returns the number of features, mains and targets.
     pub(super) fn features(&self) -> usize {
-        let sides = self.patches.iter().flat_map(|patch| &patch.features);
+        let sides = self.clusters.iter().flat_map(|patch| &patch.features);
         sides.flatten().map(Vec::len).sum()
     }
 
@@ -151,19 +151,19 @@ impl Clusters {
             let nodes = patch.nodes.iter().map(|&node| at.at(node));
             Aabb::around(nodes, margin(patch.block))
         };
-        let extents: Vec<Aabb<D>> = self.patches.iter().map(around).collect();
+        let extents: Vec<Aabb<D>> = self.clusters.iter().map(around).collect();
         let wanted = |one: u32, other: u32| {
-            one < other && may_meet([one, other].map(|patch| self.patches[patch as usize].block))
+            one < other && may_meet([one, other].map(|patch| self.clusters[patch as usize].block))
         };
         let meeting = grid::overlapping(&extents, &extents, wanted);
-        let mut meets = vec![false; self.patches.len()];
+        let mut meets = vec![false; self.clusters.len()];
         for (one, other) in &meeting {
             (meets[*one as usize], meets[*other as usize]) = (true, true);
         }
-        let patches = (&self.patches, meets)
+        let clusters = (&self.clusters, meets)
             .into_par_iter()
             .with_min_len(CLUSTERS_PER_TASK);
-        let boxes = patches.map(|(patch, meets)| {
+        let boxes = clusters.map(|(patch, meets)| {
             let boxes = || patch.boxes(surface, at, margin(patch.block));
             meets.then(boxes).unwrap_or_default()
         });
@@ -189,7 +189,7 @@ impl Clusters {
         let mut pairs = Vec::new();
         for family in 0..self.families {
             let within = |patch: usize, side: usize, other: usize| {
-                let numbers = self.patches[patch].features[family][side].iter();
+                let numbers = self.clusters[patch].features[family][side].iter();
                 let both = numbers.copied().zip(&boxes[patch][family][side]);
                 both.filter(move |(_, aabb)| aabb.overlaps(&extents[other]))
             };

@@ -7,7 +7,7 @@ use crate::contact::detection::candidates::{
     ActiveSubset, CandidateSearch, SearchContext, SearchWorkspace,
 };
 use crate::contact::surface::Configuration;
-use crate::contact::tolerances::GLANCES_PER_TASK;
+use crate::contact::tolerances::BOUND_CHECKS_PER_TASK;
 
 impl<const D: usize> CandidateSearch<D> {
     /// Gives blocks that may touch each other the largest motion bound among them. Tests the
@@ -19,7 +19,7 @@ impl<const D: usize> CandidateSearch<D> {
         } = &mut self.lists;
         together.reset(count);
         largest.clear();
-        largest.extend(self.blocks.iter().map(|reach| reach.share));
+        largest.extend(self.blocks.iter().map(|reach| reach.motion_bound));
         let mut joined = 0;
         while joined < self.found.len() {
             self.list_blocks_near(joined);
@@ -63,7 +63,7 @@ impl<const D: usize> CandidateSearch<D> {
         raised.clear();
         raised.resize(self.blocks.len(), false);
         for &block in of_near.as_flattened() {
-            let share = &mut self.blocks[block as usize].share;
+            let share = &mut self.blocks[block as usize].motion_bound;
             let most = largest[together.root(block) as usize];
             if most > *share {
                 *share = most;
@@ -77,7 +77,7 @@ impl<const D: usize> CandidateSearch<D> {
     fn list_blocks_near(&mut self, first: usize) {
         let found = self.found[first..]
             .par_iter()
-            .with_min_len(GLANCES_PER_TASK);
+            .with_min_len(BOUND_CHECKS_PER_TASK);
         let blocks = found.map(|&number| self.candidates[number as usize].blocks);
         blocks.collect_into_vec(&mut self.lists.of_near);
         self.lists.of_near.dedup();
@@ -85,7 +85,7 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Tests the candidates of blocks with an increased motion bound that have not been near.
     fn look_again(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.search_ahead(blocks.tolerance);
+        self.motion_ahead(blocks.tolerance);
         let SearchWorkspace {
             ahead,
             raised,
@@ -98,10 +98,13 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
             let mut of = candidate.blocks.iter();
             of.any(|&block| raised[block as usize])
-                && !self.find_near[*number as usize]
+                && !self.is_near[*number as usize]
                 && candidate.may_be_near(a, b)
         };
-        let some = self.active_candidates.numbers.par_chunks(GLANCES_PER_TASK);
+        let some = self
+            .active_candidates
+            .numbers
+            .par_chunks(BOUND_CHECKS_PER_TASK);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(&mut *glances).for_each(|(numbers, glance)| {
             glance.open.clear();
@@ -111,6 +114,6 @@ impl<const D: usize> CandidateSearch<D> {
         });
         open.clear();
         open.extend(glances.iter().flat_map(|glance| &glance.open));
-        self.look(blocks, at);
+        self.test_pair(blocks, at);
     }
 }

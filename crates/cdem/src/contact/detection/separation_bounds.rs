@@ -30,14 +30,14 @@ pub(crate) struct SeparationBounds {
     before: Vec<OpenPair>,
     passed: usize,
     /// The blocks of the island; the first stands for all fixed blocks.
-    bodies: Vec<IslandBlock>,
+    blocks: Vec<IslandBlock>,
     /// Distance within which no pair is skipped, m.
     within: f64,
     /// Travel at which all distances are measured again, m.
     longest: f64,
     /// Numbers of the only pairs that may touch for now, ascending. The list serves for `serves`:
     /// twice the longest travel from now on, plus the travel of the next drift, m.
-    soon: Vec<u32>,
+    active: Vec<u32>,
     serves: f64,
 }
 
@@ -85,10 +85,10 @@ impl SeparationBounds {
             open: Vec::new(),
             before: Vec::new(),
             passed: 0,
-            bodies,
+            blocks: bodies,
             within: within + SEPARATION_ROUND_OFF * tolerance,
             longest: STALE_TRAVEL * tolerance,
-            soon: Vec::new(),
+            active: Vec::new(),
             serves: -1.0,
         }
     }
@@ -121,7 +121,7 @@ impl SeparationBounds {
         apart: f64,
     ) {
         let of = |block| {
-            let moving = self.bodies[1..].binary_search_by_key(&block, |body| body.block);
+            let moving = self.blocks[1..].binary_search_by_key(&block, |body| body.block);
             moving.map_or(0, |number| number as u32 + 1)
         };
         self.serves = -1.0;
@@ -145,7 +145,7 @@ impl SeparationBounds {
 
     /// Measures the present speeds of the `nodes` of the island.
     pub(crate) fn measure<const D: usize>(&mut self, nodes: &[u32], motion: &KickedView<D>) {
-        for body in &mut self.bodies {
+        for body in &mut self.blocks {
             let velocities = nodes[body.nodes.clone()].iter();
             let velocities = velocities.map(|&node| &motion.velocity[node as usize]);
             let squares = velocities.map(|velocity| dot(velocity, velocity));
@@ -159,20 +159,20 @@ impl SeparationBounds {
     /// Returns the numbers of the pairs that may touch within `duration` at the measured
     /// velocities, in order.
     pub(crate) fn may_touch(&mut self, duration: f64) -> impl Iterator<Item = usize> + '_ {
-        let fastest = self.bodies.iter().map(|body| body.speed);
+        let fastest = self.blocks.iter().map(|body| body.speed);
         // Main features turn.
         let longest = 4.0 * duration * fastest.fold(0.0, f64::max);
         if longest.is_nan() || longest > self.serves {
             self.serves = SEPARATION_DRIFTS * longest;
             let far = self.serves;
-            let mut soon = std::mem::take(&mut self.soon);
+            let mut soon = std::mem::take(&mut self.active);
             soon.clear();
             let open = (0..self.open.len()).filter(|&number| !self.is_apart(number, far));
             soon.extend(open.map(|number| number as u32));
-            self.soon = soon;
+            self.active = soon;
         }
         let near = &*self;
-        let soon = near.soon.iter().map(|&number| number as usize);
+        let soon = near.active.iter().map(|&number| number as usize);
         soon.filter(move |&number| !near.cannot_touch(number, duration))
     }
 
@@ -203,13 +203,13 @@ impl SeparationBounds {
     #[inline]
     fn bodies_of(&self, open: &OpenPair) -> [&IslandBlock; 2] {
         let [main, target] = open.bodies;
-        [&self.bodies[main as usize], &self.bodies[target as usize]]
+        [&self.blocks[main as usize], &self.blocks[target as usize]]
     }
 
     /// Adds the travel of a drift of `duration` seconds at the measured velocities.
     pub(crate) fn advance(&mut self, duration: f64) {
         let (mut longest, mut fastest) = (0.0_f64, 0.0_f64);
-        for body in &mut self.bodies {
+        for body in &mut self.blocks {
             body.way += duration * body.speed;
             longest = longest.max(body.way);
             fastest = fastest.max(body.speed);
@@ -223,7 +223,7 @@ impl SeparationBounds {
     /// Discards all bounds, because nodes have moved in another way, or far.
     pub(crate) fn forget(&mut self) {
         self.serves = -1.0;
-        for body in &mut self.bodies {
+        for body in &mut self.blocks {
             body.way = 0.0;
         }
         for open in &mut self.open {

@@ -79,7 +79,7 @@ fn run<const D: usize>(space: Space<D>) -> Run<D> {
 fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
     let mut runs = [run(space), run(space)];
     let all = runs[1].contacts.as_mut().expect("many blocks");
-    (all.within, all.grouped) = (f64::INFINITY, false);
+    (all.examined_distance, all.grouped) = (f64::INFINITY, false);
     runs[1].prepare();
     let mut left_out = 0;
     for step in 0.. {

@@ -13,7 +13,7 @@ use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Solver;
 use crate::contact::tolerances::{
-    AGAIN, CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, MISS, RESIDUAL,
+    CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MOST_REPEATED_SOLVES, RESIDUAL,
 };
 use crate::model::kinematics::NodalMotion;
 
@@ -55,7 +55,7 @@ impl<const D: usize> ImpactSolve<D> {
             let impulse = impulse.map(|x| scale * x);
             context
                 .inertia
-                .push(*node as usize, &impulse, motion.velocity);
+                .apply_impulse(*node as usize, &impulse, motion.velocity);
         }
         let is_small = self.constraints.len() <= FEW_CONTACTS;
         let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
@@ -101,9 +101,9 @@ impl<const D: usize> Island<D> {
                 energies,
             );
         }
-        for _ in 0..AGAIN {
+        for _ in 0..MOST_REPEATED_SOLVES {
             let drift = (duration, remaining);
-            if !self.bend(context, motion, &mut impact.constraints, drift) {
+            if !self.correct_targets(context, motion, &mut impact.constraints, drift) {
                 break;
             }
             impact.solve(
@@ -122,7 +122,8 @@ impl<const D: usize> Island<D> {
             energies,
         );
         let timing = (remaining, scale);
-        energies.impact_loss -= interior.finish_impact(touch, motion, timing, receivers.on_held);
+        energies.impact_loss -=
+            interior.finish_impact(touch, motion, timing, receivers.on_prescribed);
     }
 
     /// Solves the impact of pairs that are closed at t = 0 and approach, before a drift of
@@ -173,7 +174,7 @@ impl<const D: usize> Island<D> {
     /// if any was corrected. Contacts closed before were corrected in their kick already. Their
     /// correction here is at most twice the velocity that the whole drift would need, however
     /// little time is left.
-    fn bend(
+    fn correct_targets(
         &self,
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
@@ -185,7 +186,7 @@ impl<const D: usize> Island<D> {
         for (contact, constraint) in self.contact_points.iter().zip(constraints) {
             let projection = context.surface.project(contact.pair, then.into());
             let miss = projection.gap - contact.offset[0];
-            if miss < -MISS * context.tolerance && projection.outside <= context.tolerance {
+            if miss < -GAP_ERROR * context.tolerance && projection.outside <= context.tolerance {
                 let within = if contact.is_new {
                     remaining
                 } else {

@@ -20,7 +20,9 @@ use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
 use crate::contact::rollback::change;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::{AGAIN, CONTACTS_PER_TASK, MISS, PAIRS_WORTH_A_SOLVE, RESIDUAL};
+use crate::contact::tolerances::{
+    CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE, RESIDUAL,
+};
 use crate::math::profile::Stage;
 
 /// Constraints of the closed pairs in a kick, and their results. Its memory is reused.
@@ -129,7 +131,7 @@ impl<const D: usize> Island<D> {
         let mut hold = std::mem::take(&mut self.kick_workspace);
         let mut ended = std::mem::take(&mut hold.ended);
         let followed = (&mut hold.followed, &mut hold.moved);
-        self.follow(
+        self.track_contacts(
             context,
             motion.positions(),
             followed,
@@ -138,7 +140,7 @@ impl<const D: usize> Island<D> {
         );
         let timing = (time, interval, drift);
         let mut touches = std::mem::take(&mut self.touch_events);
-        self.solve_held(
+        self.solve_closed(
             context,
             motion,
             (&mut hold, &mut touches),
@@ -187,7 +189,7 @@ impl<const D: usize> Island<D> {
 
     /// Moves the feet of sliding contacts. Ends those that have left the surface or have moved
     /// on to the pair of another contact.
-    fn follow(
+    fn track_contacts(
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
@@ -245,7 +247,7 @@ impl<const D: usize> Island<D> {
     /// Solves the closed contacts. Closes open pairs that touch already and still approach: no
     /// impact unless they approached before the kick. Breaks all joints beyond their strength
     /// at once. After either, solves the island again.
-    fn solve_held(
+    fn solve_closed(
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
@@ -311,7 +313,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Solves the constraints, and again with targets corrected for the gap errors, at most
-    /// [`AGAIN`] times in a kick.
+    /// [`MOST_REPEATED_SOLVES`] times in a kick.
     fn solve_for_gaps(
         &mut self,
         context: &ContactContext<D>,
@@ -326,10 +328,10 @@ impl<const D: usize> Island<D> {
         loop {
             let (system, constraints) = (&mut self.solver, &mut hold.constraints);
             energies.count_solve(|| system.solve(constraints, motion.velocity, precision));
-            if hold.again >= AGAIN {
+            if hold.again >= MOST_REPEATED_SOLVES {
                 return;
             }
-            if !self.miss(context, motion, drift, hold) {
+            if !self.gap_errors_after_drift(context, motion, drift, hold) {
                 return;
             }
             hold.again += 1;
@@ -387,8 +389,8 @@ impl<const D: usize> Island<D> {
     }
 
     /// Computes the gap errors after the drift: of contacts that press, and of those that open
-    /// but still penetrate. Returns true if any is above [`MISS`].
-    fn miss(
+    /// but still penetrate. Returns true if any is above [`GAP_ERROR`].
+    fn gap_errors_after_drift(
         &self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
@@ -402,7 +404,8 @@ impl<const D: usize> Island<D> {
             let gap = surface.gap(contact.pair, then, &constraint.jacobian.frame[0]);
             let miss = gap.map_or(0.0, |gap| gap - contact.offset[0]);
             let sinks = || {
-                miss < -MISS * tolerance && surface.project(contact.pair, then).outside <= tolerance
+                miss < -GAP_ERROR * tolerance
+                    && surface.project(contact.pair, then).outside <= tolerance
             };
             if constraint.impulse[0] > 0.0 || sinks() {
                 miss
@@ -413,7 +416,7 @@ impl<const D: usize> Island<D> {
         let pairs = self.contact_points.par_iter().zip(&hold.constraints);
         let misses = pairs.with_min_len(CONTACTS_PER_TASK).map(miss);
         misses.collect_into_vec(&mut hold.misses);
-        let is_far = |miss: &f64| miss.abs() > MISS * context.tolerance;
+        let is_far = |miss: &f64| miss.abs() > GAP_ERROR * context.tolerance;
         hold.misses.iter().any(is_far)
     }
 }

@@ -23,7 +23,7 @@ use crate::contact::rollback::Rollback;
 use crate::contact::solver::Solver;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::{EARLY, EVENTS, GAP_ROUND_OFF, SIMULTANEOUS};
+use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, SIMULTANEOUS};
 use crate::math::vector::pad;
 use crate::model::kinematics::NodalMotion;
 
@@ -92,7 +92,7 @@ impl<const D: usize> Island<D> {
                 let at = motion.positions();
                 let then = at.after(motion.velocity, (instant - elapsed).max(0.0));
                 let projection = context.surface.project(pair, then.into());
-                projection.gap <= EARLY * context.tolerance
+                projection.gap <= EARLY_GAP * context.tolerance
                     && projection.outside <= context.tolerance
             };
             let Some((instant, pairs)) = touches.take_first(window, close) else {

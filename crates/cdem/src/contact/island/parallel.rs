@@ -62,7 +62,7 @@ pub(crate) fn hold<const D: usize>(
         // An island without contacts still has to examine its open pairs.
         let weight =
             |island: &Island<D>| usize::from(is_due(island)) * (1 + island.contact_points.len());
-        share_out(islands, parts, &weight, &|part| {
+        run_in_parts(islands, parts, &weight, &|part| {
             if part.iter().any(is_due) {
                 copies.lend(now.velocity, |velocity| {
                     let mut motion = now.with(velocity);
@@ -100,8 +100,8 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     energies: &mut ContactEnergies,
 ) {
     let due = |island: &Island<D>| duration(*island.nodes.first()?);
-    let meetings = islands.iter_mut().enumerate();
-    let mut meetings: Vec<DriftTask<D>> = meetings
+    let tasks = islands.iter_mut().enumerate();
+    let mut tasks: Vec<DriftTask<D>> = tasks
         .filter_map(|(number, island)| {
             let duration = due(island).filter(|_| !island.flies_freely())?;
             Some(DriftTask {
@@ -111,8 +111,8 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
             })
         })
         .collect();
-    let met = meet(&mut meetings, context, motion, (bodies, time), energies);
-    let mut meeting = met.iter().map(|met| met.number).peekable();
+    let outcomes = meet(&mut tasks, context, motion, (bodies, time), energies);
+    let mut meeting = outcomes.iter().map(|outcomes| outcomes.number).peekable();
     for (number, island) in islands.iter_mut().enumerate() {
         if meeting.next_if_eq(&number).is_none()
             && let Some(duration) = due(island)
@@ -120,13 +120,13 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
             island.advance(motion, duration);
         }
     }
-    for met in &met {
-        energies.impact_loss -= met.trail.redo(motion, context.inertia.mass());
-        for (node, impulse) in &met.of_contacts {
+    for outcomes in &outcomes {
+        energies.impact_loss -= outcomes.trail.redo(motion, context.inertia.mass());
+        for (node, impulse) in &outcomes.of_contacts {
             (receivers.of_contacts)(*node, impulse);
         }
-        for (node, impulse) in &met.on_held {
-            (receivers.on_held)(*node, impulse);
+        for (node, impulse) in &outcomes.on_prescribed {
+            (receivers.on_prescribed)(*node, impulse);
         }
     }
 }
@@ -144,39 +144,39 @@ struct DriftOutcome<const D: usize> {
     trail: Rollback<D>,
     /// Impulses of contacts, and of elements on nodes with prescribed components, N·s.
     of_contacts: Vec<(u32, [f64; D])>,
-    on_held: Vec<(u32, [f64; D])>,
+    on_prescribed: Vec<(u32, [f64; D])>,
     energies: ContactEnergies,
 }
 
 /// Computes the drift of islands whose pairs touch, from `time` on. Nodes stay where they are.
 fn meet<const D: usize, I: BodyCoupling<D>>(
-    meetings: &mut [DriftTask<D>],
+    tasks: &mut [DriftTask<D>],
     context: &ContactContext<D>,
     motion: &mut NodalMotion<D>,
     ((interior, taken), time): ((&I, &[bool]), f64),
     energies: &mut ContactEnergies,
 ) -> Vec<DriftOutcome<D>> {
-    let pairs = meetings.iter().map(|meeting| meeting.island.pair_count());
+    let pairs = tasks.iter().map(|meeting| meeting.island.pair_count());
     let parts = parts(pairs, motion.velocity.len());
     let of_all = &*energies;
     let drift = |meeting: &mut DriftTask<D>, motion: &mut NodalMotion<D>| {
         let island = &mut *meeting.island;
-        let mut met = DriftOutcome {
+        let mut outcomes = DriftOutcome {
             number: meeting.number,
             trail: Rollback::new(&island.nodes, motion),
             of_contacts: Vec::new(),
-            on_held: Vec::new(),
+            on_prescribed: Vec::new(),
             energies: of_all.empty_copy(),
         };
         let bodies = &mut IslandBodies {
             coupling: interior,
             touch: I::Touch::default(),
             in_island: taken,
-            rollback: &mut met.trail,
+            rollback: &mut outcomes.trail,
         };
         let receivers = &mut ImpulseReceivers {
-            of_contacts: &mut |node, impulse| met.of_contacts.push((node, *impulse)),
-            on_held: &mut |node, impulse| met.on_held.push((node, *impulse)),
+            of_contacts: &mut |node, impulse| outcomes.of_contacts.push((node, *impulse)),
+            on_prescribed: &mut |node, impulse| outcomes.on_prescribed.push((node, *impulse)),
         };
         let timing = (time, meeting.duration);
         island.drift(
@@ -185,32 +185,32 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             timing,
             bodies,
             receivers,
-            &mut met.energies,
+            &mut outcomes.energies,
         );
-        met.energies.watch.lap(Stage::Geometry);
-        met.trail.undo(motion);
-        met
+        outcomes.energies.watch.lap(Stage::Geometry);
+        outcomes.trail.undo(motion);
+        outcomes
     };
-    let met: Vec<DriftOutcome<D>> = if parts > 1 {
+    let outcomes: Vec<DriftOutcome<D>> = if parts > 1 {
         let now = &*motion;
         let of_part = |part: &mut [DriftTask<D>]| {
             let mut copied = now.copied();
             let mut motion = copied.motion(now.rest);
-            let met = part.iter_mut().map(|meeting| drift(meeting, &mut motion));
-            met.collect::<Vec<_>>()
+            let outcomes = part.iter_mut().map(|meeting| drift(meeting, &mut motion));
+            outcomes.collect::<Vec<_>>()
         };
-        let each = meetings.par_chunks_mut(meetings.len().div_ceil(parts));
+        let each = tasks.par_chunks_mut(tasks.len().div_ceil(parts));
         each.flat_map_iter(of_part).collect()
     } else {
-        let met = meetings.iter_mut().map(|meeting| drift(meeting, motion));
-        met.collect()
+        let outcomes = tasks.iter_mut().map(|meeting| drift(meeting, motion));
+        outcomes.collect()
     };
-    energies.add(met.iter().map(|met| &met.energies));
-    met
+    energies.add(outcomes.iter().map(|outcomes| &outcomes.energies));
+    outcomes
 }
 
 /// Runs `work` on all threads, on this many runs of islands, of about equal weight.
-fn share_out<const D: usize>(
+fn run_in_parts<const D: usize>(
     islands: &mut [Island<D>],
     parts: usize,
     weight: &(impl Fn(&Island<D>) -> usize + Sync),
@@ -231,8 +231,8 @@ fn share_out<const D: usize>(
     let middle = islands.iter().position(has_its_middle_beyond);
     let (first, others) = islands.split_at_mut(middle.unwrap_or(islands.len()));
     rayon::join(
-        || share_out(first, left, weight, work),
-        || share_out(others, parts - left, weight, work),
+        || run_in_parts(first, left, weight, work),
+        || run_in_parts(others, parts - left, weight, work),
     );
 }
 

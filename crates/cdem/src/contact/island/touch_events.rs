@@ -11,7 +11,7 @@ use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
-use crate::contact::tolerances::{CONTACTS_PER_TASK, LEAST_DEPTH, SHALLOW};
+use crate::contact::tolerances::{CONTACTS_PER_TASK, IGNORED_PENETRATION, LEAST_DEPTH};
 use crate::math::vector::{norm, sub};
 
 /// Times at which the open pairs of an island touch in a drift.
@@ -23,11 +23,11 @@ pub(crate) struct TouchEvents<const D: usize> {
     /// Reused memory: the states before; examined pairs with their index in `states`; results
     /// of the quick check and of the full one; closed pairs, sorted, and their spatial index.
     before: Vec<(usize, TouchState)>,
-    anew: Vec<(usize, Pair)>,
-    glances: Vec<(PairCheck, Option<f64>)>,
-    looked: Vec<TouchState>,
+    examined: Vec<(usize, Pair)>,
+    quick_checks: Vec<(PairCheck, Option<f64>)>,
+    full_checks: Vec<TouchState>,
     closed: Vec<Pair>,
-    by_place: ActiveSetIndex<D>,
+    active_set: ActiveSetIndex<D>,
 }
 
 impl<const D: usize> Clone for TouchEvents<D> {
@@ -65,7 +65,7 @@ impl ClosureRule {
     fn depth(self) -> f64 {
         match self {
             Self::InKick => LEAST_DEPTH,
-            Self::InDrift => SHALLOW,
+            Self::InDrift => IGNORED_PENETRATION,
         }
     }
 
@@ -74,7 +74,7 @@ impl ClosureRule {
     fn waits_above(self) -> f64 {
         match self {
             Self::InKick => LEAST_DEPTH,
-            Self::InDrift => -SHALLOW,
+            Self::InDrift => -IGNORED_PENETRATION,
         }
     }
 }
@@ -205,17 +205,17 @@ impl<const D: usize> TouchEvents<D> {
         } = island;
         near.measure(nodes, motion);
         self.add_near(near, duration - elapsed);
-        self.anew.clear();
+        self.examined.clear();
         for (place, &(number, touch)) in self.states.iter().enumerate() {
             let pair = near.pair(number);
             if again(nodes, touch, pair) {
-                self.anew.push((place, pair));
+                self.examined.push((place, pair));
             }
         }
         let at = motion.positions();
         let cache = match at.cache() {
             Some(_) => None,
-            None => context.surface.geometry_cache(self.anew.len(), None),
+            None => context.surface.geometry_cache(self.examined.len(), None),
         };
         let at = at.with(at.cache().or(cache.as_ref()));
         self.closed.clear();
@@ -232,15 +232,15 @@ impl<const D: usize> TouchEvents<D> {
                 check_pair(context, (motion, at), pair, (wanted, remaining))
             }
         };
-        let pairs = self.anew.par_iter().with_min_len(CONTACTS_PER_TASK);
-        pairs.map(look).collect_into_vec(&mut self.glances);
+        let pairs = self.examined.par_iter().with_min_len(CONTACTS_PER_TASK);
+        pairs.map(look).collect_into_vec(&mut self.quick_checks);
         // At rest the quick check settles most pairs, so the index is built only if needed.
         let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
-        if self.glances.iter().any(more) {
-            self.by_place
+        if self.quick_checks.iter().any(more) {
+            self.active_set
                 .rebuild(contact, context.surface, (motion, at));
         }
-        let closed = (&self.by_place, &**contact);
+        let closed = (&self.active_set, &**contact);
         let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(PairCheck, _))| match look {
             PairCheck::Touch(touch) => touch,
             PairCheck::Within(span) => {
@@ -249,13 +249,13 @@ impl<const D: usize> TouchEvents<D> {
             }
         };
         let pairs = self
-            .anew
+            .examined
             .par_iter()
-            .zip(&self.glances)
+            .zip(&self.quick_checks)
             .with_min_len(CONTACTS_PER_TASK);
-        pairs.map(touch).collect_into_vec(&mut self.looked);
-        let told = self.glances.iter().zip(&self.looked);
-        for (&(place, _), (&(_, apart), &touch)) in self.anew.iter().zip(told) {
+        pairs.map(touch).collect_into_vec(&mut self.full_checks);
+        let told = self.quick_checks.iter().zip(&self.full_checks);
+        for (&(place, _), (&(_, apart), &touch)) in self.examined.iter().zip(told) {
             let (number, of_pair) = &mut self.states[place];
             *of_pair = touch;
             if let Some(apart) = apart {
@@ -305,14 +305,14 @@ fn check_pair<const D: usize>(
     if apart > tolerance + way || !surface.may_touch_in_drift(pair, at, end) {
         return (PairCheck::Touch(TouchState::Never), Some(apart));
     }
-    let is_slow = way <= SHALLOW * tolerance;
+    let is_slow = way <= IGNORED_PENETRATION * tolerance;
     let clear = if is_slow {
         wanted.waits_above() * tolerance
     } else {
         f64::INFINITY
     };
     let slack = GapAllowance {
-        within: SHALLOW * tolerance,
+        within: IGNORED_PENETRATION * tolerance,
         depth: wanted.depth() * tolerance,
         clear,
     };

@@ -233,12 +233,12 @@ impl ContactGeometry<2> for Boundary2d {
     ) -> [MaterialPoint<2>; 2] {
         let (a, b) = self.edge(pair.target, rest);
         let main = MaterialPoint {
-            place: rest.at(self.main_node(pair)),
+            position: rest.at(self.main_node(pair)),
             kind: FeatureKind::Vertex,
             outward: self.outward_at(pair.main, rest),
         };
         let target = MaterialPoint {
-            place: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
+            position: std::array::from_fn(|c| a[c] + foot[0] * (b[c] - a[c])),
             kind: FeatureKind::Face,
             outward: self.outward(pair.target, rest),
         };
@@ -253,14 +253,14 @@ impl ContactGeometry<2> for Boundary2d {
     ) -> Option<(Pair, [f64; 2])> {
         let first = self.vertices.partition_point(|v| v.node[0] < own.start);
         let end = self.vertices.partition_point(|v| v.node[0] < own.end);
-        let is_there = |&v: &usize| rest.at(self.vertices[v].node[0]) == main.place;
-        let unlike = |&v: &usize| main.is_unlike(&self.outward_at(v as u32, rest));
+        let is_there = |&v: &usize| rest.at(self.vertices[v].node[0]) == main.position;
+        let unlike = |&v: &usize| main.is_on_other_side(&self.outward_at(v as u32, rest));
         let vertex = (first..end).filter(is_there).min_by_key(unlike)?;
         let first = self.edges.partition_point(|edge| edge[0] < others.start);
         let end = self.edges.partition_point(|edge| edge[0] < others.end);
         let best = (first as u32..end as u32).filter_map(|edge| {
             let (a, b) = self.edge(edge, rest);
-            let (along, from) = (sub(&b, &a), sub(&target.place, &a));
+            let (along, from) = (sub(&b, &a), sub(&target.position, &a));
             let length = norm(&along);
             let foot = dot(&from, &along) / (length * length);
             let beside = cross2(&along, &from).abs() / length;

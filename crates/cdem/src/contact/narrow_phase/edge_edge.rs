@@ -146,10 +146,10 @@ impl NormalRotation {
 
     /// Returns the coefficients of the ends for a direction: main edge first, then target edge.
     pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 4] {
-        let drift_interval = cross(&self.offset, direction);
-        let turn_main = scale(dot(&self.by_main, &drift_interval), &self.normal);
-        let mut turn_target = scale(dot(&self.by_target, &drift_interval), &self.normal);
-        let about_normal = dot(&self.about_normal, &drift_interval);
+        let moment = cross(&self.offset, direction);
+        let turn_main = scale(dot(&self.by_main, &moment), &self.normal);
+        let mut turn_target = scale(dot(&self.by_target, &moment), &self.normal);
+        let about_normal = dot(&self.about_normal, &moment);
         add_scaled(&mut turn_target, about_normal, &self.beside);
         let row = |weight: f64, sign: f64, turn: &[f64; 3]| {
             let mut row = scale(weight, direction);

@@ -2,7 +2,7 @@
 //! edges, but it is one contact.
 
 use crate::contact::surface::{Configuration, Pair, Pairs, Surface};
-use crate::contact::tolerances::{FLUSH, SHALLOW};
+use crate::contact::tolerances::{FLUSH, IGNORED_PENETRATION};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
 /// Returns the feature pair of a touch of `pair` at the positions `at`. The candidates touch within
@@ -19,7 +19,7 @@ pub(crate) fn select_feature_pair<const D: usize>(
     tolerance: f64,
     may: &dyn Fn(Pair) -> bool,
 ) -> Option<Pair> {
-    let slack = SHALLOW * tolerance;
+    let slack = IGNORED_PENETRATION * tolerance;
     let mut rivals = competing_pairs(surface, pair, at, tolerance);
     rivals.retain(|rival| may(*rival));
     // A block that lands beside a joint may already lie in the side of the next block, within the

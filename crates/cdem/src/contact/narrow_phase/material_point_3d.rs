@@ -14,7 +14,7 @@ impl Boundary3d {
         rest: Configuration<3>,
     ) -> MaterialPoint<3> {
         MaterialPoint {
-            place: self.triangulation.point(vertex, rest),
+            position: self.triangulation.point(vertex, rest),
             kind: FeatureKind::Vertex,
             outward: self.outward_at(vertex, rest),
         }
@@ -31,7 +31,7 @@ impl Boundary3d {
         let mut place = a;
         add_scaled(&mut place, foot, &along);
         MaterialPoint {
-            place,
+            position: place,
             kind: FeatureKind::Edge(scale(1.0 / norm(&along), &along)),
             outward: self.triangulation.outward(edge, rest),
         }
@@ -48,7 +48,7 @@ impl Boundary3d {
         add_scaled(&mut place, foot[0], &sub(&b, &a));
         add_scaled(&mut place, foot[1], &sub(&c, &a));
         MaterialPoint {
-            place,
+            position: place,
             kind: FeatureKind::Face,
             outward: self.triangulation.normal(triangle, rest),
         }
@@ -74,8 +74,9 @@ impl Boundary3d {
                 let vertices = 0..self.triangulation.vertex_count;
                 let vertices =
                     self.of_block(vertices, &own, |v| self.triangulation.nodes_of_corner(v)[0]);
-                let is_there = |&vertex: &u32| self.triangulation.point(vertex, rest) == main.place;
-                let unlike = |&vertex: &u32| main.is_unlike(&self.outward_at(vertex, rest));
+                let is_there =
+                    |&vertex: &u32| self.triangulation.point(vertex, rest) == main.position;
+                let unlike = |&vertex: &u32| main.is_on_other_side(&self.outward_at(vertex, rest));
                 let vertex = vertices.filter(is_there).min_by_key(unlike)?;
                 let (triangle, foot) = self.triangle_at(target, &others, rest)?;
                 Some((Self::face_pair(vertex, triangle), foot))
@@ -123,11 +124,11 @@ impl Boundary3d {
         let own = self.of_block(all, nodes, |t| self.triangulation.nodes_of_triangle(t)[0]);
         let beside = own.filter_map(|triangle| {
             let corners = self.triangulation.triangle(triangle, rest);
-            if !is_about(&mark.place, &corners) {
+            if !is_about(&mark.position, &corners) {
                 return None;
             }
             let facing = crate::contact::narrow_phase::point_triangle::PointTriangle::new(
-                &mark.place,
+                &mark.position,
                 &corners,
             );
             let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
@@ -156,10 +157,10 @@ impl Boundary3d {
         let own = self.of_block(all, nodes, |e| self.triangulation.nodes_of_edge(e)[0]);
         let along = own.filter_map(|edge| {
             let [a, b] = self.triangulation.edge(edge, rest);
-            if !is_about(&mark.place, &[a, b]) {
+            if !is_about(&mark.position, &[a, b]) {
                 return None;
             }
-            let (side, from) = (sub(&b, &a), sub(&mark.place, &a));
+            let (side, from) = (sub(&b, &a), sub(&mark.position, &a));
             let length = norm(&side);
             let foot = dot(&from, &side) / (length * length);
             let turned = norm(&cross(&side, direction)) / length;
@@ -168,7 +169,7 @@ impl Boundary3d {
             let is_part = turned <= SAME_FEATURE_ANGLE
                 && beside <= SAME_FEATURE_ANGLE * length
                 && outside <= SAME_FEATURE_ANGLE;
-            let unlike = || mark.is_unlike(&self.triangulation.outward(edge, rest));
+            let unlike = || mark.is_on_other_side(&self.triangulation.outward(edge, rest));
             is_part.then(|| (edge, foot.clamp(0.0, 1.0), (unlike(), outside)))
         });
         let better = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));

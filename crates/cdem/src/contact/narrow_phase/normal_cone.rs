@@ -14,7 +14,7 @@ impl Boundary3d {
     ///   face on its other side.
     /// - The vertex is within `depth` of the triangle, and a face of it lies flush on the triangle.
     ///   The rims of two faces that end together are nearly parallel and cross many times.
-    pub(crate) fn lies_on(
+    pub(crate) fn foot_is_on(
         &self,
         (vertex, triangle): (u32, u32),
         facing: &PointTriangle,
@@ -33,14 +33,14 @@ impl Boundary3d {
                 || inside >= -slack - beyond_reentrant(self.triangulation.turn(edge, at), depth)
                 || inside >= -slack - depth
                     && is_near()
-                    && self.leads_onto(vertex, (triangle, k), &facing.normal, at)
+                    && self.has_flush_edge_into(vertex, (triangle, k), &facing.normal, at)
         })
     }
 
     /// Returns true if the feet of two edges that cross lie on them. Also returns true if a foot
     /// lies beyond an end at which a [re-entrant](beyond_reentrant) edge begins, by no more than
     /// `depth` in a face beside that edge allows.
-    pub(crate) fn cross_on(
+    pub(crate) fn feet_are_on(
         &self,
         edges: [u32; 2],
         foot: &[f64; 2],
@@ -101,7 +101,7 @@ impl Boundary3d {
 
     /// Returns true if an edge of a vertex lies in the plane of a triangle, and leads to the inner
     /// side of edge `k`.
-    fn leads_onto(
+    fn has_flush_edge_into(
         &self,
         vertex: u32,
         (triangle, k): (u32, usize),

@@ -101,10 +101,10 @@ impl TriangleMotion {
 
     /// Returns the coefficients of each corner for a direction.
     pub(super) fn rows(&self, direction: &[f64; 3]) -> [[f64; 3]; 3] {
-        let drift_interval = cross(&self.offset, direction);
+        let moment = cross(&self.offset, direction);
         let (tilt, spin) = (
-            cross(&self.normal, &drift_interval),
-            0.5 * dot(&self.normal, &drift_interval),
+            cross(&self.normal, &moment),
+            0.5 * dot(&self.normal, &moment),
         );
         std::array::from_fn(|k| {
             let gradient = &self.gradients[k];

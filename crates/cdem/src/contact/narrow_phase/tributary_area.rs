@@ -173,14 +173,14 @@ impl Boundary3d {
         let mut sum = 0.0;
         for &facet in &main {
             let one = ProjectedFacet::new(self, facet, &plane, at);
-            let beneath = self.beneath(&one, &target, (&normal, &plane), at);
+            let beneath = self.overlapping_facets(&one, &target, (&normal, &plane), at);
             for other in &beneath {
                 let piece = clip(&one.corners, &other.corners);
                 if area(&piece) <= tolerance * tolerance {
                     continue;
                 }
-                sum += share_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
-                    let above = self.beneath(other, &main, (&normal, &plane), at);
+                sum += area_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
+                    let above = self.overlapping_facets(other, &main, (&normal, &plane), at);
                     let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
@@ -200,14 +200,14 @@ impl Boundary3d {
         }
         if vertex.is_none() {
             let sides = [main.as_slice(), target.as_slice()];
-            sum += self.share_of_others(sides, (&normal, &plane), at, tolerance);
+            sum += self.tributary_area_of_others(sides, (&normal, &plane), at, tolerance);
         }
         sum
     }
 
     /// Returns the area of a crossing at the rim of the `target` facets, m²: its fraction of the
     /// overlaps with main facets that have no other contact point.
-    fn share_of_others(
+    fn tributary_area_of_others(
         &self,
         [main, target]: [&[u32]; 2],
         (normal, plane): (&[f64; 3], &ContactPlane),
@@ -217,7 +217,7 @@ impl Boundary3d {
         let mut sum = 0.0;
         for &facet in target {
             let other = ProjectedFacet::new(self, facet, plane, at);
-            let above = self.beneath(&other, main, (normal, plane), at);
+            let above = self.overlapping_facets(&other, main, (normal, plane), at);
             let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
             if weight == 0.0 {
                 continue;
@@ -225,11 +225,11 @@ impl Boundary3d {
             for one in &above {
                 let piece = clip(&one.corners, &other.corners);
                 if area(&piece) <= tolerance * tolerance
-                    || share_of_corner(&piece, [one, &other], tolerance).is_some()
+                    || area_of_corner(&piece, [one, &other], tolerance).is_some()
                 {
                     continue;
                 }
-                let beneath = self.beneath(one, target, (normal, plane), at);
+                let beneath = self.overlapping_facets(one, target, (normal, plane), at);
                 let sides = [(one, beneath.as_slice()), (&other, above.as_slice())];
                 if touching_weight(sides, &mean(&piece), tolerance) == 0.0
                     && crossings(one, &beneath, tolerance).is_empty()
@@ -260,7 +260,7 @@ impl Boundary3d {
     }
 
     /// Returns the flush facets that overlap a facet, by a walk from those given.
-    fn beneath(
+    fn overlapping_facets(
         &self,
         patch: &ProjectedFacet,
         from: &[u32],
@@ -295,7 +295,7 @@ impl Boundary3d {
 
 /// Returns the area that the contact at the origin has in the overlap of two facets, m²; 0 if it is
 /// no corner of the overlap. Returns `None` if no corner is a contact point.
-fn share_of_corner(
+fn area_of_corner(
     piece: &[[f64; 2]],
     [one, other]: [&ProjectedFacet; 2],
     tolerance: f64,

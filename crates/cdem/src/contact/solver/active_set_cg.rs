@@ -21,7 +21,7 @@ use crate::math::vector::{add_scaled, dot};
 #[derive(Clone, Debug, Default)]
 pub(super) struct ActiveSetCg<const D: usize, P> {
     /// Indices of the SIMD blocks of active contacts.
-    packs: Vec<u32>,
+    simd_blocks: Vec<u32>,
     /// True for each row whose impulse is within its bounds.
     free: Vec<[bool; D]>,
     /// Velocity errors in free rows, m/s.
@@ -79,7 +79,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         self.direction.resize(count, [0.0; D]);
         self.response.resize(count, [0.0; D]);
         self.velocity.resize(system.velocity.len(), P::default());
-        system.active_blocks(&mut self.packs);
+        system.active_blocks(&mut self.simd_blocks);
         let mut velocity = std::mem::take(&mut system.velocity);
         system.relative_velocities(&mut velocity, &mut self.response);
         system.velocity = velocity;
@@ -122,8 +122,8 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
             0.0
         };
         self.square = square;
-        for &pack in &self.packs {
-            self.velocity[pack as usize] = P::default();
+        for &simd_block in &self.simd_blocks {
+            self.velocity[simd_block as usize] = P::default();
         }
         let missing = &self.missing;
         let turn = |place: usize, direction: &mut [f64; D]| {
@@ -191,9 +191,13 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
             }
         }
         let step = BlockFactors::new(Scalar::new(), &[step]);
-        for pack in self.packs.iter().map(|&pack| pack as usize) {
-            let made = std::array::from_ref(&self.velocity[pack]);
-            system.velocity[pack].add_scaled(Scalar::new(), &step, made);
+        for simd_block in self
+            .simd_blocks
+            .iter()
+            .map(|&simd_block| simd_block as usize)
+        {
+            let made = std::array::from_ref(&self.velocity[simd_block]);
+            system.velocity[simd_block].add_scaled(Scalar::new(), &step, made);
         }
     }
 

@@ -371,7 +371,7 @@ impl<'a, V> NodeValues<'a, V> {
 
 impl<V: SimdBlock> SimdBlocks<V> for NodeValues<'_, V> {
     #[inline(always)]
-    fn pack(&mut self, number: usize) -> &mut V {
+    fn simd_block(&mut self, number: usize) -> &mut V {
         // SAFETY: the caller of `new` guarantees it; all of `self` is borrowed.
         unsafe { self.values.get_mut(self.nodes[number] as usize) }
     }

@@ -29,11 +29,11 @@ fn truncated<const D: usize>(wide: &PaddedVector) -> [f64; D] {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConstraintRows<const D: usize, P> {
     /// Jacobians: relative velocities as functions of nodal velocities.
-    pub(super) operators: Vec<JacobianTerm<D>>,
+    pub(super) jacobian_terms: Vec<JacobianTerm<D>>,
     /// Responses M⁻¹Jᵀ, 1/kg, for each SIMD block of a contact in turn, row by row.
-    pub(super) gains: Vec<[P; D]>,
+    pub(super) responses: Vec<[P; D]>,
     /// Instead, where impulses act by columns: the columns of M⁻¹ for each Jacobian term.
-    pub(super) levers: Vec<ColumnTerm<D>>,
+    pub(super) column_terms: Vec<ColumnTerm<D>>,
     pub(super) columns: InverseMassColumns<D, P>,
 }
 
@@ -55,8 +55,8 @@ pub(super) struct ContactRows<const D: usize> {
     /// Index of its constraint.
     pub(super) number: u32,
     /// Its ranges among the terms.
-    pub(super) operators: Range<usize>,
-    pub(super) gains: Range<usize>,
+    pub(super) jacobian_terms: Range<usize>,
+    pub(super) responses: Range<usize>,
     /// Relative velocity in each row for a unit normal impulse, 1/kg.
     pub(super) by_normal: [f64; D],
     /// Inverse effective mass of the normal and of the tangents, 1/kg; 0 where the nodes are
@@ -111,9 +111,9 @@ pub(super) fn nodes_of<'a, const D: usize>(
 impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
     /// Removes the rows of all contacts, but no columns of M⁻¹.
     pub(super) fn clear(&mut self) {
-        self.operators.clear();
-        self.gains.clear();
-        self.levers.clear();
+        self.jacobian_terms.clear();
+        self.responses.clear();
+        self.column_terms.clear();
     }
 
     /// Returns the relative velocity of a contact, m/s, from the velocities of its nodes.
@@ -121,7 +121,7 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
     pub(super) fn relative(&self, point: &ContactRows<D>, velocity: &NodeValues<P>) -> [f64; D] {
         // One sum per component, because an addition waits for the one before.
         let mut sums = [[0.0; 4]; D];
-        for term in &self.operators[point.operators.clone()] {
+        for term in &self.jacobian_terms[point.jacobian_terms.clone()] {
             let first = (term.slot as usize, term.lane as usize);
             let node: [f64; D] = velocity.numbers(first, term.stride as usize);
             for c in 0..D {
@@ -156,9 +156,12 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
             return;
         }
         let factors = BlockFactors::new(simd, impulse);
-        velocity.change(&self.gains[point.gains.clone()], |pack, rows| {
-            pack.add_scaled(simd, &factors, rows);
-        });
+        velocity.change(
+            &self.responses[point.responses.clone()],
+            |simd_block, rows| {
+                simd_block.add_scaled(simd, &factors, rows);
+            },
+        );
     }
 
     /// Returns the Jacobian terms and column terms of a contact whose impulses act by columns.
@@ -167,8 +170,10 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
         &self,
         point: &ContactRows<D>,
     ) -> impl Iterator<Item = (&JacobianTerm<D>, &ColumnTerm<D>)> {
-        let own = point.operators.clone();
-        self.operators[own.clone()].iter().zip(&self.levers[own])
+        let own = point.jacobian_terms.clone();
+        self.jacobian_terms[own.clone()]
+            .iter()
+            .zip(&self.column_terms[own])
     }
 }
 
@@ -177,7 +182,7 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
 #[inline(always)]
 fn respond<S: Simd, const D: usize, P: SimdBlock>(
     simd: S,
-    mut gains: &mut [[P; D]],
+    mut responses: &mut [[P; D]],
     jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
 ) {
@@ -196,16 +201,16 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
             continue;
         }
         if coupled.len() == 1 {
-            let (gain, rest) = gains.split_at_mut(1);
-            let inverse = inertia.alone(nodes[own.start] as usize);
+            let (gain, rest) = responses.split_at_mut(1);
+            let inverse = inertia.lumped(nodes[own.start] as usize);
             for (row, gain) in jacobian.rows[own.start].iter().zip(&mut gain[0]) {
                 let made: [f64; D] = std::array::from_fn(|c| share * (inverse[c] * row[c]));
                 *gain = P::of(&made);
             }
-            gains = rest;
+            responses = rest;
             continue;
         }
-        let (of_own, rest) = gains.split_at_mut(D * coupled.len().div_ceil(P::WIDTH));
+        let (of_own, rest) = responses.split_at_mut(D * coupled.len().div_ceil(P::WIDTH));
         for (number, gain) in of_own.iter_mut().enumerate() {
             let (first, c) = (P::WIDTH * (number / D), number % D);
             let mut made = [P::default(); D];
@@ -222,7 +227,7 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
                 gain[r].add_scaled(simd, &share, &[made[r]]);
             }
         }
-        gains = rest;
+        responses = rest;
     }
 }
 
@@ -230,9 +235,9 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
 /// the contacts.
 pub(super) struct RowAssembly<'a, const D: usize, P> {
     pub(super) points: &'a mut [ContactRows<D>],
-    pub(super) operators: &'a mut [JacobianTerm<D>],
-    pub(super) gains: &'a mut [[P; D]],
-    pub(super) levers: &'a mut [ColumnTerm<D>],
+    pub(super) jacobian_terms: &'a mut [JacobianTerm<D>],
+    pub(super) responses: &'a mut [[P; D]],
+    pub(super) column_terms: &'a mut [ColumnTerm<D>],
     pub(super) columns: &'a InverseMassColumns<D, P>,
     pub(super) constraints: &'a [Constraint<D>],
     pub(super) mobility: KickMobility<'a, D>,
@@ -245,24 +250,26 @@ impl<const D: usize, P: SimdBlock> RowAssembly<'_, D, P> {
             return Arch::new().dispatch(self);
         }
         let (points, more) = self.points.split_at_mut(self.points.len() / 2);
-        let ends = [points[0].operators.start, points[0].gains.start];
-        let operators = self.operators;
-        let count = more[0].operators.start - ends[0];
-        let (operators, others) = operators.split_at_mut(count);
-        let (gains, other_gains) = self.gains.split_at_mut(more[0].gains.start - ends[1]);
-        let (levers, other_levers) = self.levers.split_at_mut(levers_of::<P>(count));
+        let ends = [points[0].jacobian_terms.start, points[0].responses.start];
+        let jacobian_terms = self.jacobian_terms;
+        let count = more[0].jacobian_terms.start - ends[0];
+        let (jacobian_terms, others) = jacobian_terms.split_at_mut(count);
+        let (responses, other_gains) = self
+            .responses
+            .split_at_mut(more[0].responses.start - ends[1]);
+        let (column_terms, other_levers) = self.column_terms.split_at_mut(levers_of::<P>(count));
         let first = Self {
             points,
-            operators,
-            gains,
-            levers,
+            jacobian_terms,
+            responses,
+            column_terms,
             ..self
         };
         let second = Self {
             points: more,
-            operators: others,
-            gains: other_gains,
-            levers: other_levers,
+            jacobian_terms: others,
+            responses: other_gains,
+            column_terms: other_levers,
             ..self
         };
         rayon::join(|| first.run(), || second.run());
@@ -274,13 +281,14 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (mut operators, mut gains, mut levers) = (self.operators, self.gains, self.levers);
+        let (mut jacobian_terms, mut responses, mut column_terms) =
+            (self.jacobian_terms, self.responses, self.column_terms);
         for point in self.points {
-            let (own, rest) = operators.split_at_mut(point.operators.len());
-            let (own_gains, rest_gains) = gains.split_at_mut(point.gains.len());
-            let (own_levers, rest_levers) = levers.split_at_mut(levers_of::<P>(own.len()));
+            let (own, rest) = jacobian_terms.split_at_mut(point.jacobian_terms.len());
+            let (own_gains, rest_gains) = responses.split_at_mut(point.responses.len());
+            let (own_levers, rest_levers) = column_terms.split_at_mut(levers_of::<P>(own.len()));
             let jacobian = &self.constraints[point.number as usize].jacobian;
-            let unheld = take(own, jacobian, self.mobility);
+            let unprescribed = take(own, jacobian, self.mobility);
             let seen = if P::BY_COLUMNS {
                 let moved = nodes_of(jacobian, self.mobility).filter(|(.., held)| !held);
                 for (lever, (_, node, _)) in own_levers.iter_mut().zip(moved) {
@@ -291,8 +299,8 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
                 respond(simd, own_gains, jacobian, self.mobility);
                 seen_by_gains(own, own_gains)
             };
-            point.set_effective_mass(&seen, &unheld);
-            (operators, gains, levers) = (rest, rest_gains, rest_levers);
+            point.set_effective_mass(&seen, &unprescribed);
+            (jacobian_terms, responses, column_terms) = (rest, rest_gains, rest_levers);
         }
     }
 }
@@ -301,17 +309,17 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
 /// prescribed, 1/kg, from lumped masses.
 #[inline(always)]
 fn take<const D: usize>(
-    operators: &mut [JacobianTerm<D>],
+    jacobian_terms: &mut [JacobianTerm<D>],
     jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
 ) -> [f64; D] {
-    let mut unheld = [0.0; D];
-    let mut terms = operators.iter_mut();
+    let mut unprescribed = [0.0; D];
+    let mut terms = jacobian_terms.iter_mut();
     for (k, node, held) in nodes_of(jacobian, mobility) {
         let rows = &jacobian.rows[k];
         let inverse = 1.0 / mobility.inertia.mass()[node as usize];
         for r in 0..D {
-            unheld[r] += dot(&rows[r], &rows[r]) * inverse;
+            unprescribed[r] += dot(&rows[r], &rows[r]) * inverse;
         }
         if !held && let Some(term) = terms.next() {
             for c in 0..D {
@@ -321,25 +329,25 @@ fn take<const D: usize>(
             }
         }
     }
-    unheld
+    unprescribed
 }
 
 /// Returns the number of column terms for a number of Jacobian terms.
-const fn levers_of<P: SimdBlock>(operators: usize) -> usize {
-    if P::BY_COLUMNS { operators } else { 0 }
+const fn levers_of<P: SimdBlock>(jacobian_terms: usize) -> usize {
+    if P::BY_COLUMNS { jacobian_terms } else { 0 }
 }
 
 /// Returns the relative velocity in each row for a unit impulse in each row, 1/kg.
 #[inline(always)]
 fn seen_by_gains<const D: usize, P: SimdBlock>(
-    operators: &[JacobianTerm<D>],
-    gains: &[[P; D]],
+    jacobian_terms: &[JacobianTerm<D>],
+    responses: &[[P; D]],
 ) -> [PaddedVector; D] {
     let mut seen = [[0.0; 4]; D];
-    for term in operators {
+    for term in jacobian_terms {
         for c in 0..D {
             let lane = term.lane as usize + c * term.stride as usize;
-            let gain = &gains[term.slot as usize + lane / P::WIDTH];
+            let gain = &responses[term.slot as usize + lane / P::WIDTH];
             for s in 0..D {
                 let gain = gain[s].numbers()[lane % P::WIDTH];
                 for r in 0..4 {
@@ -354,17 +362,17 @@ fn seen_by_gains<const D: usize, P: SimdBlock>(
 /// Returns these relative velocities for a contact whose impulses act by columns.
 #[inline(always)]
 fn seen_by_columns<const D: usize, P: SimdBlock>(
-    operators: &[JacobianTerm<D>],
-    levers: &[ColumnTerm<D>],
+    jacobian_terms: &[JacobianTerm<D>],
+    column_terms: &[ColumnTerm<D>],
     columns: &InverseMassColumns<D, P>,
 ) -> [PaddedVector; D] {
     let mut seen = [[0.0; 4]; D];
     for (s, seen) in seen.iter_mut().enumerate() {
         let mut unit = [0.0; D];
         unit[s] = 1.0;
-        for (term, lever) in operators.iter().zip(levers) {
+        for (term, lever) in jacobian_terms.iter().zip(column_terms) {
             let on_node = lever.on_node(term, &unit);
-            for other in operators.iter().zip(levers) {
+            for other in jacobian_terms.iter().zip(column_terms) {
                 lever.add_to_rows(columns, &on_node, other, seen);
             }
         }
@@ -376,11 +384,11 @@ impl<const D: usize> ContactRows<D> {
     /// Sets the effective masses, from the relative velocity in each row for a unit impulse in
     /// each row, 1/kg.
     #[inline(always)]
-    fn set_effective_mass(&mut self, own: &[PaddedVector; D], unheld: &[f64; D]) {
+    fn set_effective_mass(&mut self, own: &[PaddedVector; D], unprescribed: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
         // Nodes that are prescribed along the row cannot be pushed.
         let seen = |r: usize| {
-            if own[r][r] <= NEGLIGIBLE_MOBILITY * unheld[r] {
+            if own[r][r] <= NEGLIGIBLE_MOBILITY * unprescribed[r] {
                 0.0
             } else {
                 own[r][r]
@@ -411,8 +419,8 @@ impl<const D: usize> ContactRows<D> {
 
     /// Returns the largest error of the relative velocity that a proximal term of weight
     /// `reluctance` leaves, m/s. Directions at their bound count as none.
-    pub(super) fn residual(&self, reluctance: f64) -> f64 {
-        let mut missed = self.proximal_impulse(&self.impulse, reluctance);
+    pub(super) fn residual(&self, proximal_weight: f64) -> f64 {
+        let mut missed = self.proximal_impulse(&self.impulse, proximal_weight);
         if self.impulse[0] <= -self.limit.tension {
             return 0.0;
         }
@@ -454,10 +462,10 @@ impl<const D: usize> ContactRows<D> {
         &self,
         old: &[f64; D],
         relative: &[f64; D],
-        reluctance: ProximalWeight,
+        proximal_weight: ProximalWeight,
     ) -> ([f64; D], f64) {
         let mut impulse = *old;
-        let ProximalWeight { share, whole, give } = reluctance;
+        let ProximalWeight { share, whole, give } = proximal_weight;
         let back = if share > 0.0 {
             self.proximal_impulse(old, share)
         } else {

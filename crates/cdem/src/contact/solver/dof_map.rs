@@ -24,14 +24,14 @@ pub(super) struct DofMap {
     /// All of them, sorted.
     nodes: Vec<u32>,
     /// Nodes with a slot, whose velocities change at each visit, sorted; and their slots.
-    seated: Vec<u32>,
+    slots: Vec<u32>,
     seats: Vec<DofSlot>,
     /// The other nodes, sorted: those of blocks that move by columns and that no contact
     /// touches. They need no velocity before the impulses are known.
     others: Vec<u32>,
     groups: Vec<CoupledNodes>,
     /// The number of SIMD blocks.
-    packs: usize,
+    simd_blocks: usize,
 }
 
 /// Nodes that one mass matrix couples.
@@ -41,7 +41,7 @@ pub(super) struct CoupledNodes {
     /// Their ranges among the nodes with a slot, the other nodes, and the SIMD blocks.
     pub(super) seats: Range<usize>,
     pub(super) others: Range<usize>,
-    pub(super) packs: Range<u32>,
+    pub(super) simd_blocks: Range<u32>,
 }
 
 impl DofSlot {
@@ -49,18 +49,18 @@ impl DofSlot {
     /// `pack` on; and the number of these SIMD blocks.
     fn of<const D: usize, P: SimdBlock>(
         nodes: usize,
-        pack: usize,
+        simd_block: usize,
     ) -> (impl Iterator<Item = Self>, usize) {
-        let (packs, stride) = if nodes == 1 && !P::BY_COLUMNS {
+        let (simd_blocks, stride) = if nodes == 1 && !P::BY_COLUMNS {
             (1, 1)
         } else {
             (D * nodes.div_ceil(P::WIDTH), P::WIDTH)
         };
         let seats = (0..nodes).map(move |k| Self {
-            first: (P::WIDTH * (pack + D * (k / P::WIDTH)) + k % P::WIDTH) as u32,
+            first: (P::WIDTH * (simd_block + D * (k / P::WIDTH)) + k % P::WIDTH) as u32,
             stride: stride as u32,
         });
-        (seats, packs)
+        (seats, simd_blocks)
     }
 
     /// Returns the position of a component.
@@ -73,44 +73,44 @@ impl DofSlot {
 impl DofMap {
     /// Assigns slots for the nodes that contacts move, given sorted. Fills the `columns` of
     /// blocks that move by columns.
-    pub(super) fn seat<const D: usize, P: SimdBlock>(
+    pub(super) fn slot<const D: usize, P: SimdBlock>(
         &mut self,
         moved: &[u32],
         inertia: &InverseMass<D>,
         columns: &mut InverseMassColumns<D, P>,
     ) {
         self.nodes.clear();
-        self.seated.clear();
+        self.slots.clear();
         self.seats.clear();
         self.others.clear();
         self.groups.clear();
-        self.packs = 0;
+        self.simd_blocks = 0;
         columns.clear();
         let mut moved = moved;
         while let Some(&node) = moved.first() {
             let coupled = inertia.coupled(node as usize);
             let coupled = coupled.start as u32..coupled.end as u32;
             let (own, rest) = moved.split_at(moved.partition_point(|node| *node < coupled.end));
-            let starts = (self.seated.len(), self.others.len());
+            let starts = (self.slots.len(), self.others.len());
             self.nodes.extend(coupled.clone());
             if P::BY_COLUMNS {
                 let is_other = |node: &u32| own.binary_search(node).is_err();
-                self.seated.extend(own);
+                self.slots.extend(own);
                 self.others.extend(coupled.clone().filter(is_other));
                 columns.add(inertia, own, &self.others[starts.1..]);
             } else {
-                self.seated.extend(coupled.clone());
+                self.slots.extend(coupled.clone());
             }
-            let count = self.seated.len() - starts.0;
-            let (seats, packs) = DofSlot::of::<D, P>(count, self.packs);
+            let count = self.slots.len() - starts.0;
+            let (seats, simd_blocks) = DofSlot::of::<D, P>(count, self.simd_blocks);
             self.seats.extend(seats);
             self.groups.push(CoupledNodes {
                 nodes: coupled,
-                seats: starts.0..self.seated.len(),
+                seats: starts.0..self.slots.len(),
                 others: starts.1..self.others.len(),
-                packs: self.packs as u32..(self.packs + packs) as u32,
+                simd_blocks: self.simd_blocks as u32..(self.simd_blocks + simd_blocks) as u32,
             });
-            self.packs += packs;
+            self.simd_blocks += simd_blocks;
             moved = rest;
         }
     }
@@ -121,8 +121,8 @@ impl DofMap {
     }
 
     /// Returns the nodes with a slot, sorted.
-    pub(super) fn seated(&self) -> impl ExactSizeIterator<Item = (u32, DofSlot)> + '_ {
-        self.seated.iter().copied().zip(self.seats.iter().copied())
+    pub(super) fn slots(&self) -> impl ExactSizeIterator<Item = (u32, DofSlot)> + '_ {
+        self.slots.iter().copied().zip(self.seats.iter().copied())
     }
 
     /// Returns the nodes without a slot, sorted.
@@ -135,20 +135,20 @@ impl DofMap {
     }
 
     /// Returns the number of SIMD blocks.
-    pub(super) fn packs(&self) -> usize {
-        self.packs
+    pub(super) fn simd_blocks(&self) -> usize {
+        self.simd_blocks
     }
 
     /// Returns the index of a node among those with a slot, its slot, and the SIMD blocks of
     /// all nodes that a mass matrix couples to it.
     pub(super) fn find(&self, node: u32) -> (usize, DofSlot, Range<u32>) {
-        let place = self.seated.partition_point(|&other| other < node);
+        let place = self.slots.partition_point(|&other| other < node);
         (place, self.seats[place], self.packs_around(node))
     }
 
     fn packs_around(&self, node: u32) -> Range<u32> {
         let group = self.groups.partition_point(|group| group.nodes.end <= node);
-        self.groups[group].packs.clone()
+        self.groups[group].simd_blocks.clone()
     }
 
     /// Appends the SIMD blocks that a contact moves to `all`.
@@ -160,9 +160,9 @@ impl DofMap {
     ) {
         let start = all.len();
         for (_, node, _) in nodes_of(jacobian, mobility).filter(|(.., held)| !held) {
-            let packs = self.packs_around(node);
-            if !all[start..].contains(&packs.start) {
-                all.extend(packs);
+            let simd_blocks = self.packs_around(node);
+            if !all[start..].contains(&simd_blocks.start) {
+                all.extend(simd_blocks);
             }
         }
     }

@@ -68,85 +68,85 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
 
     /// Finds the impulses. Returns the residual.
     fn iterate(&mut self, done: f64, least: f64) -> f64 {
-        let mut course = SolveProgress {
+        let mut progress = SolveProgress {
             done,
             least: least.max(SOLVE_ROUND_OFF * self.fastest()),
             ..SolveProgress::default()
         };
         self.activate_all();
         let (residual, scale) = if self.points.len() <= FEW_CONTACTS {
-            self.follow(&mut course, 0.0)
+            self.follow(&mut progress, 0.0)
         } else {
-            self.activate_and_iterate(&mut course)
+            self.activate_and_iterate(&mut progress)
         };
         if residual.is_nan() {
             return f64::INFINITY; // the run stops at the end of the step
         }
-        if course.reluctance == 0.0 {
+        if progress.proximal_weight == 0.0 {
             return residual;
         }
         let points = self.points.iter();
-        let missed = points.map(|point| point.residual(course.reluctance));
+        let missed = points.map(|point| point.residual(progress.proximal_weight));
         residual.max(missed.fold(0.0, f64::max) / scale)
     }
 
     /// Solves a large island: alternates a sweep over all contacts with [`Self::follow`], which
     /// deactivates converged ones. Ends with a sweep over all. Returns its residual and its
     /// scale, m/s.
-    fn activate_and_iterate(&mut self, course: &mut SolveProgress) -> (f64, f64) {
-        course.dozes = CONVERGED_FRACTION * course.done;
+    fn activate_and_iterate(&mut self, progress: &mut SolveProgress) -> (f64, f64) {
+        progress.deactivation_threshold = CONVERGED_FRACTION * progress.done;
         let mut before = f64::INFINITY;
         loop {
             self.activate_all();
-            let (residual, SweepResult { scale, .. }) = self.sweep_to(course);
-            course.effort += 1;
-            if residual.is_nan() || residual <= course.done || course.is_over() {
+            let (residual, SweepResult { scale, .. }) = self.sweep_to(progress);
+            progress.effort += 1;
+            if residual.is_nan() || residual <= progress.done || progress.is_over() {
                 return (residual, scale);
             }
             // Contacts that contradict each other would reactivate each other forever.
             if residual > CG_WORTH * before {
-                course.dozes = 0.0;
+                progress.deactivation_threshold = 0.0;
             }
             before = residual;
-            self.follow(course, scale);
+            self.follow(progress, scale);
         }
     }
 
     /// Runs phases 1 to 4 with the active contacts until their residual is met or the solve is
     /// over. Deactivates contacts as they converge. `scale` is that of all contacts, m/s.
     /// Returns the residual and the scale of the last sweep.
-    fn follow(&mut self, course: &mut SolveProgress, scale: f64) -> (f64, f64) {
-        let (done, least) = (course.done, course.least);
+    fn follow(&mut self, progress: &mut SolveProgress, scale: f64) -> (f64, f64) {
+        let (done, least) = (progress.done, progress.least);
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
-        self.deactivate_converged(course.dozes * scale);
+        self.deactivate_converged(progress.deactivation_threshold * scale);
         let (mut sweeps, mut last, mut best) = (0, f64::INFINITY, f64::INFINITY);
-        let mut in_vain = 0;
+        let mut failed_tries = 0;
         let last_sweep = loop {
-            let (of_own, swept) = self.sweep_to(course);
+            let (of_own, swept) = self.sweep_to(progress);
             let own = swept.scale;
             let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
-            course.effort += 1;
-            course.last += u32::from(course.reluctance > 0.0);
+            progress.effort += 1;
+            progress.last += u32::from(progress.proximal_weight > 0.0);
             sweeps += 1;
-            if residual.is_nan() || residual <= done || course.is_over() {
+            if residual.is_nan() || residual <= done || progress.is_over() {
                 break (residual, scale);
             }
             let pause = sweeps % STALL_SWEEPS == 0;
-            if course.reluctance > 0.0 || !pause || residual <= STALL_RATIO * last {
+            if progress.proximal_weight > 0.0 || !pause || residual <= STALL_RATIO * last {
                 last = if pause { residual } else { last };
                 // The first sweep after active-set CG may change contacts that the next one
                 // changes back.
                 if sweeps > 1 {
-                    self.deactivate_converged(course.dozes * scale);
+                    self.deactivate_converged(progress.deactivation_threshold * scale);
                 }
                 directions.advance(self, swept.square);
                 continue;
             }
-            in_vain = if residual <= CG_WORTH * best {
+            failed_tries = if residual <= CG_WORTH * best {
                 0
             } else {
-                in_vain + 1
+                failed_tries + 1
             };
             if residual <= best {
                 best = residual;
@@ -154,14 +154,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             } else {
                 directions.restore(self);
             }
-            let left = (MAX_SWEEPS - LAST_SWEEPS).saturating_sub(course.effort);
-            if in_vain < CG_TRIES && left > 0 {
-                let steps = left.min(CG_STEPS << course.descents);
-                course.effort += self.descend(steps, least.max(done * scale), scale);
-                course.descents = LONGEST_CG_DOUBLING.min(course.descents + 1);
+            let left = (MAX_SWEEPS - LAST_SWEEPS).saturating_sub(progress.effort);
+            if failed_tries < CG_TRIES && left > 0 {
+                let steps = left.min(CG_STEPS << progress.descents);
+                progress.effort += self.descend(steps, least.max(done * scale), scale);
+                progress.descents = LONGEST_CG_DOUBLING.min(progress.descents + 1);
             } else {
                 // All contacts take part in the last sweeps, until they converge again.
-                course.reluctance = PROXIMAL_WEIGHT;
+                progress.proximal_weight = PROXIMAL_WEIGHT;
                 self.activate_all();
             }
             directions.begin(self);
@@ -173,13 +173,13 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
 
     /// Runs a sweep. Returns its residual, and its result. The residual is NaN if a change is
     /// not finite, and at most `done` if the change is round-off.
-    fn sweep_to(&mut self, course: &SolveProgress) -> (f64, SweepResult) {
-        let swept = self.sweep(course.reluctance);
+    fn sweep_to(&mut self, progress: &SolveProgress) -> (f64, SweepResult) {
+        let swept = self.sweep(progress.proximal_weight);
         let SweepResult { change, scale, .. } = swept;
         let residual = if !(change + scale).is_finite() {
             f64::NAN
-        } else if change <= course.least {
-            (change / scale).min(course.done) // a ratio of round-off means nothing
+        } else if change <= progress.least {
+            (change / scale).min(progress.done) // a ratio of round-off means nothing
         } else {
             change / scale
         };
@@ -194,12 +194,12 @@ struct SolveProgress {
     done: f64,
     least: f64,
     /// Change of relative velocity below which a contact is deactivated, over the scale.
-    dozes: f64,
+    deactivation_threshold: f64,
     /// The number of sweeps and CG steps.
     effort: u32,
     /// The number of times that the limit of CG steps has doubled.
     descents: u32,
-    reluctance: f64,
+    proximal_weight: f64,
     /// The number of sweeps with the proximal term.
     last: u32,
 }

@@ -18,7 +18,7 @@ use crate::model::inverse_mass::InverseMass;
 pub(super) struct InverseMassColumns<const D: usize, P> {
     /// Velocities at the touched nodes of the block for unit impulses, 1/kg, in SIMD blocks of
     /// one component.
-    packs: Vec<P>,
+    simd_blocks: Vec<P>,
     /// Velocities at its other nodes for unit impulses, 1/kg.
     beyond: Vec<f64>,
     /// Start of the column of each component of each node.
@@ -27,13 +27,13 @@ pub(super) struct InverseMassColumns<const D: usize, P> {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct BlockStart {
-    packs: u32,
+    simd_blocks: u32,
     beyond: u32,
 }
 
 impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
     pub(super) fn clear(&mut self) {
-        self.packs.clear();
+        self.simd_blocks.clear();
         self.beyond.clear();
         self.starts.clear();
     }
@@ -47,20 +47,20 @@ impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
             let first = inertia.coupled(node).start;
             let mut starts = [BlockStart::default(); D];
             for c in 0..D {
-                let alike = inertia.first_alike(node, c);
+                let alike = inertia.first_equal_column(node, c);
                 if alike < c {
                     starts[c] = starts[alike];
                     continue;
                 }
                 starts[c] = BlockStart {
-                    packs: self.packs.len() as u32,
+                    simd_blocks: self.simd_blocks.len() as u32,
                     beyond: self.beyond.len() as u32,
                 };
                 let column = inertia.column(node, c);
                 let entry = |other: u32| column[other as usize - first];
                 entries.clear();
                 entries.extend(touched.iter().map(|&other| entry(other)));
-                self.packs.extend(entries.chunks(P::WIDTH).map(P::of));
+                self.simd_blocks.extend(entries.chunks(P::WIDTH).map(P::of));
                 self.beyond.extend(others.iter().map(|&other| entry(other)));
             }
             self.starts.push(starts);
@@ -105,13 +105,13 @@ impl<const D: usize> ColumnTerm<D> {
     pub(super) fn new<P: SimdBlock>(
         columns: &InverseMassColumns<D, P>,
         node: usize,
-        (slot, packs): (usize, usize),
+        (slot, simd_blocks): (usize, usize),
     ) -> Self {
         Self {
             node: node as u32,
             slot: slot as u32,
-            count: (packs / D) as u32,
-            columns: columns.starts[node].map(|start| start.packs),
+            count: (simd_blocks / D) as u32,
+            columns: columns.starts[node].map(|start| start.simd_blocks),
             share: 1.0,
         }
     }
@@ -145,9 +145,9 @@ impl<const D: usize> ColumnTerm<D> {
     ) {
         for c in 0..D {
             let factor = BlockFactors::new(simd, &[on_node[c]]);
-            let column = &columns.packs[self.columns[c] as usize..][..self.count as usize];
+            let column = &columns.simd_blocks[self.columns[c] as usize..][..self.count as usize];
             for (k, entries) in column.iter().enumerate() {
-                let own = velocity.pack(self.slot as usize + D * k + c);
+                let own = velocity.simd_block(self.slot as usize + D * k + c);
                 own.add_scaled(simd, &factor, std::array::from_ref(entries));
             }
         }
@@ -166,9 +166,9 @@ impl<const D: usize> ColumnTerm<D> {
         if !self.moves(other) {
             return;
         }
-        let pack = (term.slot - other.slot) as usize / D;
+        let simd_block = (term.slot - other.slot) as usize / D;
         for c in 0..D {
-            let entries = &columns.packs[self.columns[c] as usize + pack];
+            let entries = &columns.simd_blocks[self.columns[c] as usize + simd_block];
             let velocity = entries.numbers()[term.lane as usize] * on_node[c];
             for r in 0..4 {
                 rows[r] += velocity * term.columns[c][r];

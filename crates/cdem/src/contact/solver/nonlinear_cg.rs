@@ -40,9 +40,10 @@ impl<P: SimdBlock> NonlinearCg<P> {
             self.heading.fill(P::default());
             self.before.copy_from_slice(velocity);
         }
-        for &pack in &self.listed {
-            let pack = pack as usize;
-            (self.heading[pack], self.before[pack]) = (P::default(), velocity[pack]);
+        for &simd_block in &self.listed {
+            let simd_block = simd_block as usize;
+            (self.heading[simd_block], self.before[simd_block]) =
+                (P::default(), velocity[simd_block]);
         }
     }
 
@@ -64,12 +65,12 @@ impl<P: SimdBlock> NonlinearCg<P> {
         }
         self.is_listed.clear();
         self.is_listed.resize(self.before.len(), false);
-        for pack in awake
+        for simd_block in awake
             .iter()
             .flat_map(|&place| colours.nodes(place as usize))
         {
-            if !std::mem::replace(&mut self.is_listed[*pack as usize], true) {
-                self.listed.push(*pack);
+            if !std::mem::replace(&mut self.is_listed[*simd_block as usize], true) {
+                self.listed.push(*simd_block);
             }
         }
     }
@@ -78,12 +79,12 @@ impl<P: SimdBlock> NonlinearCg<P> {
     /// sweep.
     pub(super) fn leave<const D: usize>(
         &mut self,
-        packs: &[u32],
+        simd_blocks: &[u32],
         (terms, point): (&ConstraintRows<D, P>, &ContactRows<D>),
     ) {
         let back = scale(-1.0, &point.direction);
         Arch::new().dispatch(ApplyImpulses {
-            packs,
+            simd_blocks,
             terms,
             point,
             changes: [(&back, &mut self.heading), (&point.step, &mut self.before)],
@@ -93,16 +94,16 @@ impl<P: SimdBlock> NonlinearCg<P> {
     /// Moves velocities along the direction by `ratio` after a sweep.
     pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [P]) {
         self.ratio = ratio;
-        let packs = [velocity, &mut self.heading, &mut self.before];
+        let simd_blocks = [velocity, &mut self.heading, &mut self.before];
         if self.are_listed {
             let listed = Some(&*self.listed);
             Arch::new().dispatch(AdvanceBlocks {
                 ratio,
-                packs,
+                simd_blocks,
                 listed,
             });
         } else {
-            advance_all(ratio, packs);
+            advance_all(ratio, simd_blocks);
         }
     }
 
@@ -115,8 +116,8 @@ impl<P: SimdBlock> NonlinearCg<P> {
 /// Moves a velocity along its last direction by `ratio`. The new direction is the whole change
 /// since the last call.
 #[inline(always)]
-fn advance<P: SimdBlock>(ratio: f64, packs: [&mut P; 3]) {
-    let [velocity, heading, before] = packs;
+fn advance<P: SimdBlock>(ratio: f64, simd_blocks: [&mut P; 3]) {
+    let [velocity, heading, before] = simd_blocks;
     let (velocity, heading) = (velocity.numbers_mut(), heading.numbers_mut());
     let before = before.numbers_mut();
     for c in 0..P::WIDTH {
@@ -140,7 +141,7 @@ fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P];
     }
     Arch::new().dispatch(AdvanceBlocks {
         ratio,
-        packs: [velocity, heading, before],
+        simd_blocks: [velocity, heading, before],
         listed: None,
     });
 }
@@ -149,7 +150,7 @@ fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P];
 struct AdvanceBlocks<'a, P> {
     ratio: f64,
     /// Velocities, directions, and velocities before the last sweep.
-    packs: [&'a mut [P]; 3],
+    simd_blocks: [&'a mut [P]; 3],
     listed: Option<&'a [u32]>,
 }
 
@@ -158,11 +159,15 @@ impl<P: SimdBlock> WithSimd for AdvanceBlocks<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let [velocity, heading, before] = self.packs;
+        let [velocity, heading, before] = self.simd_blocks;
         if let Some(listed) = self.listed {
-            for &pack in listed {
-                let pack = pack as usize;
-                let own = [&mut velocity[pack], &mut heading[pack], &mut before[pack]];
+            for &simd_block in listed {
+                let simd_block = simd_block as usize;
+                let own = [
+                    &mut velocity[simd_block],
+                    &mut heading[simd_block],
+                    &mut before[simd_block],
+                ];
                 advance(self.ratio, own);
             }
             return;
@@ -175,7 +180,7 @@ impl<P: SimdBlock> WithSimd for AdvanceBlocks<'_, P> {
 
 /// Adds the response to two impulses of a contact, each to values of its own.
 struct ApplyImpulses<'a, const D: usize, P> {
-    packs: &'a [u32],
+    simd_blocks: &'a [u32],
     terms: &'a ConstraintRows<D, P>,
     point: &'a ContactRows<D>,
     changes: [(&'a [f64; D], &'a mut [P]); 2],
@@ -187,7 +192,7 @@ impl<const D: usize, P: SimdBlock> WithSimd for ApplyImpulses<'_, D, P> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (impulse, all) in self.changes {
-            let numbers = self.packs;
+            let numbers = self.simd_blocks;
             let values = &mut BlockList { numbers, all };
             self.terms.push(simd, self.point, impulse, values);
         }

@@ -37,20 +37,20 @@ pub(crate) trait SimdBlock: Pod + Debug + Default + Send + Sync {
     /// Returns the first numbers of a slice, padded with 0.
     #[inline(always)]
     fn of(numbers: &[f64]) -> Self {
-        let mut pack = Self::default();
+        let mut simd_block = Self::default();
         if let Some(all) = numbers.get(..Self::WIDTH) {
-            pack.numbers_mut().copy_from_slice(all);
+            simd_block.numbers_mut().copy_from_slice(all);
         } else {
-            pack.numbers_mut()[..numbers.len()].copy_from_slice(numbers);
+            simd_block.numbers_mut()[..numbers.len()].copy_from_slice(numbers);
         }
-        pack
+        simd_block
     }
 }
 
 /// SIMD blocks of a contact, for writing.
 pub(super) trait SimdBlocks<P> {
     /// Returns the one with an index, from 0.
-    fn pack(&mut self, number: usize) -> &mut P;
+    fn simd_block(&mut self, number: usize) -> &mut P;
 
     /// Changes each in turn, with its entry of `of_each`.
     fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut P, &T));
@@ -64,7 +64,7 @@ pub(super) struct BlockList<'a, P> {
 
 impl<P: SimdBlock> SimdBlocks<P> for BlockList<'_, P> {
     #[inline(always)]
-    fn pack(&mut self, number: usize) -> &mut P {
+    fn simd_block(&mut self, number: usize) -> &mut P {
         &mut self.all[self.numbers[number] as usize]
     }
 

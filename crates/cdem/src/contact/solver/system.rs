@@ -72,9 +72,9 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
         let filling = RowAssembly {
             points: &mut self.points,
-            operators: &mut self.terms.operators,
-            gains: &mut self.terms.gains,
-            levers: &mut self.terms.levers,
+            jacobian_terms: &mut self.terms.jacobian_terms,
+            responses: &mut self.terms.responses,
+            column_terms: &mut self.terms.column_terms,
             columns: &self.terms.columns,
             constraints,
             mobility,
@@ -113,17 +113,18 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         moved.sort_unstable();
         moved.dedup();
         self.seating
-            .seat(moved, mobility.inertia, &mut self.terms.columns);
+            .slot(moved, mobility.inertia, &mut self.terms.columns);
         let seating = &self.seating;
         self.packs_of.clear();
         for Constraint {
             jacobian: operator, ..
         } in constraints
         {
-            let add = |packs: &mut Vec<u32>| seating.add_packs(operator, mobility, packs);
+            let add =
+                |simd_blocks: &mut Vec<u32>| seating.add_packs(operator, mobility, simd_blocks);
             self.packs_of.push(add);
         }
-        self.colours.arrange(seating.packs(), &self.packs_of);
+        self.colours.arrange(seating.simd_blocks(), &self.packs_of);
         let packs_of = std::mem::take(&mut self.packs_of);
         self.arrange(constraints, &packs_of, mobility);
         self.packs_of = packs_of;
@@ -142,7 +143,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         for place in 0..constraints.len() {
             let number = self.colours.order()[place];
             let list = packs_of.of(number as usize);
-            let start = [self.terms.operators.len(), self.terms.gains.len()];
+            let start = [self.terms.jacobian_terms.len(), self.terms.responses.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].jacobian, mobility) {
                 if held {
                     self.held.push(PrescribedNode {
@@ -155,13 +156,13 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 }
             }
             if !P::BY_COLUMNS {
-                let gains = list.iter().map(|_| [P::default(); D]);
-                self.terms.gains.extend(gains);
+                let responses = list.iter().map(|_| [P::default(); D]);
+                self.terms.responses.extend(responses);
             }
             self.points.push(ContactRows {
                 number,
-                operators: start[0]..self.terms.operators.len(),
-                gains: start[1]..self.terms.gains.len(),
+                jacobian_terms: start[0]..self.terms.jacobian_terms.len(),
+                responses: start[1]..self.terms.responses.len(),
                 by_normal: [0.0; D],
                 compliance: [0.0; 2],
                 inertia: [0.0; D],
@@ -179,19 +180,21 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
 
     /// Adds a node to a contact that moves the SIMD blocks of this list.
     fn add_node(&mut self, node: u32, list: &[u32]) {
-        let (place, seat, packs) = self.seating.find(node);
+        let (place, seat, simd_blocks) = self.seating.find(node);
         let first = seat.number(0);
-        let slot = list.iter().position(|&pack| pack == packs.start);
+        let slot = list
+            .iter()
+            .position(|&simd_block| simd_block == simd_blocks.start);
         let slot = slot.expect("a list of all packs");
-        self.terms.operators.push(JacobianTerm {
-            slot: (slot + first / P::WIDTH - packs.start as usize) as u32,
+        self.terms.jacobian_terms.push(JacobianTerm {
+            slot: (slot + first / P::WIDTH - simd_blocks.start as usize) as u32,
             lane: (first % P::WIDTH) as u32,
             stride: seat.stride,
             columns: [[0.0; 4]; D],
         });
         if P::BY_COLUMNS {
-            let lever = ColumnTerm::new(&self.terms.columns, place, (slot, packs.len()));
-            self.terms.levers.push(lever);
+            let lever = ColumnTerm::new(&self.terms.columns, place, (slot, simd_blocks.len()));
+            self.terms.column_terms.push(lever);
         }
     }
 
@@ -205,7 +208,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.velocity
             .resize(self.colours.node_count(), P::default());
         let numbers = bytemuck::cast_slice_mut::<P, f64>(&mut self.velocity);
-        for (node, seat) in self.seating.seated() {
+        for (node, seat) in self.seating.slots() {
             for (c, component) in velocity(node).into_iter().enumerate() {
                 numbers[seat.number(c)] = component;
             }
@@ -238,7 +241,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             return;
         }
         self.on_nodes.clear();
-        self.on_nodes.resize(self.seating.seated().len(), [0.0; D]);
+        self.on_nodes.resize(self.seating.slots().len(), [0.0; D]);
         for point in &self.points {
             let made = sub(&point.impulse, &point.borne);
             for (term, lever) in self.terms.by_columns(point) {
@@ -301,7 +304,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let of = |seat: DofSlot| std::array::from_fn(|c| numbers[seat.number(c)]);
         let seated = self
             .seating
-            .seated()
+            .slots()
             .map(move |(node, seat)| (node, of(seat)));
         let others = self.seating.others().iter().copied();
         seated.chain(others.zip(self.others.iter().copied()))
@@ -320,11 +323,11 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
         let (points, heading) = (&self.points, &mut self.heading);
         let terms = &self.terms;
-        self.colours.deactivate(|place, packs| {
+        self.colours.deactivate(|place, simd_blocks| {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                heading.leave(packs, (terms, point));
+                heading.leave(simd_blocks, (terms, point));
             }
             stays
         });
@@ -338,22 +341,22 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     }
 
     /// Returns the SIMD blocks of the active contacts, sorted.
-    pub(super) fn active_blocks(&self, packs: &mut Vec<u32>) {
-        packs.clear();
+    pub(super) fn active_blocks(&self, simd_blocks: &mut Vec<u32>) {
+        simd_blocks.clear();
         for &place in self.colours.active() {
-            packs.extend_from_slice(self.colours.nodes(place as usize));
+            simd_blocks.extend_from_slice(self.colours.nodes(place as usize));
         }
-        packs.sort_unstable();
-        packs.dedup();
+        simd_blocks.sort_unstable();
+        simd_blocks.dedup();
     }
 
     /// Runs one Gauss–Seidel sweep over the active contacts. `reluctance` is the weight of the
     /// proximal term.
-    pub(super) fn sweep(&mut self, reluctance: f64) -> SweepResult {
+    pub(super) fn sweep(&mut self, proximal_weight: f64) -> SweepResult {
         let sweep = SweepVisit {
             terms: &self.terms,
             ratio: self.heading.take_ratio(),
-            reluctance: ProximalWeight::new(reluctance),
+            proximal_weight: ProximalWeight::new(proximal_weight),
         };
         let [change, scale, square] =
             self.colours
@@ -445,7 +448,7 @@ pub(super) struct SweepResult {
 struct SweepVisit<'a, const D: usize, P> {
     terms: &'a ConstraintRows<D, P>,
     ratio: f64,
-    reluctance: ProximalWeight,
+    proximal_weight: ProximalWeight,
 }
 
 impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_, D, P> {
@@ -459,7 +462,7 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
     ) -> [f64; 3] {
         let relative = self.terms.relative(point, &velocity);
         let old = point.advance(self.ratio);
-        let (impulse, change) = point.local_solve(&old, &relative, self.reluctance);
+        let (impulse, change) = point.local_solve(&old, &relative, self.proximal_weight);
         let mut step = [0.0; D];
         // Number by number: a read of a part waits for the write of the whole.
         for r in 0..D {

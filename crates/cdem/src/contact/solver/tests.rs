@@ -151,7 +151,7 @@ fn velocities_are_what_impulses_make_of_them() {
     for constraint in &constraints {
         let operator = &constraint.jacobian;
         operator.apply_transpose(&constraint.impulse, |node, impulse| {
-            inertia.push(node as usize, impulse, &mut start);
+            inertia.apply_impulse(node as usize, impulse, &mut start);
         });
     }
     // Velocities are up to 1 m/s: some hundred sweeps with one rounding each.

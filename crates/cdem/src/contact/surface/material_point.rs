@@ -7,7 +7,7 @@ use crate::math::vector::{dot, norm};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MaterialPoint<const D: usize> {
     /// Position at rest, m.
-    pub(crate) place: [f64; D],
+    pub(crate) position: [f64; D],
     /// Kind of its feature.
     pub(crate) kind: FeatureKind<D>,
     /// Outward direction at rest. It tells the two lips of a crack apart, which share positions.
@@ -17,7 +17,7 @@ pub(crate) struct MaterialPoint<const D: usize> {
 impl<const D: usize> MaterialPoint<D> {
     /// Returns true if `outward` is not like the outward direction of this point, as on the other
     /// lip of a crack.
-    pub(crate) fn is_unlike(&self, outward: &[f64; D]) -> bool {
+    pub(crate) fn is_on_other_side(&self, outward: &[f64; D]) -> bool {
         let sizes = norm(&self.outward) * norm(outward);
         dot(&self.outward, outward) < LIKE_NORMALS * sizes
     }

@@ -60,8 +60,8 @@ fn are_found_again<const D: usize>(space: Space<D>, kind: ElementKind) {
     let blocks: Vec<u32> = (0..mesh.nodes.len() as u32).map(block_of).collect();
     let still = vec![[0.0; D]; mesh.nodes.len()];
     let rest = Configuration::new(&mesh.nodes, &still);
-    let patches = Clusters::new(&*surface, &blocks, &mesh.nodes);
-    let pairs = patches.overlapping(&*surface, rest, &|_| ALL, &|[a, b]| a != b);
+    let clusters = Clusters::new(&*surface, &blocks, &mesh.nodes);
+    let pairs = clusters.overlapping(&*surface, rest, &|_| ALL, &|[a, b]| a != b);
     assert!(pairs.len() > 8 * D);
     for pair in pairs {
         let marks = surface.material_points(pair, &[0.3, 0.3], rest);

@@ -218,13 +218,13 @@ impl Triangulation {
     #[inline]
     pub(crate) fn point(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
         match at.cache() {
-            Some(cache) => cache.points.get(corner, || self.point_of(corner, at)),
-            None => self.point_of(corner, at),
+            Some(cache) => cache.points.get(corner, || self.compute_point(corner, at)),
+            None => self.compute_point(corner, at),
         }
     }
 
     /// Computes the position of a corner without the cache, m.
-    fn point_of(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
+    fn compute_point(&self, corner: u32, at: Configuration<3>) -> [f64; 3] {
         self.mean(corner, |node| at.at(node))
     }
 
@@ -255,13 +255,13 @@ impl Triangulation {
         match at.cache() {
             Some(cache) => cache
                 .triangle_shapes
-                .get(triangle, || self.shape_of(triangle, at)),
-            None => self.shape_of(triangle, at),
+                .get(triangle, || self.compute_triangle_shape(triangle, at)),
+            None => self.compute_triangle_shape(triangle, at),
         }
     }
 
     /// Computes the normal and size of a triangle without the cache.
-    fn shape_of(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
+    fn compute_triangle_shape(&self, triangle: u32, at: Configuration<3>) -> TriangleShape {
         let corners = self.triangle(triangle, at);
         let (normal, twice_area) = scaled_normal(&corners);
         let [a, b, c] = corners;
@@ -360,7 +360,7 @@ impl Triangulation {
         let start = self.point(ends[0], at);
         let from_start = |corner: u32| sub(&self.point(corner, at), &start);
         let along = from_start(ends[1]);
-        let [one, other] = sides.map(|side| from_start(self.far_corner(side, edge)));
+        let [one, other] = sides.map(|side| from_start(self.opposite_corner(side, edge)));
         let normals = [cross(&along, &one), cross(&other, &along)];
         let squares = normals.map(|normal| dot(&normal, &normal));
         let (square, below) = (dot(&along, &along), -dot(&normals[1], &one));
@@ -377,7 +377,7 @@ impl Triangulation {
     }
 
     /// Returns the corner of a triangle that is not on one of its edges.
-    fn far_corner(&self, triangle: u32, edge: u32) -> u32 {
+    fn opposite_corner(&self, triangle: u32, edge: u32) -> u32 {
         let Triangle { corners, edges, .. } = &self.triangles[triangle as usize];
         let k = edges.iter().position(|&of| of == edge).unwrap_or(0);
         corners[(k + 2) % 3]
@@ -422,13 +422,15 @@ impl Triangulation {
     #[inline]
     pub(crate) fn edge_shape(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         match at.cache() {
-            Some(cache) => cache.edge_shapes.get(edge, || self.ridge_of(edge, at)),
-            None => self.ridge_of(edge, at),
+            Some(cache) => cache
+                .edge_shapes
+                .get(edge, || self.compute_edge_shape(edge, at)),
+            None => self.compute_edge_shape(edge, at),
         }
     }
 
     /// Computes the height of an edge over its triangles without the cache.
-    fn ridge_of(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
+    fn compute_edge_shape(&self, edge: u32, at: Configuration<3>) -> EdgeShape {
         let [a, b] = self.edge(edge, at);
         let along = sub(&b, &a);
         let length = norm(&along);

@@ -192,7 +192,7 @@ fn only_what_is_due_is_kicked() {
         let due = |intervals| Due {
             coarsest: 0,
             interval: Interval::OfLevel(intervals),
-            is_kept: true,
+            updates_history: true,
         };
         let [impulse, _] = kick_over(&mut sets, &due(&[2.0]), [&pulled, &still]);
         let nodes = sets[0].nodes(&mesh, 4).to_vec();

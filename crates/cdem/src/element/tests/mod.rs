@@ -120,7 +120,7 @@ pub(super) fn kick<const D: usize>(
     let due = Due {
         coarsest: 0,
         interval: Interval::OfLevel(&[1.0; 8]),
-        is_kept,
+        updates_history: is_kept,
     };
     kick_over(sets, &due, motion)
 }

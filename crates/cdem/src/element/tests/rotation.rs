@@ -4,7 +4,7 @@ use crate::element::tensor::{self, Tensor};
 use crate::element::tests::*;
 
 /// Returns the displacement of a stretched body rotated by `angle`: u = (R F − I) X.
-fn turned<const D: usize>(mesh: &Mesh<D>, angle: f64) -> Vec<[f64; D]> {
+fn rotated<const D: usize>(mesh: &Mesh<D>, angle: f64) -> Vec<[f64; D]> {
     let stretch: Tensor<D> =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j) + 0.01 * noise(i, j)));
     let f = tensor::product(&rotation::<D>(angle), &stretch);
@@ -22,7 +22,7 @@ fn stress_error<const D: usize>(sets: &Sets<D>, mesh: &Mesh<D>, old: [f64; 6], a
     let turn = rotation::<D>(angle);
     let expected = tensor::product_transposed(&tensor::product(&turn, &full(old)), &turn);
     let scale = largest(&full::<D>(old));
-    let displacement = turned(mesh, angle);
+    let displacement = rotated(mesh, angle);
     let mut error = 0.0f64;
     for set in sets {
         for now in stresses(&**set, &displacement) {
@@ -43,13 +43,13 @@ fn total_is_objective<const D: usize>() {
     for kind in kinds::<D>() {
         let mesh = distorted([2; D], kind, 0.1);
         let sets = sets_of(&mesh, rock(), Kinematics::Total, Plane::Strain);
-        let still = turned(&mesh, 0.0);
+        let still = rotated(&mesh, 0.0);
         let stress = stresses(&*sets[0], &still)[0];
         for angle in [1e-3, 0.7, 2.5] {
             // Strain 1e-2 of displacements of size 4 has an error of some 1e-13.
             let error = stress_error(&sets, &mesh, stress, angle);
             assert!(error < 1e-12, "{kind:?} {angle}: {error}");
-            let change = energy(&sets, &turned(&mesh, angle)) / energy(&sets, &still) - 1.0;
+            let change = energy(&sets, &rotated(&mesh, angle)) / energy(&sets, &still) - 1.0;
             assert!(change.abs() < 1e-12, "{kind:?} {angle}: {change}");
         }
     }
@@ -67,16 +67,16 @@ fn incremental_is_objective<const D: usize>() {
     for kind in kinds::<D>() {
         let mesh = distorted([2; D], kind, 0.1);
         let mut sets = sets_of(&mesh, rock(), Kinematics::Incremental, Plane::Strain);
-        let still = turned(&mesh, 0.0);
+        let still = rotated(&mesh, 0.0);
         advance(&mut sets, &still);
         let stress = stresses(&*sets[0], &still)[0];
         let before = energy(&sets, &still);
         for angle in [0.01, 0.5, 1.4, 2.5] {
-            advance(&mut sets, &turned(&mesh, angle));
+            advance(&mut sets, &rotated(&mesh, angle));
             let error = stress_error(&sets, &mesh, stress, angle);
             // Increments of size 1 bring errors of 1e-16 into strains of 1e-2.
             assert!(error < 1e-12, "{kind:?} {angle}: {error}");
-            let change = energy(&sets, &turned(&mesh, angle)) / before - 1.0;
+            let change = energy(&sets, &rotated(&mesh, angle)) / before - 1.0;
             // A stress σ with such an error does work along paths of up to 2. It is compared with
             // the energy ½ σ ε at a strain ε of 1e-2.
             assert!(

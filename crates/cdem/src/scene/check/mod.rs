@@ -11,7 +11,7 @@ pub(crate) mod output;
 pub(crate) mod value;
 
 use crate::scene::check::names::Names;
-use crate::scene::check::value::{BELOW_ONE, NOT_NEGATIVE, POISSON, POSITIVE, SHARE};
+use crate::scene::check::value::{BELOW_ONE, FRACTION, NOT_NEGATIVE, POISSON, POSITIVE};
 use crate::scene::{
     Damping, Help, KeyPath, Material, Plane, Problem, Scene, Schedule, StopWhen, Time, input,
 };
@@ -127,7 +127,7 @@ impl Check {
                 format!("a step of {step} s is longer than the run, which ends at {end} s");
             self.report(at.key("step"), longer);
         }
-        let safety = self.number(&at.key("safety"), input.safety, SHARE);
+        let safety = self.number(&at.key("safety"), input.safety, FRACTION);
         let stop_when = match &input.stop_when {
             None => Some(None),
             Some(stop) => self.stop_when(&at.key("stop_when"), stop, end).map(Some),

@@ -22,7 +22,7 @@ pub(super) const NOT_NEGATIVE: Range = Range {
     contains: |x| x >= 0.0,
 };
 /// (0, 1]
-pub(super) const SHARE: Range = Range {
+pub(super) const FRACTION: Range = Range {
     words: "larger than 0 and at most 1",
     contains: |x| x > 0.0 && x <= 1.0,
 };

@@ -15,7 +15,7 @@ pub(super) struct BlockBefore<const D: usize> {
 
 impl<const D: usize> BlockBefore<D> {
     /// Returns the same block with `energy` J less.
-    pub(super) fn change(self, energy: f64) -> Self {
+    pub(super) fn with_less_energy(self, energy: f64) -> Self {
         Self {
             energy: self.energy - energy,
             ..self
@@ -33,7 +33,7 @@ pub(super) struct BlockMotion<const D: usize> {
 
 impl<const D: usize> BlockMotion<D> {
     /// Returns the velocities minus a `share` of the loose part, m/s.
-    pub(super) fn without_rigid_motion(&self, share: f64) -> Vec<[f64; D]> {
+    pub(super) fn without_loose_motion(&self, share: f64) -> Vec<[f64; D]> {
         let all = self.velocities.iter().zip(&self.loose);
         all.map(|(velocity, loose)| sub(velocity, &scale(share, loose)))
             .collect()
@@ -131,7 +131,7 @@ impl<const D: usize> Run<D> {
     /// Returns the kinetic energy of a block without its loose motion, J.
     pub(super) fn bound_energy_of(&self, block: usize) -> f64 {
         let motion = self.with_momenta(block, &self.before(block));
-        self.kinetic_energy_of(block, &motion.without_rigid_motion(1.0))
+        self.kinetic_energy_of(block, &motion.without_loose_motion(1.0))
     }
 
     /// Restores the momenta of a block and removes the energy that it has gained. Returns the part
@@ -166,7 +166,7 @@ impl<const D: usize> Run<D> {
         let before = self.before(block);
         let motion = self.with_momenta(block, &before);
         // Scaling the loose motion by s leaves s² of its kinetic energy and s of the work.
-        let bound = motion.without_rigid_motion(1.0);
+        let bound = motion.without_loose_motion(1.0);
         let kinetic = self.kinetic_energy_of(block, &motion.loose);
         let both = self.kinetic_energy_of(block, &motion.velocities);
         let mixed = both - kinetic - self.kinetic_energy_of(block, &bound);
@@ -175,7 +175,7 @@ impl<const D: usize> Run<D> {
             return 0.0;
         };
         let nodes = self.model.nodes(block);
-        self.state.velocity[nodes].copy_from_slice(&motion.without_rigid_motion(1.0 - share));
+        self.state.velocity[nodes].copy_from_slice(&motion.without_loose_motion(1.0 - share));
         self.book_remesh(block, &before.momenta);
         before.energy - self.energy_of(block)
     }

@@ -21,7 +21,7 @@ impl<const D: usize> Run<D> {
         lame: [f64; 2],
         energy: f64,
     ) -> f64 {
-        let wanted = self.before(block).change(energy);
+        let wanted = self.before(block).with_less_energy(energy);
         let Some(shift) = self.relaxation(block, overlay, lame) else {
             return energy;
         };
@@ -67,7 +67,7 @@ impl<const D: usize> Run<D> {
                 self.centre(block, &mut shift);
             }
             moves[nodes.clone()].copy_from_slice(&shift);
-            let harmed = contacts.blocks_harmed(at.into(), &moves);
+            let harmed = contacts.nodes_harmed(at.into(), &moves);
             let harmed = &harmed[nodes.clone()];
             if !harmed.contains(&true) {
                 return Some(shift);

@@ -23,7 +23,7 @@ impl<const D: usize> Run<D> {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<BlockBefore<D>> = blocks.iter().map(|&block| self.before(block)).collect();
         let bound = blocks.iter().zip(&before).map(|(&block, before)| {
-            let bound = self.with_momenta(block, before).without_rigid_motion(1.0);
+            let bound = self.with_momenta(block, before).without_loose_motion(1.0);
             (block, bound)
         });
         let bound = bound.collect();
@@ -166,7 +166,7 @@ impl<const D: usize> Run<D> {
         let model = &mut self.model;
         for &block in blocks {
             for (set, i) in model.elements(block).map(|e| model.numbering.of(e)) {
-                model.sets[set].bring_up(i, &state.displacement);
+                model.sets[set].update_history(i, &state.displacement);
             }
         }
     }
@@ -198,7 +198,7 @@ struct MeshElements<'a, const D: usize> {
 impl<const D: usize> MeshElements<'_, D> {
     fn past(&self, element: u32) -> Option<StressHistory<D>> {
         let (set, i) = self.place.of(element as usize);
-        self.sets[set].past(i)
+        self.sets[set].stress_history(i)
     }
 
     fn corners(mesh: &Mesh<D>, element: usize) -> impl Iterator<Item = [f64; D]> {
@@ -226,7 +226,7 @@ impl<const D: usize> Model<D> {
             }
             let known: Vec<StressHistory<D>> = of.iter().filter_map(|&e| old.past(e)).collect();
             if let Some(past) = StressHistory::of_all(&known) {
-                set.set_past(i, &past, displacement);
+                set.set_stress_history(i, &past, displacement);
             }
         }
     }

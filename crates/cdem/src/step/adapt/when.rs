@@ -107,10 +107,11 @@ impl<const D: usize> Run<D> {
         };
         let at = self.model.positions(&self.state);
         let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
-        let can_be = |change: BlockChange<D>| self.settled(second, change, contacts, &mut moves);
+        let can_be =
+            |change: BlockChange<D>| self.with_displacements(second, change, contacts, &mut moves);
         let mut changes: Vec<BlockChange<D>> = changes.into_iter().filter_map(can_be).collect();
         if changes.iter().any(|change| change.displacement.is_some()) {
-            let harmed = contacts.blocks_harmed(at.into(), &moves);
+            let harmed = contacts.nodes_harmed(at.into(), &moves);
             changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
         }
         changes
@@ -120,7 +121,7 @@ impl<const D: usize> Run<D> {
     /// `None` if a coarsening would need more energy than the block has. If no node has to stay in
     /// place, the block is lifted off the neighbours that its faces would penetrate as they become
     /// plane.
-    fn settled(
+    fn with_displacements(
         &self,
         second: &Adaptivity<D>,
         mut change: BlockChange<D>,
@@ -142,7 +143,7 @@ impl<const D: usize> Run<D> {
         moves[nodes.clone()].copy_from_slice(&transfer.moves(own, &after));
         if !kept.contains(&true) {
             let at = self.model.positions(&self.state);
-            let lift = contacts.lift(block as u32, at.into(), moves);
+            let lift = contacts.remove_overlap(block as u32, at.into(), moves);
             for moved in after.iter_mut().chain(&mut moves[nodes.clone()]) {
                 add_scaled(moved, 1.0, &lift.unwrap_or([0.0; D]));
             }
@@ -248,7 +249,7 @@ impl<const D: usize> Run<D> {
         let until = self.until(STAY * transit);
         let energy = second.record_impact(blocks, 0.5 * fastest * fastest / mobility, until);
         let depth = second.depth(&encounters, energy);
-        second.due_blocks(blocks, &depth, [self.time(), fastest]);
+        second.record_target(blocks, &depth, [self.time(), fastest]);
         let are_flush = ImpactPrediction::are_flush(&encounters);
         for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
             second.request_zone(encounter, sizes, are_flush, until);

@@ -36,9 +36,9 @@ pub(crate) use crate::contact::detection::clusters::Clusters;
 use crate::contact::detection::active_candidates::ActiveCandidates;
 use crate::contact::surface::{Configuration, CullingResult, Pair, Surface};
 use crate::contact::tolerances::{
-    BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK, CULLING_RATE,
-    CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, GLANCES_PER_TASK, LEAST_REACH, NEAR_MARGIN,
-    NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
+    BOUND_CHECKS_PER_TASK, BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK,
+    CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, LEAST_MOTION_BOUND,
+    NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
 };
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::serde_pod;
@@ -56,19 +56,19 @@ pub(crate) struct Candidate {
     pub(crate) blocks: [u32; 2],
     /// Travels of both blocks plus their motion in the step, up to which the pair cannot be near,
     /// m.
-    until: f64,
+    far_until: f64,
     /// [`CULLING_RATE`] times the travels of both blocks plus their motion bounds, up to which the
     /// orientation of the pair rules out contact, m.
-    lacks: f64,
+    excluded_until: f64,
     /// Travels of both blocks up to which the pair counts as near, m; below 0 if it is not near.
-    pub(crate) held: f64,
+    pub(crate) near_until: f64,
 }
 
 /// Numbers of candidates, ascending.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ActiveSubset {
     /// Candidates that stay near without a test.
-    held: Vec<u32>,
+    still_near: Vec<u32>,
     /// Candidates to test.
     pub(crate) open: Vec<u32>,
 }
@@ -109,7 +109,7 @@ pub(crate) struct CandidateSearch<const D: usize> {
     pub(crate) blocks: Vec<MotionBound>,
     /// True for each candidate that is near, and the numbers of the near ones.
     #[serde(skip)]
-    pub(crate) find_near: Vec<bool>,
+    pub(crate) is_near: Vec<bool>,
     pub(crate) found: Vec<u32>,
     #[serde(skip)]
     pub(crate) lists: SearchWorkspace,
@@ -143,7 +143,7 @@ pub(crate) struct SearchWorkspace {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct MotionBound {
     /// Motion bound: largest displacement of a node in the step.
-    pub(crate) share: f64,
+    pub(crate) motion_bound: f64,
     /// Largest distance of a node from its position in the last broad phase.
     moved: f64,
     /// Travel: sum over the steps since then of the largest displacement of a node.
@@ -165,35 +165,35 @@ impl<const D: usize> CandidateSearch<D> {
     ) {
         self.blocks
             .resize(blocks.fixed.len(), MotionBound::default());
-        self.follow(blocks, at);
+        self.accumulate_travel(blocks, at);
         let speeds = speeds.iter().zip(blocks.fixed);
         for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
-            reach.share = if fixed {
+            reach.motion_bound = if fixed {
                 0.0
             } else {
-                SPEED_GAIN * speed * step + LEAST_REACH * blocks.tolerance
+                SPEED_GAIN * speed * step + LEAST_MOTION_BOUND * blocks.tolerance
             };
         }
-        let exceeds = |reach: &MotionBound| reach.moved + reach.share > reach.allowance;
+        let exceeds = |reach: &MotionBound| reach.moved + reach.motion_bound > reach.allowance;
         loop {
             if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
                 self.broad_phase(blocks, at, may_meet);
             }
-            self.look_at_all(blocks, at);
+            self.test_all(blocks, at);
             self.share_among_near(blocks, at);
             if !self.blocks.iter().any(exceeds) {
                 break;
             }
         }
         self.found.par_sort_unstable();
-        let found = self.found.par_iter().with_min_len(GLANCES_PER_TASK);
+        let found = self.found.par_iter().with_min_len(BOUND_CHECKS_PER_TASK);
         let pairs = found.map(|&number| self.candidates[number as usize].pair);
         pairs.collect_into_vec(near);
     }
 
     /// Returns true if nodes moved farther in the step before the last search than their motion
     /// bound, at positions where they may have passed through others.
-    pub(crate) fn was_overrun(&self) -> bool {
+    pub(crate) fn exceeded_bounds(&self) -> bool {
         self.outrun
     }
 
@@ -204,7 +204,7 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = candidate
                 .blocks
                 .map(|block| self.blocks[block as usize].way);
-            candidate.until - (a + b)
+            candidate.far_until - (a + b)
         })
     }
 
@@ -215,11 +215,11 @@ impl<const D: usize> CandidateSearch<D> {
             return false;
         };
         (first as usize..end as usize)
-            .any(|number| self.find_near[number] && self.candidates[number].pair == pair)
+            .any(|number| self.is_near[number] && self.candidates[number].pair == pair)
     }
 
     /// Updates the travels of the blocks, and `outrun` if they exceed their bounds.
-    fn follow(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+    fn accumulate_travel(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.measure(blocks, at);
         self.outrun = self.let_through(blocks, at);
         let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
@@ -255,7 +255,7 @@ impl<const D: usize> CandidateSearch<D> {
             let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
             ways.fold(0.0, f64::max)
         };
-        let fast = |block: &usize| gone(*block) > self.blocks[*block].share;
+        let fast = |block: &usize| gone(*block) > self.blocks[*block].motion_bound;
         let fast: Vec<usize> = (0..self.blocks.len()).filter(fast).collect();
         if fast.is_empty() {
             return false;
@@ -268,7 +268,7 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = of.map(|block| gone(block as usize));
             let surface = blocks.surface;
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
-            !self.find_near[*number as usize]
+            !self.is_near[*number as usize]
                 && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
                 && surface.cull(pair, before, a + b, blocks.tolerance) == CullingResult::Near
         };
@@ -286,16 +286,16 @@ impl<const D: usize> CandidateSearch<D> {
         may_meet: &dyn Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
-        let shares = self.blocks.iter().map(|reach| reach.share);
+        let shares = self.blocks.iter().map(|reach| reach.motion_bound);
         let mean = shares.sum::<f64>() / moving as f64;
         let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.tolerance);
         for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
             *reach = MotionBound {
-                share: reach.share,
+                motion_bound: reach.motion_bound,
                 allowance: if fixed {
                     0.0
                 } else {
-                    least.max(BROAD_PHASE_STEPS * reach.share)
+                    least.max(BROAD_PHASE_STEPS * reach.motion_bound)
                 },
                 ..MotionBound::default()
             };
@@ -314,13 +314,13 @@ impl<const D: usize> CandidateSearch<D> {
         let candidates = pairs.map(|pair| Candidate {
             pair,
             blocks: blocks.of(pair),
-            until: blocks.surface.distance_lower_bound(pair, at),
-            lacks: 0.0,
-            held: -1.0,
+            far_until: blocks.surface.distance_lower_bound(pair, at),
+            excluded_until: 0.0,
+            near_until: -1.0,
         });
         let within = |candidate: &Candidate| {
             let [a, b] = candidate.blocks.map(margin);
-            candidate.until <= a + b
+            candidate.far_until <= a + b
         };
         self.candidates = candidates.filter(within).collect();
         self.list_candidates();
@@ -348,9 +348,9 @@ impl<const D: usize> CandidateSearch<D> {
     /// Computes the data that a checkpoint does not contain.
     pub(crate) fn restore(&mut self) {
         self.list_candidates();
-        self.find_near = vec![false; self.candidates.len()];
+        self.is_near = vec![false; self.candidates.len()];
         for &number in &self.found {
-            self.find_near[number as usize] = true;
+            self.is_near[number as usize] = true;
         }
     }
 
@@ -378,33 +378,33 @@ impl<const D: usize> CandidateSearch<D> {
         &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
     }
 
-    fn look_at_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.search_ahead(blocks.tolerance);
-        self.glance();
-        self.find_near.clear();
-        self.find_near.resize(self.candidates.len(), false);
+    fn test_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+        self.motion_ahead(blocks.tolerance);
+        self.compare_bounds();
+        self.is_near.clear();
+        self.is_near.resize(self.candidates.len(), false);
         self.found.clear();
         let SearchWorkspace { glances, open, .. } = &mut self.lists;
         open.clear();
         for glance in glances {
-            for number in &glance.held {
-                self.find_near[*number as usize] = true;
+            for number in &glance.still_near {
+                self.is_near[*number as usize] = true;
                 self.found.push(*number);
             }
             open.extend(&glance.open);
         }
         let cache = blocks.surface.geometry_cache(open.len(), None);
-        self.look(blocks, at.with(cache.as_ref()));
+        self.test_pair(blocks, at.with(cache.as_ref()));
     }
 
     /// Computes the travel bounds of each block, and selects the active candidates again if the
     /// list does not serve any more.
-    pub(crate) fn search_ahead(&mut self, tolerance: f64) {
+    pub(crate) fn motion_ahead(&mut self, tolerance: f64) {
         let ahead = &mut self.lists.ahead;
         ahead.clear();
         ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
         if !self.active_candidates.serves(ahead) {
-            let shares = self.blocks.iter().map(|reach| reach.share);
+            let shares = self.blocks.iter().map(|reach| reach.motion_bound);
             let share = shares.fold(0.0, f64::max);
             self.active_candidates
                 .sort_out(&self.candidates, ahead, share);
@@ -412,18 +412,21 @@ impl<const D: usize> CandidateSearch<D> {
     }
 
     /// Compares the active candidates with the travel bounds, in parallel chunks.
-    fn glance(&mut self) {
+    fn compare_bounds(&mut self) {
         let SearchWorkspace { glances, ahead, .. } = &mut self.lists;
-        let some = self.active_candidates.numbers.par_chunks(GLANCES_PER_TASK);
+        let some = self
+            .active_candidates
+            .numbers
+            .par_chunks(BOUND_CHECKS_PER_TASK);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(glances).for_each(|(numbers, glance)| {
-            glance.held.clear();
+            glance.still_near.clear();
             glance.open.clear();
             for &number in numbers {
                 let candidate = &self.candidates[number as usize];
                 let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-                if a.way + b.way <= candidate.held {
-                    glance.held.push(number);
+                if a.way + b.way <= candidate.near_until {
+                    glance.still_near.push(number);
                 } else if candidate.may_be_near(a, b) {
                     glance.open.push(number);
                 }
@@ -432,11 +435,11 @@ impl<const D: usize> CandidateSearch<D> {
     }
 
     /// Tests the open candidates, and records the near ones.
-    pub(crate) fn look(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+    pub(crate) fn test_pair(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let look = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
-            let (reach, way) = (a.share + b.share, a.way + b.way);
+            let (reach, way) = (a.motion_bound + b.motion_bound, a.way + b.way);
             let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
             let nearness = if apart <= DISTANCE_CHECKED * (reach + blocks.tolerance) {
                 let surface = blocks.surface;
@@ -465,9 +468,13 @@ impl<const D: usize> CandidateSearch<D> {
         numbers.map(look).collect_into_vec(looked);
         for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
             let candidate = &mut self.candidates[number as usize];
-            (candidate.until, candidate.lacks, candidate.held) = (until, lacks, held);
+            (
+                candidate.far_until,
+                candidate.excluded_until,
+                candidate.near_until,
+            ) = (until, lacks, held);
             if held >= 0.0 {
-                self.find_near[number as usize] = true;
+                self.is_near[number as usize] = true;
                 self.found.push(number);
             }
         }
@@ -477,7 +484,7 @@ impl<const D: usize> CandidateSearch<D> {
 impl Candidate {
     /// Returns true if the pair may be near for these travel bounds of its blocks.
     pub(crate) fn may_be_near(&self, a: BlockTravel, b: BlockTravel) -> bool {
-        self.until <= a.distance + b.distance && self.lacks <= a.turning + b.turning
+        self.far_until <= a.distance + b.distance && self.excluded_until <= a.turning + b.turning
     }
 }
 
@@ -497,8 +504,8 @@ impl MotionBound {
     fn ahead(&self, tolerance: f64) -> BlockTravel {
         BlockTravel {
             way: self.way,
-            distance: self.way + DISTANCE_KEPT * (self.share + 0.5 * tolerance),
-            turning: CULLING_RATE * self.way + self.share,
+            distance: self.way + DISTANCE_KEPT * (self.motion_bound + 0.5 * tolerance),
+            turning: CULLING_RATE * self.way + self.motion_bound,
         }
     }
 }

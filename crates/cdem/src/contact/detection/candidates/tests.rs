@@ -140,7 +140,11 @@ impl Crowd {
 }
 
 fn shares(search: &CandidateSearch<2>) -> Vec<f64> {
-    search.blocks.iter().map(|reach| reach.share).collect()
+    search
+        .blocks
+        .iter()
+        .map(|reach| reach.motion_bound)
+        .collect()
 }
 
 /// The pairs of the last search.
@@ -185,7 +189,7 @@ proptest! {
                     prop_assert!(search.is_near(*pair));
                     // Blocks that may touch may hand on the largest velocity among them.
                     let [a, b] = crowd.blocks().of(*pair).map(|block| block as usize);
-                    prop_assert!(crowd.fixed[a] || crowd.fixed[b] || search.blocks[a].share == search.blocks[b].share);
+                    prop_assert!(crowd.fixed[a] || crowd.fixed[b] || search.blocks[a].motion_bound == search.blocks[b].motion_bound);
                 }
             }
         }
@@ -217,7 +221,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
             let with = (&*crowd.speeds, 0.1);
             search.find_near(&crowd.blocks(), at, with, &may_meet, &mut Vec::new());
         }
-        search.was_overrun()
+        search.exceeded_bounds()
     };
     assert!(!outrun(0.02, -0.02), "no farther than expected");
     assert!(!outrun(0.1, 0.1), "farther, but nothing is there");
@@ -372,7 +376,7 @@ proptest! {
                 let before = pairs(search);
                 search.find_near(&blocks, at, with, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
-                    let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].share);
+                    let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].motion_bound);
                     boundary.distance_lower_bound(pair, at) <= DISTANCE_CHECKED * (a + b + TOLERANCE)
                         && boundary.cull(pair, at, a + b, TOLERANCE) == CullingResult::Near
                 }).collect();
@@ -424,7 +428,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
             let lacking = search
                 .candidates
                 .iter()
-                .filter(|candidate| candidate.lacks > 0.0);
+                .filter(|candidate| candidate.excluded_until > 0.0);
             left_out = lacking.map(|candidate| candidate.pair).collect();
         }
     }

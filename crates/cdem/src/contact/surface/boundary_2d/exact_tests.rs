@@ -23,15 +23,15 @@ struct Judged {
 /// Two triangles, for the times of impact of their pairs.
 struct Trial<'a> {
     query: &'a Query<2>,
-    outline: &'a Boundary2d,
+    boundary: &'a Boundary2d,
     at: Configuration<'a, 2>,
     velocity: &'a [[f64; 2]],
 }
 
 impl Trial<'_> {
     fn nodes(&self, pair: Pair) -> [u32; 3] {
-        let main = self.outline.main_nodes(pair.main)[0];
-        let target = self.outline.target_nodes(pair.target);
+        let main = self.boundary.main_nodes(pair.main)[0];
+        let target = self.boundary.target_nodes(pair.target);
         [main, target[0], target[1]]
     }
 
@@ -48,7 +48,7 @@ impl Trial<'_> {
     }
 
     fn found(&self, pair: Pair) -> Option<f64> {
-        self.outline
+        self.boundary
             .time_of_impact(pair, self.at, self.velocity, 1.0, DEPTH)
     }
 
@@ -67,10 +67,10 @@ impl Trial<'_> {
         };
         let outside = |time: f64| {
             let then = self.at.after(self.velocity, time);
-            self.outline.project(pair, then).outside
+            self.boundary.project(pair, then).outside
         };
         // A vertex that comes in round an end is behind the line of the edge at that time.
-        let deepest = DEPTH * self.outline.target_size(pair.target, self.at);
+        let deepest = DEPTH * self.boundary.target_size(pair.target, self.at);
         let is_touch = self
             .features(self.nodes(pair))
             .touch_at(found, deepest, outside);
@@ -143,7 +143,7 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
         let still = vec![[0.0; 2]; 6];
         let trial = Trial {
             query: &query,
-            outline: &Boundary2d::new(&mesh, 1.0),
+            boundary: &Boundary2d::new(&mesh, 1.0),
             at: Configuration::new(&mesh.nodes, &still),
             velocity: &velocity,
         };

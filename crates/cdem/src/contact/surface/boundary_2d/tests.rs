@@ -55,18 +55,18 @@ impl Meeting {
     /// Returns the result of the search and that of brute force: the first touch between two
     /// instants with the foot on the edge.
     fn touches(&self, duration: f64, depth: f64) -> (Option<f64>, Option<f64>) {
-        let outline = Boundary2d::new(&self.mesh, 1.0);
+        let boundary = Boundary2d::new(&self.mesh, 1.0);
         let pair = (0..6)
             .map(|target| Pair { main: 0, target })
-            .find(|pair| outline.target_nodes(pair.target) == [4, 3])
+            .find(|pair| boundary.target_nodes(pair.target) == [4, 3])
             .expect("the edge is there");
-        assert_eq!(outline.main_nodes(0), [0]);
+        assert_eq!(boundary.main_nodes(0), [0]);
         let still = vec![[0.0; 2]; 6];
         let at = Configuration::new(&self.mesh.nodes, &still);
-        let found = outline.time_of_impact(pair, at, &self.velocity, duration, depth);
+        let found = boundary.time_of_impact(pair, at, &self.velocity, duration, depth);
         let look = |k: usize| {
             let time = duration * k as f64 / SAMPLES as f64;
-            let projection = outline.project(pair, at.after(&self.velocity, time));
+            let projection = boundary.project(pair, at.after(&self.velocity, time));
             (time, projection.gap, projection.outside)
         };
         let mut seen = None;
@@ -81,13 +81,13 @@ impl Meeting {
     }
 
     fn gap(&self, time: f64) -> f64 {
-        let outline = Boundary2d::new(&self.mesh, 1.0);
+        let boundary = Boundary2d::new(&self.mesh, 1.0);
         let still = vec![[0.0; 2]; 6];
         let at = Configuration::new(&self.mesh.nodes, &still).after(&self.velocity, time);
         let pairs = (0..6).map(|target| Pair { main: 0, target });
-        let mut on_edge = pairs.filter(|pair| outline.target_nodes(pair.target) == [4, 3]);
+        let mut on_edge = pairs.filter(|pair| boundary.target_nodes(pair.target) == [4, 3]);
         let pair = on_edge.next().expect("the edge is there");
-        outline.project(pair, at).gap
+        boundary.project(pair, at).gap
     }
 }
 
@@ -170,18 +170,18 @@ proptest! {
             nodes,
             ..Mesh::default()
         };
-        let outline = Boundary2d::new(&mesh, 1.0);
+        let boundary = Boundary2d::new(&mesh, 1.0);
         let down = (0..9).map(|node| if node < 3 { [c, -s] } else { [0.0; 2] });
         let (still, velocity) = (vec![[0.0; 2]; 9], down.collect::<Vec<_>>());
         let at = Configuration::new(&mesh.nodes, &still);
         let end = at.after(&velocity, way);
-        let [_, targets] = &outline.families()[0];
+        let [_, targets] = &boundary.families()[0];
         let times = targets.clone().filter_map(|target| {
             let pair = Pair { main: 0, target };
-            let time = outline.time_of_impact(pair, at, &velocity, way, tolerance)?;
+            let time = boundary.time_of_impact(pair, at, &velocity, way, tolerance)?;
             let moments = [at.after(&velocity, time), end];
-            let rightful = select_feature_pair(&outline, pair, moments, tolerance, &|_| true)?;
-            let [x, _] = outline.normal(rightful, at)?;
+            let rightful = select_feature_pair(&boundary, pair, moments, tolerance, &|_| true)?;
+            let [x, _] = boundary.normal(rightful, at)?;
             (x < 0.0).then_some(time) // the right side
         });
         let time = times.min_by(f64::total_cmp);

@@ -47,9 +47,9 @@ impl<const D: usize> First<D> {
         let fastest = meeting.velocity.iter().map(norm).fold(0.0, f64::max);
         let reach = 2.0 * fastest;
         let block_of: Vec<u32> = (0..still.len() as u32).map(block).collect();
-        let patches = Clusters::new(&*surface, &block_of, &meeting.mesh.nodes);
+        let clusters = Clusters::new(&*surface, &block_of, &meeting.mesh.nodes);
         let margin = |_| 0.5 * (reach + TOLERANCE);
-        let mut near = patches.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
+        let mut near = clusters.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
         near.retain(|pair| surface.cull(*pair, at, reach, TOLERANCE) == CullingResult::Near);
         let cache = surface.geometry_cache(all.len(), None);
         let at = at.with(cache.as_ref());
