@@ -27,10 +27,6 @@ METHOD = "crates/cdem/src"
 # Folders of the method whose lines stand in an order.
 ORDERED = ("", "contact/")
 
-# A circle that is still there: the types of a scene are in its facade, which also calls
-# the parts that read and check them.
-CIRCLES_KNOWN = {"scene"}
-
 TREE = re.compile(r"^```text\n(crates/\S+)\n(.*?)^```", flags=re.M | re.S)
 BRANCH = re.compile(r"( *)([\w./-]+(?:, [\w./-]+)*)(?:  .*)?")
 
@@ -244,8 +240,7 @@ def circle_complaints(crate, where):
         circle = [other for other in reached[path] if path in reached[other]]
         of_circle = sorted(crate.modules[other].file for other in circle)
         folders = {folder_of(file, files) for file in of_circle}
-        is_known = all(other[:1] and other[0] in CIRCLES_KNOWN for other in circle)
-        if len(folders) > 1 and not is_known and done.isdisjoint(circle):
+        if len(folders) > 1 and done.isdisjoint(circle):
             names = ", ".join(where(file) for file in of_circle[1:])
             yield f"{where(of_circle[0])}:1: imports go in a circle through two folders, with {names}"
         done.update(circle)

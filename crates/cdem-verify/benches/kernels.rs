@@ -1,9 +1,9 @@
-//! Elements in free flight: what the kernels of all shapes take, beside what the machine's
-//! memory and arithmetic give in the same run.
+//! Element kernels in free flight, for all shapes, compared with the memory bandwidth and the peak
+//! arithmetic of the machine in the same run.
 //!
-//! `cargo bench -p cdem-verify --bench kernels` takes about 200 000 elements of each shape,
-//! `-- 1e6` a million, `-- tet4 tri3` these shapes alone. On `RAYON_NUM_THREADS` threads.
-//! Writes `target/bench/kernels.json` too.
+//! `cargo bench -p cdem-verify --bench kernels` uses about 200 000 elements of each shape; `-- 1e6`
+//! a million; `-- tet4 tri3` these shapes only. It runs on `RAYON_NUM_THREADS` threads and writes
+//! `target/bench/kernels.json`.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what the clock says")]
 
@@ -14,7 +14,7 @@ use cdem_verify::machine::{peak_arithmetic, triad};
 use cdem_verify::timing::{Asked, free_block, keep, seconds_of_an_update};
 use serde_json::json;
 
-/// Shapes, and elements of each that a cell of a box is cut into.
+/// Shapes, and the number of elements of each in a cell of a box.
 const SHAPES: [(ElementKind, usize); 5] = [
     (ElementKind::Tri3, 2),
     (ElementKind::Quad4, 1),

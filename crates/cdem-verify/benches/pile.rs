@@ -1,11 +1,11 @@
-//! A settled pile of one-element hexahedra: block-steps a second, and where the time goes.
+//! A settled pile of one-element hexahedra: block-steps per second, and the time of each stage.
 //!
-//! `cargo bench -p cdem-verify --bench pile -- 10 10 10` takes 10 × 10 × 10 blocks
-//! (6 × 6 × 6 without numbers), lets them fall for 8 s and measures the next tenth of a second;
-//! `-- 10 10 10 5.0 0.2` the next fifth of one after 5 s. On `RAYON_NUM_THREADS` threads. Writes
-//! `target/bench/pile.json` too. The settled pile is kept beside that, with the numbers in its
-//! name: the next run of the same goes on from there, so that two versions are compared on
-//! one pile. Remove `target/bench/*.settled` to have it settle anew.
+//! `cargo bench -p cdem-verify --bench pile -- 10 10 10` takes 10 × 10 × 10 blocks (6 × 6 × 6
+//! without numbers), lets them fall for 8 s and measures the next 0.1 s; `-- 10 10 10 5.0 0.2`
+//! measures 0.2 s after 5 s. It runs on `RAYON_NUM_THREADS` threads and writes
+//! `target/bench/pile.json`. The settled pile is saved beside that file, with the numbers in its
+//! name. The next run with the same numbers resumes from it, so that two versions are compared on
+//! one pile. Remove `target/bench/*.settled` to settle again.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
@@ -17,7 +17,7 @@ use cdem_verify::timing::{Asked, Timed, folder, keep, step};
 use cdem_verify::{SEED, box_around, load, rocks_of};
 use serde_json::json;
 
-/// Mass-proportional damping, 1/s: what rolls in a pile comes to rest within seconds.
+/// Mass-proportional damping, 1/s. Rolling blocks come to rest within seconds.
 const DAMPING: f64 = 1.0;
 
 fn main() -> std::io::Result<()> {
@@ -32,7 +32,7 @@ fn main() -> std::io::Result<()> {
     keep("pile", &result)
 }
 
-/// Blocks `across`, falling for `end` seconds.
+/// Builds `across` blocks along each axis that fall for `end` seconds.
 fn start(across: [usize; 3], end: f64) -> Simulation {
     let mut case = load("rocks-in-a-box");
     case.scene.time.end = end;
@@ -43,7 +43,7 @@ fn start(across: [usize; 3], end: f64) -> Simulation {
     case.start_from(|_| rocks_of(&[ElementKind::Hex8], SEED, across, false))
 }
 
-/// The pile as it is after so many seconds: as `kept`, or made and kept.
+/// Returns the pile after `settled` seconds: read from `kept`, or computed and saved there.
 fn settle(mut simulation: Simulation, settled: f64, kept: &Path) -> std::io::Result<Simulation> {
     if let Ok(state) = std::fs::read(kept) {
         return simulation.resumed(&state).map_err(std::io::Error::other);
@@ -55,7 +55,7 @@ fn settle(mut simulation: Simulation, settled: f64, kept: &Path) -> std::io::Res
     Ok(simulation)
 }
 
-/// Goes on to the end, and tells what that took.
+/// Runs to the end and reports the time.
 fn measure(mut simulation: Simulation, blocks: usize) -> serde_json::Value {
     let timed = Timed::in_stages(&mut simulation, |_, _| false);
     let rate = timed.block_rate(blocks);

@@ -1,10 +1,10 @@
-//! Scaling in size and threads: a body of tetrahedra that flies free, columns of stones that
-//! stand on each other, each stone one hexahedron or 27.
+//! Scaling with size and threads: a free tetrahedral body, and columns of stones with one or 27
+//! hexahedra per stone.
 //!
-//! `cargo bench -p cdem-verify --bench scaling` goes to a million elements and ten thousand
-//! stones, `-- all` to five million and a hundred thousand (some 3 GB, and minutes), each on
-//! one thread and on all; `-- stones` leaves out the bodies, `-- meshed` all but stones of 27.
-//! Writes `target/bench/scaling.json` too, with the share of each stage.
+//! `cargo bench -p cdem-verify --bench scaling` goes to a million elements and ten thousand stones;
+//! `-- all` to five million and a hundred thousand (some 3 GB, and minutes). Each case runs on one
+//! thread and on all. `-- stones` omits the bodies; `-- meshed` runs only the stones of 27
+//! elements. It writes `target/bench/scaling.json`, with the time fraction of each stage.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
@@ -14,18 +14,19 @@ use cdem_verify::timing::{Asked, Timed, keep, step};
 use cdem_verify::{columns, load};
 use serde_json::{Value, json};
 
-/// Elements of a body, about; the last with `all` alone.
+/// Approximate element numbers of the body; the last one with `all` only.
 const ELEMENTS: [f64; 4] = [1e4, 1e5, 1e6, 5e6];
 
-/// Columns along a side, each of [`STORIES`] stones, and steps that are timed; the last with `all`
-/// alone. The clock would stop other programs elsewhere, where stones meet more or less often.
+/// Columns along a side, each of [`STORIES`] stones, and the number of timed steps; the last one
+/// with `all` only. A time limit would stop different programs at different states, with more or
+/// fewer impacts.
 const COLUMNS: [(usize, u64); 3] = [(10, 200), (32, 20), (100, 20)];
 const STORIES: usize = 10;
 
-/// Columns along a side and stories of stones of 27 elements: 500 of them; and steps.
+/// Columns along a side, stories, and timed steps of stones of 27 elements: 500 stones.
 const MESHED: (usize, usize, u64) = (10, 5, 40);
 
-/// What columns are given to come to bear, steps.
+/// Steps before the timing, in which the columns take up their load.
 const WARM_UP: u64 = 50;
 
 fn main() -> std::io::Result<()> {
@@ -75,12 +76,12 @@ fn main() -> std::io::Result<()> {
     keep("scaling", &json!(rows))
 }
 
-/// One model on one thread and on all.
+/// One model, timed on one thread and on all.
 struct Series<'a> {
     what: &'a str,
     start: &'a (dyn Fn() -> Simulation + Sync),
     is_enough: &'a (dyn Fn(u64, f64) -> bool + Sync),
-    /// Size, and figure a second.
+    /// Size, and rate per second.
     rate: &'a (dyn Fn(&Simulation, &Timed) -> (usize, f64) + Sync),
 }
 
@@ -93,7 +94,8 @@ impl Series<'_> {
             let pool = pool.unwrap_or_else(|error| panic!("{error}"));
             let (size, contacts, rate, timed) = pool.install(|| {
                 let mut simulation = (self.start)();
-                // The same steps on all threads: others may have other impacts.
+                // All thread counts take the same steps, because other steps may have other
+                // impacts.
                 let timed = Timed::in_stages(&mut simulation, |steps, spent| match alone {
                     Some((wanted, _)) => steps >= wanted,
                     None => (self.is_enough)(steps, spent),
@@ -120,7 +122,7 @@ impl Series<'_> {
     }
 }
 
-/// About so many tetrahedra in one body, that flies and spins a little.
+/// Builds a body of about `elements` tetrahedra that flies and spins slowly.
 fn body(elements: f64) -> Simulation {
     let mut case = load("free-flight-3d");
     let along = (elements / 6.0).cbrt().round() as usize;
@@ -129,7 +131,7 @@ fn body(elements: f64) -> Simulation {
     case.start()
 }
 
-/// Columns of stones that have come to bear.
+/// Builds columns of stones that carry their load.
 fn standing(along: usize, stories: usize, pieces: usize) -> Simulation {
     let mut simulation = columns(along, stories, pieces);
     for _ in 0..WARM_UP {

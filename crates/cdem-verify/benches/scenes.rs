@@ -1,14 +1,14 @@
-//! Whole scenes, the examples: updates and block-steps a second, and where the time goes.
+//! The example scenes: element updates and block-steps per second, and the time of each stage.
 //!
-//! The last columns but those of the stages are what a step takes, what its updates of elements
-//! would take in large blocks that touch nothing, of the kinds that are updated, and the share; then
-//! that of the forces of elements alone.
+//! The columns before those of the stages are: the time of a step; the time that its element
+//! updates would take in large blocks of the same element kinds without contact; the ratio of the
+//! two; and the same ratio for the element forces alone.
 //!
-//! `cargo bench -p cdem-verify --bench scenes` steps each example for ten seconds or to its end,
-//! once more with the clock of the stages, which takes up to a quarter of the shortest steps, and
-//! once more to see which elements are updated; `-- 60` for sixty seconds, `-- wall-2d crowd-3d`
-//! these alone; without results, on `RAYON_NUM_THREADS` threads. Writes
-//! `target/bench/scenes.json` too.
+//! `cargo bench -p cdem-verify --bench scenes` runs each example for ten seconds or to its end. A
+//! second run times the stages, which adds up to a quarter to the shortest steps. A third run
+//! records the kinds of the updated elements. `-- 60` sets sixty seconds; `-- wall-2d crowd-3d`
+//! runs these scenes only. No results are written except `target/bench/scenes.json`. It runs on
+//! `RAYON_NUM_THREADS` threads.
 
 #![allow(clippy::print_stdout, reason = "a benchmark tells what it finds")]
 
@@ -31,7 +31,7 @@ const EXAMPLES: [&str; 8] = [
     "rockfall-3d",
 ];
 
-/// Cells of a large block.
+/// Number of cells of a large block.
 const CELLS: f64 = 5e4;
 
 fn main() -> std::io::Result<()> {
@@ -112,11 +112,12 @@ fn main() -> std::io::Result<()> {
     )
 }
 
-/// Looks at the elements of a run, of which kinds they are.
+/// Number of samples of the element kinds during a run.
 const LOOKS: u64 = 100;
 
-/// How often elements of each kind are updated in so many steps of blocks that move, by looks at
-/// some of the steps: zones come and go, and are of other kinds than the blocks around them.
+/// Counts the updates of each element kind in the moving blocks during `steps` steps, from samples
+/// of some of the steps. Refinement zones come and go, and their elements may differ from those of
+/// the block around them.
 fn updates_of_kinds(run: &mut Simulation, steps: u64) -> Vec<(ElementKind, f64)> {
     let blocks = run.overview().blocks;
     let fixed: Vec<bool> = blocks.iter().map(|block| block.fixed).collect();
@@ -145,12 +146,13 @@ fn updates_of_kinds(run: &mut Simulation, steps: u64) -> Vec<(ElementKind, f64)>
     of_kinds
 }
 
-/// What updates of elements take in large blocks that touch nothing.
+/// Time of element updates in large blocks without contact, by element kind and kinematics.
 #[derive(Default)]
 struct Bulk(Vec<((ElementKind, Kinematics), [f64; 2])>);
 
 impl Bulk {
-    /// Of these kinds, each as often as it is updated: the forces, and all of it, s.
+    /// Returns the mean time of the forces, and of a whole update, over these kinds weighted by
+    /// their updates, s.
     fn seconds_of_a_mean_update(
         &mut self,
         of_kinds: &[(ElementKind, f64)],
@@ -165,7 +167,7 @@ impl Bulk {
         seconds.map(|seconds| seconds / all)
     }
 
-    /// Of one kind, s.
+    /// Returns the time of the forces, and of a whole update, for one kind, s.
     fn seconds(&mut self, kind: ElementKind, kinematics: Kinematics) -> [f64; 2] {
         let key = (kind, kinematics);
         if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
@@ -178,7 +180,7 @@ impl Bulk {
     }
 }
 
-/// The first word of a stage's name that tells it from others.
+/// Returns the first word of a stage's name, which is unique.
 fn short(stage: Stage) -> &'static str {
     stage.name().split(' ').next().unwrap_or_default()
 }

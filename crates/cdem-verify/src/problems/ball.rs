@@ -1,8 +1,8 @@
-//! What Hertz's theory of impact leaves out for a ball: it is no half-space.
+//! Corrections to Hertz's theory of impact for a ball, which is not a half-space.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// An elastic ball before a rigid wall, and Hertz's impact of it.
+/// An elastic ball that hits a rigid wall, and Hertz's solution for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Ball {
     /// Radius, m.
@@ -13,19 +13,19 @@ pub struct Ball {
     pub poisson_ratio: f64,
     /// Density, kg/m³.
     pub density: f64,
-    /// Speed before the wall, m/s.
+    /// Speed before the impact, m/s.
     pub speed: f64,
 }
 
-/// Points of each quadrature.
+/// Number of points of each quadrature.
 const POINTS: usize = 2000;
 
-/// Legendre polynomials of the series: 3000 change its sum for the ball of the scene by
-/// less than a 100th of what it is to tell.
+/// Number of Legendre polynomials in the series. With 3000, the sum for the ball of the scene
+/// changes by less than a 100th of the correction.
 const DEGREES: usize = 2000;
 
 impl Ball {
-    /// Its mass, kg.
+    /// Returns the mass, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         4.0 / 3.0 * PI * self.radius.powi(3) * self.density
@@ -35,14 +35,14 @@ impl Ball {
         self.young_modulus / (1.0 - self.poisson_ratio.powi(2))
     }
 
-    /// How near its centre comes to the wall, m, by Hertz.
+    /// Returns Hertz's largest approach of the centre to the wall, m.
     fn approach(&self) -> f64 {
         let energy = self.mass() * self.speed.powi(2);
         let stiffness = 16.0 * self.plane_modulus() * self.radius.sqrt();
         (15.0 * energy / stiffness).powf(0.4)
     }
 
-    /// Contact time, s, and peak force, N, by Hertz.
+    /// Returns Hertz's contact time, s, and peak force, N.
     #[must_use]
     pub fn hertz(&self) -> [f64; 2] {
         let approach = self.approach();
@@ -50,13 +50,14 @@ impl Ball {
         [2.94327 * approach / self.speed, force]
     }
 
-    /// The same for a ball whose centre comes nearer by k F/(E R) less, over Hertz's.
+    /// Returns contact time and peak force over Hertz's, with an approach that is smaller than
+    /// Hertz's by k F/(E R).
     #[must_use]
     pub fn beyond_hertz(&self) -> [f64; 2] {
         let [hertz_time, hertz_force] = self.hertz();
         let less = self.shortfall() / (self.young_modulus * self.radius);
         let hertz = (9.0 / (16.0 * self.plane_modulus().powi(2) * self.radius)).cbrt();
-        // Approach: hertz F^(2/3) - less F; its work:
+        // The approach is hertz F^(2/3) - less F; its work:
         let work = |force: f64| 0.4 * hertz * force.powf(5.0 / 3.0) - 0.5 * less * force * force;
         let energy = 0.5 * self.mass() * self.speed.powi(2);
         let (mut low, mut high) = (0.5 * hertz_force, 2.0 * hertz_force);
@@ -69,7 +70,7 @@ impl Ball {
             }) = middle;
         }
         let peak = low;
-        // F = peak sin³: nothing in the integral of the time is infinite then.
+        // With F = peak sin³ the integrand of the time stays finite.
         let time: f64 = midpoints(FRAC_PI_2)
             .map(|(angle, width)| {
                 let force = peak * angle.sin().powi(3);
@@ -82,13 +83,13 @@ impl Ball {
         [time / hertz_time, peak / hertz_force]
     }
 
-    /// How much less than Hertz's the centre of mass comes nearer, over F/(E R): the
-    /// displacement of the pole under Hertz's pressure, by the ball's own modes of
-    /// spheroidal deformation (Love 1927, section 172 onwards), of radius 1 and modulus
-    /// 1. The mode of degree 1 balances the force with an even inertia.
+    /// Returns how much smaller the approach of the centre of mass is than Hertz's, over F/(E R).
+    /// The displacement of the pole under Hertz's pressure is a sum over the spheroidal modes of a
+    /// ball of radius 1 and modulus 1 (Love 1927, section 172 onwards). In the mode of degree 1, a
+    /// uniform inertia force balances the contact force.
     fn shortfall(&self) -> f64 {
         let circle = (self.approach() / self.radius).sqrt();
-        // Cosine of the angle from the pole, and pressure times the measure of it.
+        // Cosine of the angle from the pole, and pressure times the measure of the angle.
         let loaded: Vec<(f64, f64)> = midpoints(FRAC_PI_2)
             .map(|(angle, width)| {
                 let sine = circle * angle.sin();
@@ -118,8 +119,8 @@ impl Ball {
         0.75 * (1.0 - self.poisson_ratio.powi(2)) / circle - sunk
     }
 
-    /// Radial displacement of the surface of a ball of radius and modulus 1 under the
-    /// normal traction P_n(cos θ), at θ = 0.
+    /// Returns the radial displacement at θ = 0 of a ball of radius and modulus 1 under the normal
+    /// traction P_n(cos θ).
     fn compliance(&self, n: f64) -> f64 {
         let ratio = self.poisson_ratio;
         let shear = 0.5 / (1.0 + ratio);
@@ -130,7 +131,7 @@ impl Ball {
         if n == 1.0 {
             return 1.2 / (6.0 * lame + 4.0 * shear);
         }
-        // u = A ∇ω + B (r² ∇ω + α x ω), ω = rⁿ P_n; no shear on the surface.
+        // u = A ∇ω + B (r² ∇ω + α x ω), ω = rⁿ P_n; the surface is free of shear.
         let alpha =
             -2.0 * (n * lame + (3.0 * n + 1.0) * shear) / ((n + 3.0) * lame + (n + 5.0) * shear);
         let a = -(2.0 * n + alpha) / (2.0 * (n - 1.0));
@@ -141,7 +142,7 @@ impl Ball {
     }
 }
 
-/// Midpoints of equal parts from 0 to `end`, and their width.
+/// Returns the midpoints of equal intervals from 0 to `end`, and their width.
 fn midpoints(end: f64) -> impl Iterator<Item = (f64, f64)> {
     let width = end / POINTS as f64;
     (0..POINTS).map(move |k| ((k as f64 + 0.5) * width, width))
@@ -162,8 +163,8 @@ mod tests {
         };
         let [slow, fast] = [0.3, 1.0].map(|speed| ball(speed).beyond_hertz());
         for k in 0..2 {
-            // F/(E R) over the approach, F^(2/3), with F as v^(6/5); and the logarithm of
-            // the circle, by which the sum misses a constant: found 2 %.
+            // F/(E R) over the approach F^(2/3), with F proportional to v^(6/5), gives v^0.4. The
+            // logarithm of the contact circle adds a deviation: 2 % measured.
             let grown = (slow[k] - 1.0) / (fast[k] - 1.0);
             assert!((grown / 0.3_f64.powf(0.4) - 1.0).abs() < 0.05, "{grown}");
         }

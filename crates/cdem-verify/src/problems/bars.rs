@@ -11,48 +11,48 @@ const YOUNG_MODULUS: f64 = 40e9;
 const SPEED: f64 = 3.0;
 const LENGTH: f64 = 10.0;
 
-/// Way of the moving bar to the other, m.
+/// Initial gap between the bars, m.
 const GAP: f64 = 0.01;
 
 const ROUND_OFF: &str = "round-off";
-/// Of force: that of linear elements of a 40th of the bar.
+/// Tolerance of forces, for linear elements of a 40th of the bar.
 const DISPERSION: &str = "waves of few elements run behind the front";
 
 fn wave_speed() -> f64 {
     (YOUNG_MODULUS / DENSITY).sqrt()
 }
 
-/// A contact of bars of unit cross-section, over what wave theory says of it.
+/// A contact of bars of unit cross-section, normalised by wave theory.
 #[derive(Debug)]
 pub struct Collision {
-    /// Times, s, and force along the bars.
+    /// Times, s, and forces along the bars.
     pub forces: Vec<[f64; 2]>,
-    /// From the first step with force to the last.
+    /// Time from the first step with force to the last.
     pub duration: f64,
-    /// Mean force of the middle 80 % of it.
+    /// Mean force in the middle 80 % of the contact.
     pub mean: f64,
-    /// Root-mean-square deviation from that.
+    /// Standard deviation of the force in the middle 80 %.
     pub deviation: f64,
-    /// Largest force of the middle 80 %.
+    /// Largest force in the middle 80 %.
     pub peak: f64,
-    /// Largest force of any step: the front's.
+    /// Largest force of all steps, which is that of the wave front.
     pub front: f64,
     /// Largest force across the bars.
     pub lateral: f64,
     /// Velocities of all blocks at the end.
     pub velocities: Vec<f64>,
-    /// What first touches took, over the kinetic energy at the start.
+    /// Impact loss of first touches, over the kinetic energy at the start.
     pub loss: f64,
-    /// Sums of the run.
+    /// Momentum and energy errors of the run.
     pub balance: Balance,
 }
 
 impl Collision {
-    /// Runs a scene in which the block of a number is pushed along x with the `force`, N,
-    /// for some time, s.
+    /// Runs a scene in which wave theory gives block number `block` the `force` along x, N, for the
+    /// `duration`, s.
     ///
     /// # Panics
-    /// If nothing touches.
+    /// If the bars do not touch.
     #[must_use]
     pub fn of(case: &Case, block: usize, (force, duration): (f64, f64)) -> Self {
         let mut simulation = case.start();
@@ -87,14 +87,14 @@ impl Collision {
         }
     }
 
-    /// The same of two equal bars of 10 m.
+    /// Runs two equal bars of 10 m.
     #[must_use]
     pub fn of_equal_bars(case: &Case) -> Self {
         let force = DENSITY * wave_speed() * SPEED / 2.0;
         Self::of(case, 1, (force, 2.0 * LENGTH / wave_speed()))
     }
 
-    /// Force over time, ms, beside that of wave theory, which begins with the touch.
+    /// Plots force over time, ms, beside that of wave theory, which begins at first touch.
     fn plot(&self, duration: f64) -> Plot {
         let touch = 1e3 * GAP / SPEED;
         let end = touch + 1e3 * duration;
@@ -133,15 +133,15 @@ impl std::fmt::Display for Collision {
     }
 }
 
-/// Why a contact lasts longer than by wave theory.
+/// Reason that a contact lasts longer than in wave theory.
 const FRONT: &str = "half the length of a front: about n^(1/3) elements after n";
 
-/// What that may make of a duration in which waves go through so many elements.
+/// Returns the relative error in duration that the front causes after `elements` elements.
 fn of_front(elements: usize) -> f64 {
     0.5 * (elements as f64).powf(-2.0 / 3.0)
 }
 
-/// Why a loss at the first touch is known to 1 %.
+/// Reason for the 1 % tolerance of the loss at first touch.
 const TOUCH: &str = "(5) of the paper; of the masses alone, but for what still swings then";
 
 /// V1: a bar flies against a rigid wall.
@@ -194,7 +194,7 @@ pub(super) fn bar_on_wall() -> Findings {
     findings
 }
 
-/// Two equal bars, `rows` elements across the left and the right one.
+/// Builds two equal bars with `rows` elements across the left and the right one.
 fn two_bars(rows: [usize; 2]) -> Case {
     let mut case = load("two-bars");
     for (name, rows) in ["left", "right"].into_iter().zip(rows) {
@@ -255,7 +255,7 @@ pub(super) fn equal_bars() -> Findings {
     findings
 }
 
-/// V3: a bar meets one of twice its impedance.
+/// V3: a bar meets a bar of twice its impedance.
 pub(super) fn unequal_bars() -> Findings {
     let mut findings = Findings::default();
     let light = (YOUNG_MODULUS * DENSITY).sqrt();
@@ -277,8 +277,8 @@ pub(super) fn unequal_bars() -> Findings {
             DISPERSION,
         );
         let touching = collision.forces.iter().filter(|row| row[1] != 0.0);
-        // The touch falls somewhere in its step, and divides impulses between this and
-        // the next; whole steps follow.
+        // First touch falls inside a step, and its impulse is divided between that step and the
+        // next. Whole steps follow.
         let first: Vec<f64> = touching.skip(2).take(5).map(|row| row[1]).collect();
         let misses = first.iter().map(|force| (force - 1.0).abs());
         let miss = misses.fold(0.0, f64::max);
@@ -301,7 +301,7 @@ pub(super) fn unequal_bars() -> Findings {
     findings
 }
 
-/// V4: the energy of two bars that meet, entry by entry.
+/// V4: the energy of two bars that meet, term by term.
 pub(super) fn energy_of_bars() -> Findings {
     let mut findings = Findings::default();
     let mut residuals = Vec::new();
@@ -327,7 +327,7 @@ pub(super) fn energy_of_bars() -> Findings {
     findings
 }
 
-/// V18: five bars in a row, of which the first flies in.
+/// V18: five bars in a row; the first one flies in.
 pub(super) fn cradle() -> Findings {
     const BEHIND: &str =
         "each of four hand-overs leaves 1 % behind at 40 elements, as V2 does; √h of it at more";

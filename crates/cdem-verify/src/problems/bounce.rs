@@ -4,11 +4,11 @@ use crate::plot::{Plot, Style};
 use crate::problem::Findings;
 use crate::{Balance, load, run};
 
-/// Height of the centre before the drop, and as the block stands, m.
+/// Height of the centre before the drop, and at rest on the floor, m.
 const DROP: f64 = 0.8;
 const FLAT: f64 = 0.5;
 
-/// V17: what bounces of an elastic block give back.
+/// V17: an elastic block never bounces back to the height of the drop.
 pub(super) fn bouncing_block() -> Findings {
     let mut findings = Findings::default();
     let mut simulation = load("bouncing-block").start();

@@ -8,7 +8,7 @@ use crate::problem::Findings;
 use crate::problems::ball::Ball;
 use crate::{Balance, load, run};
 
-/// That of the scenes, before a wall; balls that meet have half of their approach each.
+/// The ball of the scenes, at its speed before a wall. Two balls have half the relative speed each.
 pub const BALL: Ball = Ball {
     radius: 0.1,
     young_modulus: 70e9,
@@ -17,32 +17,32 @@ pub const BALL: Ball = Ball {
     speed: 1.0,
 };
 
-/// A run over Hertz's figures.
+/// Results of a run, over Hertz's values.
 #[derive(Clone, Debug)]
 pub struct Impact {
     /// Contact time.
     pub duration: f64,
     /// Peak force.
     pub peak: f64,
-    /// Mass of the mesh over that of the ball.
+    /// Mass of the mesh over the mass of the ball.
     pub mass: f64,
     /// Impulse over 2 m v of the mesh.
     pub impulse: f64,
-    /// Speed of the centre after it, over that before.
+    /// Relative speed of the centres after the impact, over that before.
     pub restitution: f64,
-    /// What first touches took, over the energy.
+    /// Impact loss of first touches, over the kinetic energy at the start.
     pub loss: f64,
-    /// Sums of the run.
+    /// Momentum and energy errors of the run.
     pub balance: Balance,
     /// Deepest penetration, m.
     pub penetration: f64,
     /// Times after the first touch over the contact time, and forces over the peak.
     pub forces: Vec<[f64; 2]>,
-    /// The run as it was set up.
+    /// Overview of the run at its start.
     pub overview: Overview,
 }
 
-/// The centre of the upper or of the lower ball.
+/// Projects a point onto the upper or the lower ball.
 fn on_ball(point: [f64; 3]) -> [f64; 3] {
     let centre = BALL.radius.copysign(point[2]);
     let from = [point[0], point[1], point[2] - centre];
@@ -51,7 +51,7 @@ fn on_ball(point: [f64; 3]) -> [f64; 3] {
     [x, y, z + centre]
 }
 
-/// Runs the scene `hertz-wall` or `hertz-pair`, the edges of its mesh halved some times.
+/// Runs the scene `hertz-wall` or `hertz-pair` with the edges of its mesh halved `halvings` times.
 #[must_use]
 pub fn meet(name: &str, halvings: usize) -> Impact {
     let case = load(name);
@@ -94,8 +94,8 @@ pub fn meet(name: &str, halvings: usize) -> Impact {
     }
 }
 
-/// Force over its peak at times over the contact time, by Hertz: the approach by steps of
-/// the equation m a'' = -F(a), in units in which its coefficients are 1.
+/// Returns Hertz's force over its peak against time over the contact time. Integrates m a'' = -F(a)
+/// in units in which its coefficients are 1.
 fn hertz_curve() -> Vec<[f64; 2]> {
     const STEP: f64 = 1e-3;
     let (mut approach, mut speed, mut curve) = (0.0_f64, 1.0_f64, Vec::new());
@@ -110,7 +110,7 @@ fn hertz_curve() -> Vec<[f64; 2]> {
     curve.iter().map(|[t, f]| [t / end, f / peak]).collect()
 }
 
-/// V9: an elastic ball meets a rigid wall.
+/// V9: an elastic ball hits a rigid wall.
 pub(super) fn ball_on_wall() -> Findings {
     const ELASTIC: &str = "next to nothing is lost where the masses that touch are small";
     let mut findings = Findings::default();

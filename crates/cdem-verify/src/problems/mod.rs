@@ -1,5 +1,5 @@
-//! Problems with known answers: each has a scene under `verification`, and a page in the
-//! book that [`solve`](Problem::solve) makes the figures of.
+//! Problems with known answers. Each has a scene under `verification` and a page in the book;
+//! [`solve`](Problem::solve) computes the figures of the page.
 
 pub mod ball;
 pub mod bars;

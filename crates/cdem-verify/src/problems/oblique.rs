@@ -1,20 +1,20 @@
-//! A ball that comes down askew and slides throughout its impact.
+//! A ball that hits a wall obliquely and slides throughout its impact.
 
 use crate::plot::{Plot, Style};
 use crate::problem::{Findings, LEDGER, LEDGER_LIMIT};
 use crate::{Balance, Case, load, run};
 
-/// Height of the ball's centre, m.
+/// Radius of the ball, m.
 const RADIUS: f64 = 0.1;
 
-/// An impact at some speed along the wall, and at 1 m/s across it.
+/// Results of an impact with some speed along the wall, and 1 m/s normal to it.
 struct Impact {
     restitution: f64,
-    /// What the wall has taken of the speed along it, m/s.
+    /// Loss of speed along the wall, m/s.
     slowed: f64,
-    /// Spin the way it rolls, rad/s.
+    /// Spin in the direction of rolling, rad/s.
     spin: f64,
-    /// What friction has taken, over the energy at the start.
+    /// Friction loss over the energy at the start.
     friction_loss: f64,
     balance: Balance,
 }
@@ -38,7 +38,7 @@ fn meet(mut case: Case, along: f64) -> Impact {
     }
 }
 
-/// Mass of the mesh, kg, and its moment of inertia about y, kg·m².
+/// Returns the mass of the mesh, kg, and its moment of inertia about y, kg·m².
 fn inertia(mut case: Case) -> [f64; 2] {
     case.block("ball").velocity = vec![0.0; 3];
     case.block("ball").angular_velocity = vec![0.0, 1.0, 0.0];
@@ -48,7 +48,7 @@ fn inertia(mut case: Case) -> [f64; 2] {
     [mass, simulation.history().angular_momentum[1] / spin]
 }
 
-/// V10: an elastic ball meets a rigid wall askew, at several angles.
+/// V10: an elastic ball hits a rigid wall at several angles.
 pub(super) fn oblique_ball() -> Findings {
     let mut findings = Findings::default();
     let case = load("oblique-ball");
@@ -63,8 +63,8 @@ pub(super) fn oblique_ball() -> Findings {
     let (mut slides, mut spins, mut residual) = (Vec::new(), Vec::new(), 0.0_f64);
     for angle in [45.0, 60.0, 70.0] {
         let along = f64::to_radians(angle).tan();
-        // The mesh's centre of mass is not quite over its pole: what that does changes sign
-        // with the way the ball comes.
+        // The mesh's centre of mass is not exactly above the contact point. The error changes sign
+        // with the direction along the wall, so the mean of both directions is taken.
         let both = [along, -along].map(|along| meet(case.clone(), along));
         let mean = |of: fn(&Impact) -> f64| 0.5 * (of(&both[0]) + of(&both[1]));
         let restitution = mean(|impact| impact.restitution);

@@ -1,4 +1,4 @@
-//! Pressed blocks: the patch test of contact, through meshes that match and that do not.
+//! Pressed blocks: the patch test of contact, with matching and non-matching meshes.
 
 use cdem::mesh::ElementKind::{self, Hex8, Quad4, Tet4, Tri3};
 use cdem::output::Frame;
@@ -10,26 +10,26 @@ use crate::{load, run, stress_of};
 const PRESSURE: f64 = 1e6;
 const POISSON_RATIO: f64 = 0.25;
 
-/// Elements along each side of the lower and of the upper block.
+/// Element and divisions along each side, of the lower and of the upper block.
 pub type Blocks = [(ElementKind, usize); 2];
 
-/// Errors of the elements' mean stress, over the pressure: of each element, that
-/// of its worst component.
+/// Errors of the elements' mean stress, over the pressure. The error of an element is that of its
+/// worst component.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// Largest of all.
+    /// Largest error of all elements.
     pub largest: f64,
-    /// Root-mean-square of all.
+    /// Root mean square over all elements.
     pub rms: f64,
-    /// Largest of elements without a node in the interface.
+    /// Largest error of elements without a node at the interface.
     pub inside: f64,
-    /// Of the force between the blocks.
+    /// Relative error of the force between the blocks.
     pub force: f64,
     /// Deepest penetration, m.
     pub penetration: f64,
 }
 
-/// Presses two blocks on each other until they rest.
+/// Presses two blocks on each other until they are at rest.
 ///
 /// # Panics
 /// If they do not come to rest.
@@ -67,7 +67,7 @@ pub fn press(of: Blocks) -> Errors {
     }
 }
 
-/// Errors of a frame whose stress, over the pressure, is `exact` everywhere.
+/// Returns the errors of a frame whose exact stress over the pressure is `exact` everywhere.
 fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
     let stress = stress_of(frame);
     let mut rest = frame.connectivity.as_slice();
@@ -82,7 +82,7 @@ fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
         let worst = wrong.fold(0.0, f64::max);
         largest = largest.max(worst);
         squares += worst * worst;
-        // The interface is at a height of 1 m, less what the load takes.
+        // The interface is at a height of 1 m, less its displacement under the load.
         let height = |node: &u32| frame.points[*node as usize][along];
         if !nodes.iter().any(|node| (height(node) - 1.0).abs() < 1e-3) {
             inside = inside.max(worst);
@@ -97,7 +97,7 @@ fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
     }
 }
 
-/// V11: an even pressure through two faces.
+/// V11: a uniform pressure is transferred through the interface of two blocks.
 pub(super) fn pressed_blocks() -> Findings {
     const SUNK: &str =
         "points that sank in by a nanometre while the blocks settled stay so: strains are 2.5e-5";

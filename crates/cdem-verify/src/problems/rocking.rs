@@ -4,14 +4,14 @@ use crate::plot::{Plot, Style};
 use crate::problem::Findings;
 use crate::{Balance, load, run};
 
-/// Half of the block's width and height, m.
+/// Half the width and half the height of the block, m.
 const HALF: [f64; 2] = [0.1, 0.5];
 const GRAVITY: f64 = 9.81;
 
-/// Of the integration of the rigid block's motion, s.
+/// Time step of the integration of the rigid block's motion, s.
 const STEP: f64 = 1e-5;
 
-/// A rigid block about its corner, turned by θ from upright: θ'' = -p² sin(α - θ).
+/// A rigid block about its corner, tilted by θ from upright: θ'' = -p² sin(α - θ).
 struct Rigid {
     /// Angle of the diagonal with the vertical, rad.
     alpha: f64,
@@ -28,12 +28,13 @@ impl Rigid {
         }
     }
 
-    /// Energy over that of a block upright on its corner: 0 flat.
+    /// Returns the potential energy over that of the block balanced on its corner; 0 if it lies
+    /// flat.
     fn energy(&self, turn: f64) -> f64 {
         ((self.alpha - turn).cos() - self.alpha.cos()) / (1.0 - self.alpha.cos())
     }
 
-    /// From rest at `start` until it lies flat: times, s, and angles, rad.
+    /// Returns times, s, and angles, rad, from rest at `start` until the block lies flat.
     fn fall(&self, start: f64) -> Vec<[f64; 2]> {
         let (mut turn, mut spin, mut path) = (start, 0.0, Vec::new());
         while turn > 0.0 {
@@ -46,7 +47,7 @@ impl Rigid {
     }
 }
 
-/// V16: a block that is tilted by half of its diagonal's angle, and let go.
+/// V16: a block is tilted by half the angle of its diagonal and released.
 pub(super) fn rocking_block() -> Findings {
     let mut findings = Findings::default();
     let rigid = Rigid::new();
@@ -60,7 +61,7 @@ pub(super) fn rocking_block() -> Findings {
     run(&mut simulation, |simulation| {
         balance.look(simulation);
         let time = simulation.time();
-        // Leaning to the right is clockwise.
+        // A tilt to the right is clockwise.
         turn -= simulation.block_rows()[1].angular_velocity[2] * (time - last);
         last = time;
         turned.push([time, turn]);

@@ -1,4 +1,4 @@
-//! Discs and cylinders of many sides that roll down a slope.
+//! Polygonal discs and cylinders that roll down a slope.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,32 +11,32 @@ use crate::{Balance, Case, fit, load, run};
 
 const RADIUS: f64 = 0.5;
 
-/// Acceleration of a round cylinder that does not slip, (2/3) g sin 30, m/s².
+/// Acceleration of a round cylinder that rolls without slip, (2/3) g sin 30, m/s².
 const ROUND: f64 = 2.0 / 3.0 * 4.905;
 
-/// How a body of many sides rolls down.
+/// Results of a polygonal body that rolls down.
 #[derive(Clone, Debug)]
 pub struct Rolling {
-    /// Acceleration over that of a round one: v² = 2 a x over the last three quarters of
-    /// the time, the first sides being slow.
+    /// Acceleration over that of a round body. It is fitted to v² = 2 a x over the last three
+    /// quarters of the time, because the first sides are slow.
     pub acceleration: f64,
-    /// Share of the work of gravity that is kinetic energy at the end.
+    /// Kinetic energy at the end over the work of gravity.
     pub kept: f64,
-    /// The same of a rigid body whose corners do not rebound.
+    /// `kept` of a rigid body whose corners do not rebound.
     pub least: f64,
-    /// What friction took, over the work of gravity.
+    /// Friction loss over the work of gravity.
     pub friction: f64,
     /// Largest speed across the slope, m/s.
     pub aside: f64,
-    /// Whether it rolls in space.
+    /// True for a 3-D body.
     pub in_space: bool,
-    /// Sums of the run.
+    /// Momentum and energy errors of the run.
     pub balance: Balance,
     /// Times, s, and speeds, m/s.
     pub speeds: Vec<[f64; 2]>,
 }
 
-/// Corners of a regular polygon that lies on y = 0.
+/// Returns the corners of a regular polygon that lies on y = 0.
 fn regular(sides: usize) -> Vec<[f64; 2]> {
     let half = PI / sides as f64;
     let corner = |k: usize| {
@@ -46,11 +46,10 @@ fn regular(sides: usize) -> Vec<[f64; 2]> {
     (0..sides).map(corner).collect()
 }
 
-/// Share of the work of gravity over a `way` that a rigid polygon keeps whose
-/// corners do not rebound. About a corner it turns without loss, and on a side a
-/// it gains m g a sin 30. When the next corner hits, the angular momentum about
-/// that one stays: (I + m R²) ω' = (I + m R² cos(2π/n)) ω, where
-/// I = m R² (2 + cos(2π/n))/6.
+/// Returns the fraction of the work of gravity over a distance `way` that a rigid polygon keeps if
+/// its corners do not rebound. It turns about a corner without loss and gains m g a sin 30 on a
+/// side of length a. When the next corner hits, the angular momentum about that corner is
+/// conserved: (I + m R²) ω' = (I + m R² cos(2π/n)) ω, where I = m R² (2 + cos(2π/n))/6.
 fn kept_without_rebound(sides: usize, way: f64) -> f64 {
     let angle = TAU / sides as f64;
     let side = 2.0 * RADIUS * (0.5 * angle).sin();
@@ -61,7 +60,7 @@ fn kept_without_rebound(sides: usize, way: f64) -> f64 {
     energy / (count * side)
 }
 
-/// The scene `rolling` with a disc of so many sides.
+/// Loads the scene `rolling` with a disc of `sides` sides.
 #[must_use]
 pub fn disc(sides: usize) -> Case {
     let mut case = load("rolling");
@@ -73,7 +72,7 @@ pub fn disc(sides: usize) -> Case {
     case
 }
 
-/// Rolls the second block, of so many sides, down a slope of 30°.
+/// Rolls the second block, which has `sides` sides, down a slope of 30°.
 #[must_use]
 pub fn roll(case: &Case, sides: usize) -> Rolling {
     let mut simulation = case.start();
@@ -123,7 +122,7 @@ pub(super) fn rolling_down() -> Findings {
     findings
 }
 
-/// Adds what is known of a body that rolls.
+/// Adds the figures of a rolling body with their known values.
 pub fn add_figures(findings: &mut Findings, name: &str, rolling: &Rolling) {
     let of = |what: &str| format!("{name}: {what}");
     findings.between(

@@ -1,4 +1,4 @@
-//! A block under stress that turns.
+//! A block under stress that rotates.
 
 use cdem::mesh::ElementKind;
 use cdem::output::Frame;
@@ -8,15 +8,15 @@ use crate::plot::{Plot, Style};
 use crate::problem::Findings;
 use crate::{load, run, stress_of};
 
-/// Pressure on its two ends, Pa, and until when it grows, s.
+/// Pressure on the two ends, Pa, and the end of its ramp, s.
 const PRESSURE: f64 = 40e6;
 const ONSET: f64 = 0.2;
 
-/// Length, width, m, and density, kg/m³.
+/// Length and width, m, and density, kg/m³.
 const SIZE: [f64; 2] = [2.0, 1.0];
 const DENSITY: f64 = 2700.0;
 
-/// Stress of all elements as their mean, Pa: xx, yy, zz, xy, yz, zx.
+/// Returns the mean stress of all elements, Pa: xx, yy, zz, xy, yz, zx.
 fn mean_stress(frame: &Frame) -> [f64; 6] {
     let count = frame.kinds.len() as f64;
     let rows = stress_of(frame).chunks_exact(6);
@@ -25,7 +25,7 @@ fn mean_stress(frame: &Frame) -> [f64; 6] {
     })
 }
 
-/// Mean stress over the pressure of a bar that has turned by an angle, and turns by so many
+/// Returns the mean stress over the pressure of a bar rotated by `turn`, rad, that spins at `spin`,
 /// rad/s: -p a aᵀ and, by the virial theorem, ρ ω² (L² a aᵀ + W² b bᵀ)/12.
 fn virial(turn: f64, spin: f64) -> [f64; 6] {
     let (sin, cos) = turn.sin_cos();
@@ -41,8 +41,9 @@ fn virial(turn: f64, spin: f64) -> [f64; 6] {
     ]
 }
 
-/// The stress that damping makes of the turn in a step, over the pressure and the step: along
-/// chords of its circle the bar widens at the rate ω² Δt/2 to both sides.
+/// Returns the stress that damping produces from the rotation of a step, over the pressure and the
+/// step. Nodes move along chords of their circle, so the bar widens at the rate ω² Δt/2 in both
+/// directions.
 fn stress_of_steps(rock: &Material) -> f64 {
     let ratio = rock.poisson_ratio;
     let shear = rock.young_modulus / (2.0 * (1.0 + ratio));
@@ -51,7 +52,7 @@ fn stress_of_steps(rock: &Material) -> f64 {
     rock.damping.stiffness * (lame + shear) * spin * spin / PRESSURE
 }
 
-/// V19: a bar pressed at its ends, by pressures that turn with it, spins once.
+/// V19: a bar, pressed at its ends by pressures that rotate with it, makes one turn.
 pub(super) fn stressed_block_turns() -> Findings {
     let mut findings = Findings::default();
     for (kinematics, key) in [
@@ -73,7 +74,7 @@ pub(super) fn stressed_block_turns() -> Findings {
                 let spin = simulation.block_rows()[0].angular_velocity[2];
                 turn += spin * (time - last);
                 last = time;
-                // The load is full, and the bar still.
+                // The load is full, and the bar has stopped vibrating.
                 if time < ONSET + 0.05 || !simulation.step_index().is_multiple_of(50) {
                     return;
                 }

@@ -1,4 +1,4 @@
-//! Blocks on a slope: they slide, stay, or topple.
+//! Blocks on a slope that slide, stick or topple.
 
 use cdem::Simulation;
 use cdem::scene::Schedule;
@@ -9,7 +9,7 @@ use crate::{Case, fit, load, run};
 
 const GRAVITY: f64 = 9.81;
 
-/// The scene `slope`, with angles in degrees.
+/// Loads the scene `slope`, with angles in degrees.
 #[must_use]
 pub fn slope(angle: f64, friction: f64) -> Case {
     let mut case = load("slope");
@@ -18,21 +18,21 @@ pub fn slope(angle: f64, friction: f64) -> Case {
     case
 }
 
-/// Gravity where the slope is drawn level, m/s².
+/// Returns gravity in the frame of the slope, m/s².
 fn pull(angle: f64) -> Vec<f64> {
     let (sin, cos) = angle.to_radians().sin_cos();
     vec![GRAVITY * sin, -GRAVITY * cos]
 }
 
-/// Acceleration of a rigid block that slides, m/s².
+/// Returns the acceleration of a rigid block that slides, m/s².
 #[must_use]
 pub fn sliding(angle: f64, friction: f64) -> f64 {
     let (sin, cos) = angle.to_radians().sin_cos();
     GRAVITY * (sin - cos * friction.to_radians().tan())
 }
 
-/// Slopes of velocity and displacement of the last block along the slope over
-/// the second half of the run, m/s² and m/s.
+/// Returns the slopes over time of velocity, m/s², and displacement, m/s, of the last block along
+/// the incline, in the second half of the run.
 ///
 /// # Panics
 /// If there is no block.
@@ -56,7 +56,7 @@ pub fn measure(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> [f6
 /// V12: a block on a slope.
 pub(super) fn block_on_slope() -> Findings {
     let mut findings = Findings::default();
-    // Published cases; 20/0 needs no friction at all.
+    // Published cases; 20/0 is without friction.
     for (angle, friction) in [
         (20.0, 0.0),
         (30.0, 20.0),
@@ -84,8 +84,8 @@ pub(super) fn block_on_slope() -> Findings {
     findings
 }
 
-/// A rigid block of so much across and up, m, that turns about its lower corner down a
-/// slope of so many degrees.
+/// A rigid block of width `across` and height `up`, m, that topples about its lower corner on a
+/// slope of `angle` degrees.
 struct Toppling {
     angle: f64,
     across: f64,
@@ -93,12 +93,12 @@ struct Toppling {
 }
 
 impl Toppling {
-    /// Angles by which it has turned at the times of `steps` equal steps, under gravity of
-    /// `gravity(t)` m/s²: θ'' = M(θ)/I, by the fourth-order steps of Runge and Kutta.
+    /// Returns times and angles of rotation at `steps` equal steps, under gravity of `gravity(t)`
+    /// m/s². Integrates θ'' = M(θ)/I by the fourth-order Runge-Kutta method.
     fn turns(&self, step: f64, steps: usize, gravity: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let radius = 0.5 * self.across.hypot(self.up);
         let inertia = 4.0 / 3.0 * radius * radius;
-        // Of the centre from the vertical over the corner, up the slope.
+        // Angle of the centre from the vertical above the corner, up the slope.
         let lean = (self.across / self.up).atan() - self.angle.to_radians();
         let rate = |time: f64, turn: f64| gravity(time) * radius / inertia * (turn - lean).sin();
         let (mut turn, mut spin, mut path) = (0.0, 0.0, Vec::new());
@@ -117,8 +117,7 @@ impl Toppling {
     }
 }
 
-/// V13: three blocks of one width on a slope of 40°, of which one stays, one slides and one
-/// topples.
+/// V13: three blocks of equal width on a slope of 40°: one stays, one slides and one topples.
 pub(super) fn slide_or_topple() -> Findings {
     const ANGLE: f64 = 40.0;
     const ONSET: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! Waves: what mesh and step make of them.
+//! Waves: the dispersion by mesh and step.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -8,7 +8,7 @@ use crate::plot::{Plot, Style};
 use crate::problem::Findings;
 use crate::{Case, load, run};
 
-/// Speeds of P and S waves of the first material, m/s.
+/// Returns the speeds of P and S waves in the first material, m/s.
 fn wave_speeds(case: &Case) -> [f64; 2] {
     let material = &case.scene.material[0];
     let ratio = material.poisson_ratio;
@@ -19,7 +19,7 @@ fn wave_speeds(case: &Case) -> [f64; 2] {
     ]
 }
 
-/// A strip of 40 elements along which single waves run.
+/// A strip of 40 elements for single waves.
 #[derive(Clone, Copy, Debug)]
 enum Strip {
     Quadrilaterals { poisson_ratio: f64 },
@@ -37,7 +37,8 @@ impl Strip {
         }
     }
 
-    /// Waves of sines end where the strip is held, those of cosines where it is free.
+    /// True if velocities at both ends are prescribed (sine waves), false if both are free (cosine
+    /// waves).
     fn is_held(self) -> bool {
         matches!(self, Self::Triangles)
     }
@@ -73,8 +74,8 @@ impl Strip {
     }
 }
 
-/// cos(ωΔt) of a vibration from the displacements of one node: central
-/// differences of a single mode obey u₊ + u₋ = 2 cos(ωΔt) u.
+/// Returns ωΔt of a vibration from the displacements of one node. Central differences of a single
+/// mode satisfy u₊ + u₋ = 2 cos(ωΔt) u.
 fn phase(mut simulation: Simulation) -> f64 {
     let mut path = vec![0.0];
     run(&mut simulation, |simulation| {
@@ -88,7 +89,8 @@ fn phase(mut simulation: Simulation) -> f64 {
     (above / below).acos()
 }
 
-/// Speed of a single wave over that of long ones: of the relation, and found.
+/// Returns the speed of a single wave over that of long waves: by the dispersion relation, and
+/// computed.
 fn dispersion(strip: Strip, courant: f64, half_waves: usize) -> [f64; 2] {
     const CELLS: f64 = 40.0;
     let mut case = strip.case();
@@ -99,12 +101,12 @@ fn dispersion(strip: Strip, courant: f64, half_waves: usize) -> [f64; 2] {
     case.scene.time.step = Some(step);
     case.scene.time.end = 400.0 * step;
     case.scene.probe.truncate(1);
-    // Next to the end: no node of any of the waves.
+    // At a free end, or one element from a fixed end: none of the waves is zero there.
     case.scene.probe[0].point[0] = if strip.is_held() { size } else { 0.0 };
     let wave_number = half_waves as f64 * std::f64::consts::PI / length;
     let mut simulation = case.start();
     assert_eq!(simulation.overview().levels.len(), 1, "one step for all");
-    // Strains of 1e-9: round-off and nonlinearity far below what is measured.
+    // Strains of 1e-9, so that nonlinearity and round-off are far below the measured effect.
     simulation.set_initial_velocities(&|at| {
         let phase = wave_number * at[0];
         let shape = if strip.is_held() {
@@ -144,7 +146,7 @@ pub(super) fn single_waves() -> Findings {
             Strip::Hexahedra,
             Strip::Triangles,
         ] {
-            // Beyond its stable step: a triangle has not the best of bounds.
+            // Above the stable step of the triangles, whose stability limit is lower.
             if courant > 0.8 && strip.is_held() {
                 continue;
             }
@@ -179,12 +181,12 @@ pub(super) fn pulses_in_steel() -> Findings {
     let mut series = vec![Vec::new(); 4];
     run(&mut simulation, |simulation| {
         for (k, (row, series)) in simulation.probe_rows().iter().zip(&mut series).enumerate() {
-            // The pressed strip moves along it, the sheared one across.
+            // The pressed strip moves along its axis, the sheared strip across it.
             series.push([row.time, row.velocity[usize::from(k >= 2)]]);
         }
     });
-    // The mean time of a pulse at a probe is that of its longest waves, which the mesh does
-    // not disperse.
+    // The mean time of a pulse at a probe is that of its longest waves, which the mesh does not
+    // disperse.
     let mean_time = |series: &[[f64; 2]]| {
         let sums = series
             .iter()

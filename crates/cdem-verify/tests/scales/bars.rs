@@ -1,4 +1,4 @@
-//! Flush bars of unequal impedances on two scales: the force of wave theory.
+//! Two-scale impact of flush bars of unequal impedance, compared with the force of wave theory.
 
 use cdem::mesh::ElementKind;
 use cdem::scene::{ContactModel, Mass, Time, Zone};
@@ -8,19 +8,19 @@ const DENSITY: f64 = 2700.0;
 const YOUNG_MODULUS: f64 = 40e9;
 const SPEED: f64 = 3.0;
 const LENGTH: f64 = 10.0;
-/// They start 1 cm apart.
+/// Time of first touch: the bars start 1 cm apart.
 const TOUCH: f64 = 0.01 / SPEED;
 
-/// A contact, in transits of waves through an element of the unrefined mesh.
+/// Results of a contact. Times are in wave transits through an element of the base mesh.
 struct Outcome {
-    /// Times after the touch, and the impulse until then over that of wave theory.
+    /// Times after first touch, and the impulse until then over that of wave theory.
     impulse: Vec<[f64; 2]>,
     /// Mean force of each transit over that of wave theory.
     force: Vec<f64>,
     elements: u64,
 }
 
-/// Two bars whose impedances are as 1 : `ratio`, of square elements, `rows` across.
+/// Two bars with impedances 1 : `ratio`, meshed by square cells, `rows` across.
 #[derive(Clone, Copy, Debug)]
 struct Bars {
     ratio: f64,
@@ -30,7 +30,7 @@ struct Bars {
 }
 
 impl Bars {
-    /// All that are tested.
+    /// Returns all tested bars.
     fn all() -> impl Iterator<Item = Self> {
         let pairs = [
             (2.0, 1, ElementKind::Quad4),
@@ -65,18 +65,18 @@ impl Bars {
         case
     }
 
-    /// Time of waves through an element of the lighter bar, s.
+    /// Returns the time of a wave through an element of the lighter bar, s.
     fn transit(&self) -> f64 {
         LENGTH / (10 * self.rows) as f64 / (YOUNG_MODULUS / DENSITY).sqrt()
     }
 
-    /// Force of wave theory, N.
+    /// Returns the force of wave theory, N.
     fn force(&self) -> f64 {
         let light = (DENSITY * YOUNG_MODULUS).sqrt();
         SPEED * light * self.ratio / (1.0 + self.ratio)
     }
 
-    /// The contact, in steps of a quarter of a transit.
+    /// Runs the contact in steps of a quarter of a transit.
     fn collide(&self) -> Outcome {
         let (transit, exact) = (self.transit(), self.force());
         let mut case = self.case();
@@ -86,8 +86,8 @@ impl Bars {
         let mut impulse = vec![[0.0; 2]];
         run(&mut simulation, |simulation| {
             elements = elements.max(simulation.history().elements);
-            // The impulse at an instant is what the struck bar has of it; the forces that are
-            // reported are those of kicks before it, which the half of one due then is not in.
+            // The impulse at an instant is the momentum of the struck bar. The reported forces are
+            // those of earlier kicks and lack the half of the kick that is due at this instant.
             let struck = &simulation.block_rows()[1];
             let elapsed = simulation.time() - TOUCH;
             if elapsed > 0.0 {
@@ -100,7 +100,7 @@ impl Bars {
             let [[t0, sum0], [t1, sum1]] = [impulse[after - 1], impulse[after]];
             sum0 + (sum1 - sum0) * (time - t0) / (t1 - t0)
         };
-        // Three quarters of the contact: its end is spread over some elements.
+        // Three quarters of the contact, because its end is spread over some elements.
         let transits = 15 * self.rows;
         let force = (1..=transits).map(|n| until(n as f64) - until((n - 1) as f64));
         Outcome {
@@ -113,7 +113,7 @@ impl Bars {
         }
     }
 
-    /// Worst residual of the ledger, with steps as they are changed to.
+    /// Returns the worst energy residual after `change` is applied to the time settings.
     fn residual(&self, change: impl FnOnce(&mut Time)) -> f64 {
         let mut case = self.case();
         change(&mut case.scene.time);
@@ -126,8 +126,8 @@ impl Bars {
     }
 }
 
-/// Both sides are refined to equal transit times, so that the touch makes the velocity of
-/// wave theory at once (design, section 6).
+/// Both sides are refined to equal transit times, so that first touch gives the velocity of wave
+/// theory at once.
 #[test]
 fn unequal_bars_give_the_force_of_wave_theory() {
     for bars in Bars::all() {
@@ -146,10 +146,10 @@ fn unequal_bars_give_the_force_of_wave_theory() {
     }
 }
 
-/// Where steps change by a factor of two under a stress σ, the impulses on a node balance only
-/// over the longer of them, 2δ: in between it moves at ±σ A δ / (2 m), for which the ledger
-/// measures ½v⁻·M·v⁺ = −(σ A δ)² / (8 m). That is δ² c² / (4 h²) of the strain energy of an
-/// element there, and no loss: it is gone when the stress is.
+/// If the step changes by a factor of two under a stress σ, the impulses on a node balance only
+/// over the longer step, 2δ. In between, the node moves at ±σ A δ / (2 m), and the ledger measures
+/// ½v⁻·M·v⁺ = −(σ A δ)² / (8 m). That is δ² c² / (4 h²) of the strain energy of an element there.
+/// It is not a loss: it vanishes with the stress.
 #[test]
 fn what_the_ledger_lacks_falls_with_the_square_of_the_step() {
     for bars in Bars::all() {
@@ -157,12 +157,12 @@ fn what_the_ledger_lacks_falls_with_the_square_of_the_step() {
         let [most, half, quarter] = [0.5, 0.25, 0.125].map(with);
         println!("{bars:?}: residual {most:.2e}, with half the step {half:.2e}, {quarter:.2e}");
         assert!(most < 4e-3 && half < 1e-3, "{most} {half}");
-        // They are looked at after coarse steps, of which the fewest are nine.
+        // The residual is sampled after coarse steps; the shortest run has nine.
         assert!((3.5..4.5).contains(&(half / quarter)), "{half} {quarter}");
     }
 }
 
-/// The same where it is 3e-3 on several levels, with a step that the finest elements bear.
+/// With several levels the residual is 3e-3. Here one step is stable for the finest elements.
 #[test]
 fn on_one_time_level_the_ledger_lacks_nothing() {
     let bars = Bars {

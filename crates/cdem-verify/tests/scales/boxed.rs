@@ -1,11 +1,11 @@
-//! Boxes that bounce about between walls, for long: refined and coarsened again and again.
+//! Boxes that bounce between walls for a long time; they are refined and coarsened repeatedly.
 
 use std::collections::BTreeSet;
 
 use cdem::Simulation;
 use cdem_verify::{Balance, load, run};
 
-/// Pairs of blocks that touch, sorted.
+/// Returns the pairs of blocks in contact, sorted.
 fn pairs(simulation: &Simulation) -> BTreeSet<[String; 2]> {
     let live = simulation.live_contacts().into_iter();
     live.map(|contact| {
@@ -16,9 +16,9 @@ fn pairs(simulation: &Simulation) -> BTreeSet<[String; 2]> {
     .collect()
 }
 
-/// Energy is never above that of the start. Where no box is refined and none touches, it is
-/// not above what it was the last time that this was so; in between a change of mesh may
-/// make some that a box has no motion to pay for at once.
+/// The energy never exceeds that at the start. While no box is refined or in contact, it does not
+/// exceed its value of the last such time. In between, a change of mesh may add energy for a while,
+/// if the box has no motion from which it can be taken at once.
 fn bounce(end: f64, changes: u64) {
     let mut case = load("bouncing-boxes");
     case.scene.time.end = end;
@@ -41,7 +41,7 @@ fn bounce(end: f64, changes: u64) {
             quiet = quiet.min(energy);
         }
         changed += u64::from(row.elements != last.elements);
-        // What one box has of it, each time that two come to touch.
+        // Energy per box, once for each new contact between two boxes.
         let now = pairs(simulation);
         let begun = now.difference(&touching).count();
         exchanged += begun as f64 * energy / boxes;
@@ -65,13 +65,13 @@ fn bounce(end: f64, changes: u64) {
         last.energy_residual / exchanged,
     );
     assert!(changed > changes, "{changed}");
-    // 1e-11 over 3e7 substeps, 1e-3 of what is exchanged: design, section 7.
+    // 1e-11 over 3e7 substeps; the residual may be 1e-3 of the energy exchanged.
     assert!(balance.momentum < 1e-11, "{balance:?}");
     assert!(last.energy_residual.abs() < 1e-3 * exchanged);
-    // What a change of mesh may make for a while is no more than what the ledger may lack.
+    // The temporary gain by a change of mesh is at most the tolerance of the ledger.
     assert!(balance.rise < 1e-3, "{balance:?}");
-    // St Venant-Kirchhoff is not quadratic: ½v⁻·M·v⁺ + U of boxes that vibrate goes up and
-    // down by the strain, (v/c)/2 = 1e-3, times what is in the vibration, a twentieth.
+    // St Venant-Kirchhoff strain energy is not quadratic. ½v⁻·M·v⁺ + U of vibrating boxes
+    // oscillates by the strain, (v/c)/2 = 1e-3, times the energy of the vibration, a twentieth.
     assert!(raised < 5e-5 * start.kinetic_energy, "{raised:e}");
 }
 

@@ -1,13 +1,13 @@
-//! Accuracy for its cost: impacts on two scales against others on meshes that are as fine
-//! as that cost allows.
+//! Accuracy at equal cost: two-scale impacts against the other models on meshes that are as fine as
+//! the same cost allows.
 
 use cdem::mesh::ElementKind;
 use nalgebra::Vector3;
 
 use crate::impact::{Figures, Impact, Model, Outcome};
 
-/// Flight before each impact, over the time in contact: that of the paper's case, half a
-/// second with 7 ms of contact. A stone that falls from rest flies for longer.
+/// Flight before each impact over the contact time: that of the paper's case, half a second for 7
+/// ms of contact. A stone that falls from rest flies for longer.
 const FLIGHT: f64 = 70.0;
 
 const RIVALS: [Model; 4] = [
@@ -17,10 +17,10 @@ const RIVALS: [Model; 4] = [
     Model::Penalty(10.0),
 ];
 
-/// Flight over the time in contact, with which the cost of flight is measured.
+/// Flight over the contact time in the runs that measure the cost of flight.
 const STRETCH: f64 = 20.0;
 
-/// Runs of which the fastest counts.
+/// Number of runs; the fastest counts.
 const TIMES: usize = 5;
 
 const BARS: Impact = Impact {
@@ -62,7 +62,7 @@ const EDGE_TO_EDGE: Impact = plane("contact-types-2d/edge-edge", [32, 64]);
 
 type Measure = fn(&Outcome) -> f64;
 
-/// What equal cost is equal in.
+/// The measures of cost.
 const MEASURES: [(&str, Measure); 2] = [("updates", |o| o.updates), ("wall time", |o| o.seconds)];
 
 fn percent<const N: usize>(shares: [f64; N]) -> String {
@@ -71,7 +71,7 @@ fn percent<const N: usize>(shares: [f64; N]) -> String {
         .join("")
 }
 
-/// The figures of the finest mesh; of bars, those of wave theory.
+/// Returns the results of the finest mesh; for bars, those of wave theory.
 fn reference(impact: &Impact) -> Figures {
     let run = |divisions| impact.run(divisions, Model::UnifiedNode, 0.0, 1);
     let fine = impact.fine.map(run);
@@ -87,7 +87,7 @@ fn reference(impact: &Impact) -> Figures {
         impact.fine[0],
         percent(apart),
     );
-    // A fifth of the largest errors that are judged by it, or less.
+    // At most a fifth of the largest errors that are compared with it.
     assert!(apart.iter().all(|&error| error < 0.025), "{apart:?}");
     if impact.scene != BARS.scene {
         return fine[1];
@@ -99,8 +99,7 @@ fn reference(impact: &Impact) -> Figures {
     }
 }
 
-/// A model on finer and finer meshes, until one costs as much as `two_scale` by both
-/// measures.
+/// Runs a model on finer and finer meshes until one costs as much as `two_scale` by both measures.
 fn ladder(impact: &Impact, model: Model, flight: f64, two_scale: &Outcome) -> Vec<Outcome> {
     let mut outcomes = Vec::new();
     for divisions in 1..impact.fine[0] {
@@ -127,8 +126,8 @@ fn print(name: &str, outcome: &Outcome, reference: &Figures) {
     );
 }
 
-/// Largest errors of two scales and of each rival on the coarsest mesh that costs as many
-/// updates, or more.
+/// Returns the largest error of two-scale, and of each rival on the coarsest mesh with at least as
+/// many updates.
 fn study(impact: &Impact) -> (f64, Vec<f64>) {
     let reference = reference(impact);
     let flight = FLIGHT * reference.duration;
@@ -148,15 +147,15 @@ fn study(impact: &Impact) -> (f64, Vec<f64>) {
         });
         worst.push(rivals[0].map_or(f64::INFINITY, |o| o.figures.worst(&reference)));
     }
-    // Stiff springs may stop themselves on all meshes that cost as much; not the others.
+    // Stiff springs may fail on all meshes of this cost; the other models may not.
     let run = worst.iter().filter(|error| error.is_finite()).count();
     assert!(worst[0].is_finite() && run + 1 >= RIVALS.len(), "{worst:?}");
     break_even(impact, &reference);
     (two_scale.figures.worst(&reference), worst)
 }
 
-/// How long a flight there must be with each impact for two scales to cost less than
-/// unified nodes on the coarsest mesh on which these are as good.
+/// Prints the flight per impact above which two-scale costs less than unified nodes on the coarsest
+/// mesh of equal accuracy.
 fn break_even(impact: &Impact, reference: &Figures) {
     let stretch = STRETCH * reference.duration;
     let run = |divisions, model| impact.run(divisions, model, 0.0, TIMES).expect("stable");
@@ -194,31 +193,30 @@ fn accuracy_for_its_cost() {
             "{two_scale} {rivals:?}"
         );
     }
-    // As good as unified nodes, whose error is 0.016 to 0.051 by chance on 8 to 11 divisions:
-    // 0.027, which is not to become more; better than springs.
+    // As good as unified nodes, whose error scatters from 0.016 to 0.051 on 8 to 11 divisions.
+    // Two-scale has 0.027, which must not grow, and is better than springs.
     let (two_scale, rivals) = study(&EDGE_TO_EDGE);
     assert!(two_scale < 0.03, "{two_scale} {rivals:?}");
     assert!(
         rivals[1..].iter().all(|&rival| two_scale < rival),
         "{two_scale} {rivals:?}"
     );
-    // Soft springs have the right contact time on one mesh, and a wrong one on all finer.
+    // Soft springs have the right contact time on one mesh, and a wrong one on all finer meshes.
     let (two_scale, rivals) = study(&EDGE_ON_EDGE);
     assert!(two_scale < rivals[0], "{two_scale} {rivals:?}");
-    // Not the best by updates, though by wall time: the book says why.
+    // Not the best by updates, but by wall time; the book gives the reason.
     let (two_scale, rivals) = study(&CORNER_ON_FACE);
     assert!(two_scale < 2.0 * rivals[0], "{two_scale} {rivals:?}");
-    // Flush bars gain nothing: 0.066, which is not to become more.
+    // Flush bars gain nothing: the error is 0.066 and must not grow.
     let (two_scale, _) = study(&BARS);
     assert!(two_scale < 0.08, "{two_scale}");
 }
 
-/// What a corner does on two scales is off by about half as much as what it does with
-/// unified nodes at the same cost.
+/// The error of a corner impact is about half of that with unified nodes at the same cost.
 #[test]
 fn corners_are_worth_their_cost() {
     for impact in [CORNER_ON_EDGE, TUMBLING_BLOCK] {
-        // Off by 2 % and 7 % from the finest of the study, to the side of coarser meshes.
+        // These differ by 2 % and 7 % from the finest mesh of the study, towards coarser meshes.
         let reference = impact.run(32, Model::UnifiedNode, 0.0, 1).expect("stable");
         let reference = reference.figures;
         let flight = FLIGHT * reference.duration;
@@ -232,7 +230,7 @@ fn corners_are_worth_their_cost() {
         print("two-scale", &two_scale, &reference);
         print("unified-node", &rival, &reference);
         let share = two_scale.figures.worst(&reference) / rival.figures.worst(&reference);
-        // 0.51 and 0.37; against the finest, 0.57 and 0.53.
+        // 0.51 and 0.37 measured; against the finest mesh, 0.57 and 0.53.
         assert!(share < 0.7, "{share}");
     }
 }

@@ -1,8 +1,9 @@
-//! A contact that rests, is refined, coarsened and rests again, many times over.
+//! A contact that rests, is refined, is coarsened and rests again, many times.
 
 use cdem_verify::{Balance, load, run};
 
-/// The brick lifts off and lands in each of 25 cycles, in coarse steps of `step` seconds.
+/// Runs the brick, which lifts off and lands in each of 25 cycles, in coarse steps of `step`
+/// seconds.
 fn rattle(step: Option<f64>) {
     let mut case = load("rattling-brick");
     case.scene.time.step = step;
@@ -30,7 +31,7 @@ fn rattle(step: Option<f64>) {
     );
     assert!(changes > 50 && rests > 50, "{changes} {rests}");
     assert!(last.remesh_loss > 0.0);
-    // Refined twice: design, section 7.
+    // Limit of the ledger for blocks that are refined at least twice.
     assert!(balance.residual < 1e-3, "{balance:?}");
     assert!(balance.rise < 1e-3 && balance.growth < 1e-3, "{balance:?}");
 }

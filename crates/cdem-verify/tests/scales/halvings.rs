@@ -1,8 +1,8 @@
-//! How finely a block is refined at a place.
+//! Local refinement of a block.
 
 use cdem::output::FieldValues;
 
-/// Most halvings of the elements nearest to a point.
+/// Returns the largest number of halvings among the elements nearest to a point.
 pub(crate) fn halvings_at(simulation: &mut cdem::Simulation, point: [f64; 3]) -> i32 {
     let frame = simulation.frame();
     let field = frame.cell_fields.iter().find(|f| f.name == "refinement");

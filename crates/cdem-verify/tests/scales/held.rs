@@ -1,4 +1,4 @@
-//! Blocks of which some or all motion is prescribed, or none.
+//! Blocks with some, all or none of their velocity components prescribed.
 
 use std::collections::BTreeSet;
 
@@ -17,8 +17,8 @@ fn hold(case: &mut Case, block: &str, velocity: [Option<f64>; 3]) {
     });
 }
 
-/// Two boxes that slide between smooth planes turn about what is across these freely: no
-/// change of mesh takes any of that.
+/// Two boxes between smooth planes keep their spin about the normal of the planes in every change
+/// of mesh.
 #[test]
 fn boxes_between_planes_keep_their_spin() {
     let mut case = load("ties");
@@ -50,7 +50,7 @@ fn boxes_between_planes_keep_their_spin() {
     assert!(lost < 1e-12, "{lost:e}");
 }
 
-/// Numbers of the blocks of which elements have been halved.
+/// Returns the numbers of the blocks with refined elements.
 fn refined_blocks(frame: &Frame) -> BTreeSet<i32> {
     let field = |name: &str| {
         let field = frame.cell_fields.iter().find(|field| field.name == name);
@@ -64,7 +64,7 @@ fn refined_blocks(frame: &Frame) -> BTreeSet<i32> {
     refined.map(|(block, _)| *block).collect()
 }
 
-/// A plate all of whose nodes are moved is as it was; what it hits is refined.
+/// A plate with all nodes prescribed is not refined; the block that it hits is.
 #[test]
 fn driven_plates_are_not_refined() {
     let mut case = load("meetings");
@@ -89,7 +89,7 @@ fn driven_plates_are_not_refined() {
     );
 }
 
-/// A block that flies goes straight on while it gets its mesh back.
+/// The velocity of a free block does not change when it is coarsened.
 #[test]
 fn what_flies_goes_straight_on_when_it_is_coarse_again() {
     let mut case = load("meetings");
@@ -115,6 +115,6 @@ fn what_flies_goes_straight_on_when_it_is_coarse_again() {
     });
     println!("{changes} changes of mesh in flight, {off:.1e} m aside");
     assert!(changes > 0 && elements == start, "{changes}");
-    // Round-off of places of a metre, in sums over hundreds of nodes.
+    // Round-off of positions of about a metre, in sums over hundreds of nodes.
     assert!(off < 1e-13, "{off:e}");
 }

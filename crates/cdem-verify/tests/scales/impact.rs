@@ -1,4 +1,4 @@
-//! Impacts of two blocks, and what comes of them: restitution, spin, time in contact, cost.
+//! Impacts of two blocks and their results: restitution, spin, contact time and cost.
 
 use std::time::Instant;
 
@@ -9,8 +9,8 @@ use cdem::scene::{ContactModel, Geometry, Mass};
 use cdem_verify::{Case, load};
 use nalgebra::Vector3;
 
-/// Which contact, and of springs how stiff: times E·h in space, E times the thickness in the
-/// plane, N/m a contact point.
+/// The contact model. The penalty stiffness of a contact point, N/m, is a multiple of E·h in 3-D,
+/// and of E times the thickness in 2-D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Model {
     TwoScale,
@@ -21,47 +21,47 @@ pub(crate) enum Model {
 /// A scene of two blocks that collide once.
 pub(crate) struct Impact {
     pub(crate) scene: &'static str,
-    /// The block that flies, and the one that it hits.
+    /// The block that flies, and the block that it hits.
     pub(crate) blocks: [&'static str; 2],
-    /// Component of velocity in which they approach.
+    /// Velocity component of the approach.
     pub(crate) along: usize,
     pub(crate) element: ElementKind,
     /// Elements along each side of a block in the coarsest mesh.
     pub(crate) coarsest: &'static [usize],
-    /// How often the sides of the two finest meshes are divided as finely.
+    /// Divisors of `coarsest` for the two finest meshes.
     pub(crate) fine: [usize; 2],
 }
 
-/// What an impact comes to.
+/// Results of an impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Figures {
-    /// How fast the centres part over how fast they approached; negative where one throws
-    /// the other over, and its centre goes on.
+    /// Speed of separation of the centres over the speed of approach. It is negative if one block
+    /// topples the other and its centre moves on.
     pub(crate) restitution: f64,
     /// Angular velocity of the block that flew, rad/s.
     pub(crate) spin: Vector3<f64>,
-    /// For how long the blocks touch, s.
+    /// Contact time, s.
     pub(crate) duration: f64,
 }
 
-/// What a run comes to, and what it costs.
+/// Results and cost of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outcome {
     pub(crate) divisions: usize,
     pub(crate) figures: Figures,
     pub(crate) updates: f64,
-    /// Of the step loop, the best of some runs, s.
+    /// Shortest wall time of the step loop in several runs, s.
     pub(crate) seconds: f64,
-    /// Lost in first touches and in changes of mesh, over the kinetic energy at the start.
+    /// Impact loss and remesh loss, over the kinetic energy at the start.
     pub(crate) lost: [f64; 2],
 }
 
 impl Figures {
-    /// By how much restitution, spin and duration are off: of the speed of approach, of the
-    /// spin and of the duration of a reference.
+    /// Returns the errors of restitution, spin and duration, over the approach speed, the spin and
+    /// the duration of the reference.
     pub(crate) fn errors(&self, reference: &Self) -> [f64; 3] {
         let spin = reference.spin.norm();
-        // Bars have none but round-off.
+        // Bars have no spin but round-off.
         let turned = if spin > 1e-6 {
             (self.spin - reference.spin).norm() / spin
         } else {
@@ -80,7 +80,7 @@ impl Figures {
 }
 
 impl Impact {
-    /// The scene on a mesh, with a flight before it, s.
+    /// Builds the scene with a mesh, and a flight before the impact, s.
     fn case(&self, divisions: usize, model: Model, flight: f64) -> Case {
         let mut case = load(self.scene);
         for name in self.blocks {
@@ -91,7 +91,7 @@ impl Impact {
             let back = block.translate.iter_mut().zip(&block.velocity);
             back.for_each(|(x, speed)| *x -= speed * flight);
             if let [spin] = block.angular_velocity[..] {
-                // Those that turn have their centre at the origin of their shape.
+                // Blocks that rotate have their centre at the origin of their shape.
                 block.rotate.angle -= spin * flight;
             }
         }
@@ -113,8 +113,8 @@ impl Impact {
         case
     }
 
-    /// E·h in space, h along the first side of the block that is hit, and E times the
-    /// thickness in the plane, N/m.
+    /// Returns E·h in 3-D, with h along the first side of the block that is hit, and E times the
+    /// thickness in 2-D, N/m.
     fn stiffness(&self, case: &mut Case, divisions: usize) -> f64 {
         let modulus = case.scene.material[0].young_modulus;
         if case.scene.dimension == 2 {
@@ -128,7 +128,7 @@ impl Impact {
         }
     }
 
-    /// Runs it so many times; nothing where the run stops itself, as springs may make it.
+    /// Runs the impact `times` times. Returns `None` if a step fails, as it may with springs.
     pub(crate) fn run(
         &self,
         divisions: usize,
@@ -140,7 +140,7 @@ impl Impact {
         self.outcome(&case, divisions, times)
     }
 
-    /// The flight alone, as often.
+    /// Runs the flight alone `times` times.
     pub(crate) fn fly(
         &self,
         divisions: usize,
@@ -197,7 +197,8 @@ impl Impact {
     }
 }
 
-/// For how long any of some contacts lasts, s; those that live on, until `end`.
+/// Returns the total time in which at least one of the contacts exists, s. Contacts without an end
+/// last until `end`.
 fn touched(contacts: Vec<ContactRow>, end: f64) -> f64 {
     let spans = contacts
         .iter()

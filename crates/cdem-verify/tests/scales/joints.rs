@@ -3,8 +3,8 @@
 use cdem::scene::ContactModel;
 use cdem_verify::{Balance, load, run};
 
-/// A third block hits one of two that are joined, right beside the joint, and flies off. The
-/// points of the joint bear tension through all changes of mesh, and go on.
+/// A third block hits one of two joined blocks right beside the joint, and flies off. The points of
+/// the joint carry tension through all changes of mesh and persist.
 #[test]
 fn joints_hold_while_the_mesh_beside_them_changes() {
     let mut case = load("joint");
@@ -13,7 +13,7 @@ fn joints_hold_while_the_mesh_beside_them_changes() {
     case.scene.load.clear();
     let mut hammer = case.block("upper").clone();
     hammer.name = "hammer".to_owned();
-    // Its corner comes at 0.1 m above the joint, with a hundredth of its strength.
+    // Its corner arrives 0.1 m above the joint, with a hundredth of the joint's strength.
     hammer.rotate.angle = 40.0_f64.to_radians();
     hammer.translate = vec![2.2862, -0.432];
     hammer.velocity = vec![-0.005, 0.0];
@@ -31,7 +31,7 @@ fn joints_hold_while_the_mesh_beside_them_changes() {
         let upper = rows.iter().find(|row| row.block == "upper");
         pulled = pulled.max(upper.map_or(0.0, |row| -row.force[1]));
     });
-    // Others between the same faces come and go as these bend.
+    // Other contacts between the same faces come and go as the faces bend.
     let is_of_joint = |contact: &&cdem::output::ContactRow| contact.time_on == 0.0;
     let live = simulation.live_contacts();
     let left = live.iter().filter(is_of_joint).count();
@@ -41,6 +41,6 @@ fn joints_hold_while_the_mesh_beside_them_changes() {
     assert!(changes > 1 && elements == start, "{changes} {elements}");
     assert_eq!((left, parted), (joint, 0));
     assert!(pulled > 0.0, "{pulled}");
-    // Momentum by the design, section 7; the lower block is held, so that of the impulses.
+    // The lower block is prescribed, so momentum is compared with its impulses.
     assert!(balance.momentum < 1e-12, "{balance:?}");
 }

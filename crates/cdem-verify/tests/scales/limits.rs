@@ -1,4 +1,4 @@
-//! What keeps a collision from losing as little as is wanted, and that a run says so.
+//! Limits that keep a collision above the wanted energy loss, and the warnings about them.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -7,7 +7,7 @@ use cdem_verify::{Case, load, run};
 
 use crate::prisms::Prisms;
 
-/// Two triangles of one element that collide.
+/// Returns two triangles of one element that collide.
 fn prisms() -> Prisms {
     Prisms {
         gap: 0.01,
@@ -21,7 +21,7 @@ fn case() -> Case {
     case
 }
 
-/// What is said of a collision, and how many elements there are at most.
+/// Returns the warnings of a collision and its largest number of elements.
 fn told(case: &Case) -> (Vec<String>, u64) {
     told_of(prisms().start(case))
 }
@@ -36,7 +36,7 @@ fn told_of(mut simulation: Simulation) -> (Vec<String>, u64) {
     (limits.collect(), most)
 }
 
-/// With the default nothing is to be said.
+/// The default settings give no warning.
 #[test]
 fn a_collision_that_is_refined_as_wanted_is_not_told_of() {
     let (told, most) = told(&case());
@@ -69,7 +69,7 @@ fn masses_are_told() {
     assert!(told[0].contains("moments of inertia"), "{told:?}");
 }
 
-/// At a tenth of the speed of waves nothing finer would bear it.
+/// At a tenth of the wave speed, finer elements would not be stable.
 #[test]
 fn the_speed_is_told() {
     let mut case = case();
@@ -80,7 +80,7 @@ fn the_speed_is_told() {
     assert!(told[0].contains("fast"), "{told:?}");
 }
 
-/// Cubes that meet flush would take too many elements.
+/// Cubes that meet flush would need too many elements.
 #[test]
 fn a_crowd_is_told() {
     let mut case = load("joint-3d");

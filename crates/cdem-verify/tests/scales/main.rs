@@ -1,5 +1,5 @@
-//! The second scale: blocks that are refined where they meet; run with `--nocapture` for
-//! the figures.
+//! Adaptivity, the second scale: blocks are refined around impacts. Run with `--nocapture` for the
+//! figures.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 

@@ -1,4 +1,4 @@
-//! Boxes of any elements that meet in any way: what must hold in each.
+//! Impacts of two boxes with any elements in any position, and the checks that hold in each.
 
 use cdem::mesh::ElementKind;
 use cdem::scene::{ContactModel, Geometry, Kinematics, Rotation};
@@ -10,8 +10,8 @@ const KINDS: [&[ElementKind]; 2] = [
     &[ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8],
 ];
 
-/// The highest point of a box about the origin with these half sides that is turned, m; of
-/// an edge or a face, its middle. The lowest is opposite to it.
+/// Returns the highest point of a rotated box with half sides `half` about the origin, m; the
+/// centre of an edge or face that is highest. The lowest point is opposite to it.
 fn highest(half: &[f64], rotate: &Rotation) -> Vec<f64> {
     let axis = Unit::new_normalize(Vector3::from(rotate.axis));
     let turn = Rotation3::from_axis_angle(&axis, rotate.angle);
@@ -28,8 +28,8 @@ fn highest(half: &[f64], rotate: &Rotation) -> Vec<f64> {
     (turn * corner).iter().copied().take(half.len()).collect()
 }
 
-/// A meeting drawn by number: boxes of one to three elements along each side, flush or
-/// askew, on faces, edges or corners.
+/// Builds a random impact: boxes of one or two elements along each side, flush or oblique, on
+/// faces, edges or corners.
 fn meeting(dimension: usize, seed: u64) -> Case {
     let mut random = Random(seed);
     let mut case = load(if dimension == 2 { "meetings" } else { "ties" });
@@ -64,7 +64,7 @@ fn meeting(dimension: usize, seed: u64) -> Case {
             },
             angle: f64::to_radians([0.0, 45.0, 30.0, any][random.whole(0, 3)]),
         };
-        // The lowest point of the one above the highest of the other.
+        // The lowest point of the upper box is above the highest point of the lower one.
         let point = highest(&half, &block.rotate);
         height.iter_mut().zip(&point).for_each(|(sum, x)| *sum += x);
         block.translate = vec![0.0; dimension];
@@ -72,7 +72,7 @@ fn meeting(dimension: usize, seed: u64) -> Case {
             block.kinematics = Kinematics::Incremental;
         }
     }
-    // One that falls beside an upright edge or corner is long in coming down on its side.
+    // A box that falls beside an upright edge or corner takes long to come down on its side.
     let reach = if case.block("below").rotate.angle == 0.0 {
         1.0
     } else {
@@ -94,20 +94,20 @@ fn meeting(dimension: usize, seed: u64) -> Case {
     case
 }
 
-/// Runs one; returns the most elements in it.
+/// Runs an impact and checks it; returns the largest number of elements.
 fn judge(dimension: usize, seed: u64) -> u64 {
     let mut simulation = meeting(dimension, seed).start();
     let tolerance = simulation.scene().contact.tolerance.expect("filled in");
     let mut balance = Balance::new(&mut simulation);
     let start = simulation.history().kinetic_energy;
-    // Of refined blocks (design, section 7).
+    // Limit for refined blocks.
     let bound = 1e-3;
     let (mut most, mut deepest, mut lost) = (0, 0.0_f64, 0.0_f64);
     run(&mut simulation, |simulation| {
         let row = balance.look(simulation);
         most = most.max(row.elements);
-        // A change of mesh makes no energy, to what the ledger is good for: contact in the
-        // middle of a kick is another on another mesh.
+        // A change of mesh adds no energy within the tolerance of the ledger. In the middle of a
+        // kick, contact differs between two meshes.
         assert!(
             row.remesh_loss > lost - bound * start,
             "{dimension} {seed}: {lost:e} before {row:?}"
@@ -137,7 +137,7 @@ fn judge(dimension: usize, seed: u64) -> u64 {
         balance.momentum < 1e-12 && balance.angular_momentum < 1e-12,
         "{seed}: {balance:?}"
     );
-    // Of two blocks of few elements each (design, section 7).
+    // Limit for two blocks of few elements each.
     let bound = if most > 80 { bound } else { 2e-2 };
     assert!(
         balance.residual < bound && balance.rise < bound,
@@ -158,8 +158,8 @@ fn boxes_meet_in_space() {
     assert!(refined.count() > 3, "most are refined");
 }
 
-/// Single hexahedra that are bent have twice the strain energy as tetrahedra, and no
-/// motion to take that from when they are refined again.
+/// Single bent hexahedra have twice the strain energy when split into tetrahedra, and no motion
+/// from which it could be taken when they are refined again.
 #[test]
 fn bent_boxes_gain_nothing() {
     for seed in [91, 99] {

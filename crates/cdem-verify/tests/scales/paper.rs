@@ -1,4 +1,4 @@
-//! The paper's case on two scales: two triangular prisms, each of one element.
+//! The paper's case with two scales: two triangular prisms, each of one element.
 
 use cdem::mesh::ElementKind;
 use cdem::scene::Rotation;
@@ -6,25 +6,24 @@ use nalgebra::Vector3;
 
 use crate::prisms::{Outcome, Prisms};
 
-/// Speed of the struck prism where both are refined throughout, m/s: wedges and
-/// tetrahedra whose sides are cut 16 and 32 times agree on it to 2e-4 m/s. The study at
-/// the end has the figures.
+/// Speed of the struck prism if both are refined throughout, m/s. Meshes of wedges and tetrahedra
+/// with sides cut 16 and 32 times agree to 2e-4 m/s; see the study at the end.
 const CONVERGED: f64 = 2.9857;
 
-/// Refined deep, some touches wait for the end of their substep: those of which points come
-/// no deeper than a hundredth of the tolerance, 1e-6 m, at 3 m/s.
+/// Largest delay of first touch, s. In fine meshes, a touch waits for the end of its substep if the
+/// penetration stays below a hundredth of the tolerance: 1e-6 m at 3 m/s.
 const WAIT: f64 = 3.4e-7;
 
 impl Outcome {
     fn check(&self, elements: u64, wait: f64) {
-        // To round-off of 700 steps, 1e-9 s; and what it may wait.
+        // Round-off of 700 steps, 1e-9 s, and the delay of first touch.
         assert!((self.touch - 1.0 / 3.0).abs() < 1e-9 + wait, "{self:?}");
         // Until about 0.340 s (the paper's Fig. 16).
         assert!((0.338..0.342).contains(&self.parted), "{self:?}");
         let balance = &self.balance;
         assert!(balance.momentum < 1e-12, "{self:?}");
         assert!(balance.angular_momentum < 1e-12, "{self:?}");
-        // Refined more than twice: design, section 7.
+        // Limit for blocks that are refined more than twice.
         assert!(balance.residual < 1e-3 && balance.rise < 1e-3, "{self:?}");
         assert_eq!(self.elements[1], elements, "{self:?}");
     }
@@ -45,8 +44,7 @@ fn collide(element: ElementKind, energy_loss: f64, turn: Rotation) -> Outcome {
     outcome
 }
 
-/// In the plane, flying anywhere: the struck block leaves as the issue of refinement is
-/// told to let it.
+/// In 2-D, in any direction: the speed of the struck block is that of the wanted energy loss.
 #[test]
 fn triangles_bounce_at_every_angle() {
     for (energy_loss, wanted) in [(0.01, 2.94), (0.002, 2.97)] {
@@ -62,10 +60,10 @@ fn triangles_bounce_at_every_angle() {
     }
 }
 
-/// Prisms in space, of one wedge or of three tetrahedra.
+/// Prisms in 3-D, of one wedge or of three tetrahedra.
 const SOLIDS: [(ElementKind, u64); 2] = [(ElementKind::Wedge6, 2), (ElementKind::Tet4, 6)];
 
-/// About an axis across the flight, and any.
+/// Rotations about an axis across the flight, and about general axes.
 fn turns() -> [Rotation; 3] {
     let turn = |axis: [f64; 3], angle| Rotation {
         axis: Vector3::from(axis).normalize().into(),
@@ -78,7 +76,7 @@ fn turns() -> [Rotation; 3] {
     ]
 }
 
-/// The struck one leaves with a share of what it does where all is refined.
+/// The struck prism has at least `share` of its speed with full refinement.
 fn bounce(energy_loss: f64, share: f64, turn: &Rotation, wait: f64) {
     for (element, elements) in SOLIDS {
         let outcome = collide(element, energy_loss, turn.clone());
@@ -87,7 +85,7 @@ fn bounce(energy_loss: f64, share: f64, turn: &Rotation, wait: f64) {
     }
 }
 
-/// Flying anywhere in space.
+/// Flight in any direction in 3-D.
 #[test]
 fn prisms_bounce_at_every_angle() {
     for turn in &turns() {
@@ -103,9 +101,9 @@ fn prisms_bounce_almost_without_loss() {
     }
 }
 
-/// Where the bound comes from: elements as thick as wide. The finer the corner, the softer
-/// it is, by as much with each halving: no length but that of elements says where a point
-/// bears. Blocks then part later, and what is left of their vibration changes a little.
+/// Source of `CONVERGED`, with elements as thick as wide. A finer corner is softer, by the same
+/// amount with each halving, because only the element size sets the length over which a point is
+/// loaded. The blocks then part later, and their remaining vibration changes a little.
 #[test]
 #[ignore = "slow study: three minutes, up to 65 thousand elements"]
 fn prisms_refined_throughout_agree() {
@@ -126,7 +124,7 @@ fn prisms_refined_throughout_agree() {
         case.scene.time.end = 0.025;
         let outcome = prisms.run(&case);
         println!("{}, {pieces} pieces: {outcome:?}", element.name());
-        // A third of the half percent that is asked of the refined.
+        // A third of the half per cent allowed for the refined prisms.
         let off = outcome.struck - CONVERGED;
         assert!(off.abs() < 0.005, "{outcome:?}");
     }

@@ -1,4 +1,4 @@
-//! The paper's two prisms: of any elements, as fine as one likes, flying anywhere.
+//! The paper's two prisms, with any elements, any fineness and any direction of flight.
 
 use cdem::Simulation;
 use cdem::mesh::{CellKind, ElementKind, RawGroup, RawMesh};
@@ -6,37 +6,37 @@ use cdem::scene::{ContactModel, Mass, Rotation, Schedule};
 use cdem_verify::{Balance, Case, load, run, tetrahedra};
 use nalgebra::{Rotation3, Unit, Vector3};
 
-/// Of the first prism, m/s.
+/// Speed of the first prism, m/s.
 const SPEED: f64 = 3.0;
 
-/// Of the triangles, m.
+/// Side of the triangles, m.
 const SIDE: f64 = 8.0;
 
-/// Two prisms of one metre, or triangles, whose sides are cut.
+/// Two prisms 1 m thick, or two triangles, with divided sides.
 #[derive(Clone, Debug)]
 pub(super) struct Prisms {
     pub(super) element: ElementKind,
-    /// Elements along a side of the triangle, and of a prism across it.
+    /// Elements along a side of the triangle, and through the thickness of a prism.
     pub(super) pieces: usize,
     pub(super) layers: usize,
-    /// Between the corner and the face that it hits, m. With 1 m and 1 cm the touch comes
-    /// as late in its coarse step.
+    /// Distance between the corner and the face that it hits, m. With 1 m and with 1 cm the touch
+    /// falls at the same point of its coarse step.
     pub(super) gap: f64,
-    /// Of the blocks and the way of flight.
+    /// Rotation of the blocks and of the direction of flight.
     pub(super) turn: Rotation,
 }
 
-/// What a run of the two comes to.
+/// Results of a run.
 #[derive(Debug)]
 pub(super) struct Outcome {
-    /// First touch and last parting, s.
+    /// First touch and last separation, s.
     pub(super) touch: f64,
     pub(super) parted: f64,
     /// Speed of the struck block along the flight of the other, m/s.
     pub(super) struck: f64,
-    /// Lost at first touches, over the energy at the start.
+    /// Impact loss over the energy at the start.
     pub(super) impact_loss: f64,
-    /// Most elements in the run, and those at its end.
+    /// Largest number of elements in the run, and that at its end.
     pub(super) elements: [u64; 2],
     /// Most element updates in a coarse step, and the finest time level.
     pub(super) updates: u64,
@@ -45,7 +45,7 @@ pub(super) struct Outcome {
 }
 
 impl Prisms {
-    /// One element a block (of tetrahedra, three), as the paper has them.
+    /// Returns prisms of one element (or three tetrahedra) each, as in the paper.
     pub(super) fn whole(element: ElementKind) -> Self {
         Self {
             element,
@@ -64,7 +64,7 @@ impl Prisms {
         Rotation3::from_axis_angle(&axis, self.turn.angle) * Vector3::x()
     }
 
-    /// The scene, with nodes that unify and nothing refined.
+    /// Builds the scene with unified nodes, without refinement.
     pub(super) fn case(&self) -> Case {
         let mut case = load("two-prisms");
         let scene = &mut case.scene;
@@ -86,7 +86,7 @@ impl Prisms {
         case
     }
 
-    /// Their case on two scales.
+    /// Builds the two-scale scene.
     pub(super) fn two_scale(&self, energy_loss: f64) -> Case {
         let mut case = self.case();
         case.scene.contact.model = ContactModel::TwoScale;
@@ -94,7 +94,7 @@ impl Prisms {
         case
     }
 
-    /// A case of these prisms at its start.
+    /// Starts a case of these prisms.
     pub(super) fn start(&self, case: &Case) -> Simulation {
         case.start_from(|_| self.mesh())
     }
@@ -154,7 +154,7 @@ impl Prisms {
         mesh
     }
 
-    /// Adds a block; nodes are numbered along the triangle, layer by layer.
+    /// Adds a block. Nodes are numbered along the triangle, layer by layer.
     fn add(&self, mesh: &mut RawMesh, [a, b, c]: [[f64; 2]; 3], set: u32) {
         let first = mesh.points.len() as u32;
         let number = |i: usize, j: usize| (i * (i + 1) / 2 + j) as u32;
@@ -185,8 +185,8 @@ impl Prisms {
         }
     }
 
-    /// The elements over a triangle. Its nodes are in the order of their numbers, so that
-    /// tetrahedra of neighbours divide the face between them the same way.
+    /// Returns the elements above a triangle. Its nodes are sorted by number, so that tetrahedra of
+    /// neighbours divide their common face in the same way.
     fn stack(&self, triangle: [u32; 3], in_layer: u32) -> Vec<Vec<u32>> {
         if self.element == ElementKind::Tri3 {
             return vec![triangle.to_vec()];

@@ -1,8 +1,8 @@
-//! What has come to rest is refined no more.
+//! A block at rest is no longer refined.
 
 use cdem_verify::{Balance, load, run};
 
-/// Seconds at the end for which the block has to lie.
+/// Time at the end in which the block must be at rest, s.
 const LIES: f64 = 0.05;
 
 #[test]
@@ -31,10 +31,10 @@ fn a_dropped_block_lies_as_one_element() {
          force over weight off by {off:.1e}; {balance:?}"
     );
     assert!(most > start);
-    // What is left falls by the damping, without end: a 1e-6th of the speed of the fall, and of
+    // Damping never takes the motion to zero. The limits are 1e-6 of the speed of the fall, and of
     // the weight.
     assert!(energy < 1e-12, "{energy:e}");
     assert!(off < 1e-6, "{off:e}");
-    // Design, section 7, of one element.
+    // Limit of the ledger for blocks of one element.
     assert!(balance.residual < 2e-2, "{balance:?}");
 }

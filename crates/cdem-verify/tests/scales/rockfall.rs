@@ -1,5 +1,5 @@
-//! Two hundred rocks of one element fall down steps: what the first touches take of the
-//! energy of the impacts, and what it costs to have it less.
+//! Two hundred rocks of one element fall down steps: the impact loss over the impact energy, and
+//! the cost of reducing it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
@@ -10,16 +10,16 @@ use cdem::scene::ContactModel;
 use cdem_verify::{Balance, load};
 use nalgebra::Vector3;
 
-/// Steps between two looks at the balance.
+/// Steps between two checks of the balance.
 const LOOK: u64 = 50;
 
 /// Blocks by name.
 type Rows = BTreeMap<String, BlockRow>;
 
-/// What a run comes to.
+/// Results of a run.
 struct Outcome {
     impacts: usize,
-    /// Loss at first touches over the energy of all impacts.
+    /// Impact loss over the energy of all impacts.
     share: f64,
     updates: u64,
     seconds: f64,
@@ -31,8 +31,8 @@ fn rows(simulation: &mut Simulation) -> Rows {
     rows.map(|row| (row.block.clone(), row)).collect()
 }
 
-/// ½ v_n² / W, J, of two blocks at a point, W being that of their masses alone: of blocks that
-/// meet aside of their centres it is less, by a factor that does not ask for the model.
+/// Returns ½ v_n² / W, J, of two blocks at a point, with W of their masses alone. For eccentric
+/// impacts the true energy is smaller, by a factor that does not depend on the model.
 fn impact_energy(rows: [&BlockRow; 2], point: [f64; 3], normal: [f64; 3], fixed: &str) -> f64 {
     let velocity = rows.map(|row| {
         let arm = Vector3::from(point) - Vector3::from(row.position);
@@ -44,8 +44,8 @@ fn impact_energy(rows: [&BlockRow; 2], point: [f64; 3], normal: [f64; 3], fixed:
     0.5 * approach.min(0.0).powi(2) / mobility
 }
 
-/// Pairs of blocks in contact, sorted, with a point of each and the normal from the second
-/// to the first.
+/// Returns the pairs of blocks in contact, sorted, with a contact point of each and the normal from
+/// the second block to the first.
 fn pairs(simulation: &Simulation) -> BTreeMap<[String; 2], [[f64; 3]; 2]> {
     let frame = simulation.contact_frame();
     let places = frame.points.into_iter().zip(frame.normals);
@@ -115,7 +115,7 @@ fn rocks_fall_down_steps() {
             outcome.balance.residual,
         );
         assert!(outcome.balance.momentum < 1e-12);
-        // Blocks of one element: design, section 7.
+        // Limit of the ledger for blocks of one element.
         assert!(outcome.balance.residual < 2e-2);
         outcome
     });

@@ -1,4 +1,4 @@
-//! A block that rolls down a slope from corner to corner: zones go with them.
+//! A block that rolls down a slope from corner to corner; refinement zones follow the corners.
 
 use std::f64::consts::FRAC_PI_4;
 use std::ops::Range;
@@ -11,18 +11,18 @@ use crate::halvings::halvings_at;
 const GRAVITY: f64 = 9.81;
 const RADIUS: f64 = 0.5;
 
-/// Part of the way over a side in which no corner hits.
+/// Part of the rotation over a side in which no corner hits.
 const BETWEEN_HITS: Range<f64> = 0.5..0.95;
 
-/// Coarse steps between two looks at the mesh.
+/// Coarse steps between two checks of the mesh.
 const LOOK: u64 = 250;
 
-/// A rigid octagon whose corners neither rebound nor slip; energies are those of a kilogram.
+/// A rigid octagon whose corners neither rebound nor slip. Energies are per kilogram.
 struct Octagon {
-    /// Moment of inertia about its centre and about a corner, m².
+    /// Moment of inertia per mass about its centre and about a corner, m².
     about_centre: f64,
     about_corner: f64,
-    /// Length of a side, m, and height of the centre above one it lies on.
+    /// Length of a side, m, and height of the centre above the side it lies on.
     side: f64,
     height: f64,
     /// Energy on the first side, J.
@@ -47,14 +47,14 @@ impl Octagon {
         }
     }
 
-    /// Share of its energy that it keeps when the next corner hits: the angular momentum
-    /// about that one stays.
+    /// Returns the fraction of the energy that is kept when the next corner hits. The angular
+    /// momentum about that corner is conserved.
     fn keeps(&self) -> f64 {
         let before = self.about_centre + RADIUS * RADIUS * FRAC_PI_4.cos();
         (before / self.about_corner).powi(2)
     }
 
-    /// Speed of its centre, m/s, which is there after it has been on so many sides.
+    /// Returns the speed of the centre at `centre` after `sides` sides, m/s.
     fn speed(&self, sides: u32, centre: [f64; 3], slope: f64) -> f64 {
         let fall = |x: f64, y: f64| GRAVITY * (slope.sin() * x - slope.cos() * y);
         let on_side = |energy: f64, _| self.keeps() * (energy + fall(self.side, 0.0));
@@ -65,7 +65,7 @@ impl Octagon {
     }
 }
 
-/// ∫ r² dA over the area of a polygon, about a point, m².
+/// Returns ∫ r² dA of a polygon about a point over its area, m².
 fn second_moment(corners: &[[f64; 2]], about: [f64; 2]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     let [area, second] = corners.iter().zip(next).fold([0.0; 2], |sums, (p, q)| {
@@ -78,7 +78,7 @@ fn second_moment(corners: &[[f64; 2]], about: [f64; 2]) -> f64 {
     second / area
 }
 
-/// Once the hit of a corner is over, the centre has the speed of the rigid one.
+/// After the hit of a corner, the centre has the speed of the rigid octagon.
 #[test]
 fn an_octagon_rolls_from_corner_to_corner() {
     let mut case = load("rolling-octagon");
@@ -110,10 +110,10 @@ fn an_octagon_rolls_from_corner_to_corner() {
         "speed on the sides off by {worst:.6?}; {most} elements at most, remesh loss {:.1e}, {balance:?}",
         row.remesh_loss,
     );
-    // Each side has been looked at: none is right to the last digit.
+    // A value of exactly zero would mean that a side was never checked.
     let is_right = |off: &f64| *off != 0.0 && off.abs() < 1e-3;
     assert!(worst.iter().all(is_right), "{worst:?}");
-    // Of 32, and 20 more for a zone: those of corners that it has left do not stay.
+    // 32 elements, and 20 more per zone. Zones of earlier corners do not stay.
     assert!(most < 32 + 3 * 20, "{most}");
     assert!(checked > 100, "{checked}");
     assert!(balance.momentum < 1e-12, "{balance:?}");

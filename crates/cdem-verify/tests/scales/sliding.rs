@@ -1,16 +1,16 @@
-//! Contacts that slide along a block: zones go with them.
+//! Contacts that slide along a block; refinement zones follow them.
 
 use cdem_verify::{Balance, load, run};
 
 use crate::halvings::halvings_at;
 
-/// Each foot slides over more than twenty elements of the strip. Along it the sled has what
-/// Coulomb says of what it has across.
+/// Each foot slides over more than twenty elements of the strip. The impulse along the strip
+/// follows from Coulomb's law and the normal impulse.
 #[test]
 fn feet_slide_along_a_strip() {
     let mut simulation = load("sliding-feet").start();
     let friction = 5_f64.to_radians().tan();
-    // On 1.2 m of its top.
+    // Load on 1.2 m of the top of the sled.
     let load = 1.2 * 6956.0;
     let mut balance = Balance::new(&mut simulation);
     let (mut most, mut checked) = (0, 0);
@@ -41,9 +41,9 @@ fn feet_slide_along_a_strip() {
     );
     assert!(checked > 60, "{checked}");
     assert!(contacts.iter().all(|contact| contact.slip > 20.0 * 0.25));
-    // 0.6 % more: what the first touches and vibration take along with it.
+    // 0.6 % more is measured: the effect of first touches and vibration.
     assert!((lost / exact - 1.0).abs() < 1e-2, "{lost} {exact}");
-    // A strip that was refined all along it would have thousands.
+    // A strip refined along its whole length would have thousands of elements.
     assert!(most < 1200, "{most}");
     assert!(balance.momentum < 1e-12, "{balance:?}");
     assert!(balance.residual < 1e-3, "{balance:?}");

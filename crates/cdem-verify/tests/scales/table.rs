@@ -1,5 +1,4 @@
-//! What refinement to each level comes to, against meshes that are as fine throughout:
-//! the table of the design, section 6, and its counterpart in space.
+//! Refinement to each level, compared with meshes that are as fine throughout, in 2-D and 3-D.
 
 use cdem::mesh::ElementKind;
 use cdem::scene::Mass;
@@ -7,14 +6,14 @@ use cdem_verify::Case;
 
 use crate::prisms::{Outcome, Prisms};
 
-/// So small that `max_level` alone says how deep refinement goes.
+/// So small that `max_level` alone limits the refinement.
 const NO_LOSS: f64 = 1e-9;
 
-/// What is booked as lost while a point slides along a face that bends, of the energy: one
-/// way or the other, as it goes over the nodes.
+/// Largest impact loss of a point that slides along a bending face and over its nodes, over the
+/// energy. It may have either sign.
 const HELD: f64 = 1e-4;
 
-/// A zone as deep as it may be.
+/// Runs with a refinement zone of the largest depth.
 fn graded(element: ElementKind, level: u32, mass: Mass) -> Outcome {
     let prisms = Prisms {
         gap: 0.01,
@@ -25,7 +24,8 @@ fn graded(element: ElementKind, level: u32, mass: Mass) -> Outcome {
     bounce(&prisms, case, mass)
 }
 
-/// All elements as wide as the finest of a zone, and as thick as wide, or as the prism.
+/// Runs with all elements as wide as the finest of a zone. They are as thick as wide, or as thick
+/// as the prism.
 fn uniform(element: ElementKind, level: u32, mass: Mass) -> Outcome {
     let pieces = 1 << level;
     let prisms = Prisms {
@@ -58,7 +58,7 @@ impl Outcome {
     }
 }
 
-/// Prints the table of an element and a mass; returns its rows.
+/// Prints the table for an element and a mass; returns its rows.
 fn table(element: ElementKind, mass: Mass, levels: u32) -> Vec<[Outcome; 2]> {
     println!("{}, mass {mass:?}: graded, uniform", element.name());
     let row = |level| {
@@ -69,10 +69,10 @@ fn table(element: ElementKind, mass: Mass, levels: u32) -> Vec<[Outcome; 2]> {
     (0..=levels).map(row).collect()
 }
 
-/// The struck block leaves no slower than if all were refined, to a `bound`, m/s; no more is
-/// lost at the touch: bisection does not make the elements of a division by rows. A block of
-/// one element that is halved once has too few nodes for its moments, unless its masses are
-/// lumped: it stays as it is.
+/// The struck block is not slower than with uniform refinement, to within `bound`, m/s, and the
+/// impact loss is not larger; bisection gives other elements than a division by rows. A block of
+/// one element that is halved once has too few nodes for its moments of inertia, unless masses are
+/// lumped. It then stays unrefined.
 fn check_physics(rows: &[[Outcome; 2]], bound: f64) {
     let refined = |row: &&[Outcome; 2]| row[0].elements[0] > 2;
     assert!(rows.iter().filter(refined).count() + 2 >= rows.len());
@@ -84,7 +84,7 @@ fn check_physics(rows: &[[Outcome; 2]], bound: f64) {
     }
 }
 
-/// With the same masses, it is no faster either, and no less is lost.
+/// With the same masses the struck block is not faster either, and the impact loss is not smaller.
 fn check_twins(rows: &[[Outcome; 2]], bound: f64) {
     for [graded, uniform] in rows {
         let faster = graded.struck - uniform.struck;
@@ -94,8 +94,8 @@ fn check_twins(rows: &[[Outcome; 2]], bound: f64) {
     }
 }
 
-/// What a level adds to the updates of a coarse step is those of no more elements than
-/// `most`, at the step of that level; with each level `growth` times as many.
+/// Checks that each level adds the updates of at most `most` elements at its own step. The limit
+/// grows by `growth` per level.
 fn check_cost<'a>(levels: impl Iterator<Item = &'a Outcome>, mut most: f64, growth: f64) {
     let levels: Vec<&Outcome> = levels.collect();
     for pair in levels.windows(2) {
@@ -107,26 +107,26 @@ fn check_cost<'a>(levels: impl Iterator<Item = &'a Outcome>, mut most: f64, grow
     }
 }
 
-/// In the plane a zone ends at a point: a level is some rings of elements, of which there
-/// are as many in each. Throughout a block each level has four times as many.
+/// In 2-D a zone surrounds a point: each level adds some rings with the same number of elements.
+/// Uniform refinement has four times as many with each level.
 #[test]
 fn triangles_refined_to_each_level() {
     for mass in [Mass::Lumped, Mass::Auto] {
         let rows = table(ElementKind::Tri3, mass, 6);
-        // A block that is refined elsewhere vibrates otherwise: 0.3 % of 3 m/s.
+        // A block with a different mesh vibrates differently: 0.3 % of 3 m/s.
         check_physics(&rows, 0.01);
         if mass == Mass::Lumped {
             check_twins(&rows, 0.01);
         }
-        // 49 at most.
+        // 49 at most were measured.
         check_cost(rows.iter().map(|row| &row[0]), 55.0, 1.0);
         let [zone, all] = &rows[6];
         assert!(10 * zone.updates < all.updates, "{zone:?} {all:?}");
     }
 }
 
-/// In space a zone ends at a line, along which there are twice as many with each level.
-/// Throughout a block there are eight times as many once they are as thick as wide.
+/// In 3-D a zone surrounds a line, so each level has twice as many elements. Uniform refinement has
+/// eight times as many once the elements are as thick as wide.
 #[test]
 #[ignore = "slow study: ten seconds, the table in space"]
 fn prisms_refined_to_each_level() {
@@ -136,7 +136,7 @@ fn prisms_refined_to_each_level() {
         (ElementKind::Tet4, Mass::Auto, 4),
     ] {
         let rows = table(element, mass, levels);
-        // As in the plane, but of elements eight times as wide as thick: 1 % of 3 m/s.
+        // As in 2-D, but with elements eight times as wide as thick: 1 % of 3 m/s.
         check_physics(&rows, 0.03);
         // 210 at the first level, 603 at the second.
         check_cost(rows.iter().map(|row| &row[0]), 350.0, 2.0);

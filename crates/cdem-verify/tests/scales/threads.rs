@@ -1,10 +1,10 @@
-//! The number of threads is no part of the physics of two scales either.
+//! Results of two-scale runs do not depend on the number of threads.
 
 use cdem::scene::ContactModel;
 use cdem_verify::load;
 
-/// All that a run says of itself from the start until its mesh has changed so often, and how
-/// many steps that is: floating-point numbers in the shortest text that gives them back.
+/// Returns all output of a run until its mesh has changed `changes` times, and the number of steps.
+/// Floating-point numbers are written as the shortest text that restores them.
 fn told(scene: &str, threads: usize, changes: u32) -> (String, u64) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of threads").install(|| {

@@ -1,10 +1,10 @@
-//! One element as exact mechanics sees it, from its corners alone.
+//! Exact mechanics of one element, computed from its corners alone.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-/// A block of one element, a tetrahedron, right prism or box, that flies.
+/// A free block of one element: a tetrahedron, a right prism or a box.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
     pub(crate) block: String,
@@ -15,7 +15,7 @@ pub(crate) struct Element {
 }
 
 impl Element {
-    /// All blocks, each of one element.
+    /// Returns all blocks, each of one element.
     pub(crate) fn all(simulation: &mut Simulation) -> Vec<Self> {
         let frame = simulation.frame();
         let mut rest = frame.connectivity.as_slice();
@@ -36,7 +36,7 @@ impl Element {
         element.collect()
     }
 
-    /// ∫ρ N_a N_b dV: products of those of a line and a triangle.
+    /// Returns ∫ρ N_a N_b dV, from the integrals over a line and a triangle.
     pub(crate) fn mass_matrix(&self) -> DMatrix<f64> {
         let same = |a: usize, b: usize| f64::from(u8::from(a == b));
         let line = |a: usize, b: usize| (1.0 + same(a, b)) / 6.0;
@@ -63,7 +63,7 @@ impl Element {
         nodes.map(|(node, share)| node * *share).sum()
     }
 
-    /// Moments of inertia about the centre.
+    /// Returns the moments of inertia about the centre.
     pub(crate) fn inertia(&self) -> Matrix3<f64> {
         let (mass, centre) = (self.mass_matrix(), self.centre());
         let mut second = Matrix3::zeros();
@@ -75,8 +75,8 @@ impl Element {
         Matrix3::identity() * second.trace() - second
     }
 
-    /// Weights of the nodes at a point of the boundary; a quadrilateral is four
-    /// triangles about its mean.
+    /// Returns the weights of the nodes at a point of the boundary. A quadrilateral is split into
+    /// four triangles around its mean.
     pub(crate) fn weights(&self, point: &Vector3<f64>) -> DVector<f64> {
         let count = self.nodes.len();
         let mut best = (f64::INFINITY, DVector::zeros(count));

@@ -1,5 +1,5 @@
-//! Blocks that are hard on the search, flung at each other: faces that warp,
-//! re-entrant edges, sizes far apart.
+//! Impacts of blocks that are difficult for contact detection: warped faces, re-entrant edges, very
+//! different sizes.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -9,14 +9,13 @@ use cdem::mesh::ElementKind;
 use cdem::output::ContactFrame;
 use cdem_verify::{Balance, Body, Case, Random, deepest_overlap, load, mesh_of, rocks, run};
 
-/// Runs to the end; checks all that must hold in any run in which blocks meet.
+/// Runs to the end, requires contact, and checks what holds in any impact.
 fn judge(name: &str, simulation: Simulation, fallen: Option<f64>) {
     assert!(judge_any(name, simulation, fallen) > 0, "{name} never meet");
 }
 
-/// The same of blocks that may fly past each other; how many contacts have begun. `fallen`
-/// is what gravity gives to momentum over that at the start, where anything acts from
-/// outside.
+/// Runs and checks blocks that may miss each other; returns the number of contacts begun. With
+/// external forces, `fallen` is the momentum by gravity over the momentum at the start.
 fn judge_any(name: &str, mut simulation: Simulation, fallen: Option<f64>) -> u64 {
     let began = Instant::now();
     let tolerance = simulation.scene().contact.tolerance.expect("filled in");
@@ -54,8 +53,8 @@ fn judge_any(name: &str, mut simulation: Simulation, fallen: Option<f64>) -> u64
         fallen.is_some() || balance.angular_momentum < 1e-12,
         "{balance:?}"
     );
-    // Blocks of a few elements, not refined: 2e-2 by the design, section 7; an
-    // order below it.
+    // The limit of the ledger for unrefined blocks of a few elements is 2e-2. This one is ten times
+    // smaller.
     assert!(balance.residual < 2e-3, "{balance:?}");
     assert!(balance.growth < 2e-3, "{balance:?}");
     assert!(overlap <= tolerance, "{overlap:e} deep");
@@ -63,7 +62,7 @@ fn judge_any(name: &str, mut simulation: Simulation, fallen: Option<f64>) -> u64
     simulation.contacts_begun()
 }
 
-/// How many contacts are at the point of another, along the same normal.
+/// Counts the contacts at the same point and with the same normal as another.
 fn twice(contacts: &ContactFrame) -> usize {
     let bits = |x: &[f64; 3]| x.map(f64::to_bits);
     let places = contacts.points.iter().zip(&contacts.normals);
@@ -71,7 +70,7 @@ fn twice(contacts: &ContactFrame) -> usize {
     contacts.points.len() - different.len()
 }
 
-/// The scene with other shapes and motions.
+/// Starts the scene with random shapes and motions.
 fn warped(seed: u64) -> Simulation {
     let mut case = load("warped-blocks");
     let mut random = Random(seed);
@@ -117,7 +116,8 @@ fn blocks_with_warped_faces_bounce_in_many_ways() {
     }
 }
 
-/// The scene thrown otherwise, as far as the gap between the blocks lets them turn.
+/// Builds the scene with random motions, within the rotation that the gap between the blocks
+/// allows.
 fn hooked(seed: u64) -> Case {
     let mut case = load("hooked-blocks");
     let mut random = Random(seed);
@@ -144,7 +144,7 @@ fn hooked(seed: u64) -> Case {
 #[test]
 fn blocks_that_hook_into_each_other_bounce() {
     judge("hooked, as filed", load("hooked-blocks").start(), None);
-    // In the last an edge slides along a rim into a re-entrant corner.
+    // In seed 81 an edge slides along a rim into a re-entrant corner.
     for seed in (0..10).chain([81]) {
         judge(&format!("hooked {seed}"), hooked(seed).start(), None);
     }
@@ -158,7 +158,7 @@ fn blocks_that_hook_into_each_other_bounce_in_many_ways() {
     }
 }
 
-/// The scene with plates that lie and fly otherwise.
+/// Builds the scene with random positions and motions of the plates.
 fn plates(seed: u64) -> Case {
     let mut case = load("thin-plates");
     let mut random = Random(seed);
@@ -171,7 +171,7 @@ fn plates(seed: u64) -> Case {
         let block = case.block(name);
         block.rotate.axis = unit(axis);
         block.rotate.angle = turned;
-        // A plate reaches 1.07 m from its middle.
+        // A plate extends 1.07 m from its centre.
         block.translate = along.map(|x| towards * 2.2 * x).to_vec();
         let velocity = [0, 1, 2].map(|c| beside[c] - towards * 3.0 * along[c]);
         block.velocity = velocity.to_vec();
@@ -183,8 +183,8 @@ fn plates(seed: u64) -> Case {
 #[test]
 fn thin_plates_that_tumble_bounce() {
     judge("plates, as filed", load("thin-plates").start(), None);
-    // In the last an edge comes in on another from behind its end, or slides from one ridge
-    // on to two at once; corners slide through dents.
+    // In the last seeds an edge meets another from behind its end, or slides from one ridge onto
+    // two at once; corners slide through dents.
     for seed in (0..3).chain([46, 94, 103, 125, 212]) {
         judge(&format!("plates {seed}"), plates(seed).start(), None);
     }
@@ -198,7 +198,7 @@ fn thin_plates_that_tumble_bounce_in_many_ways() {
     assert!(met > 250, "{met} of 297 meet");
 }
 
-/// Boulders on gravel `across`, for `end` seconds.
+/// Drops boulders on `across` stones of gravel for `end` seconds.
 fn boulders(seed: u64, across: [usize; 3], end: f64) {
     let mut case = load("boulders-on-gravel");
     case.scene.time.end = end;

@@ -1,4 +1,4 @@
-//! Joints in space: strength until they part, none after.
+//! Joints in 3-D: they have strength until they break, and none after.
 
 use cdem::mesh::ElementKind;
 use cdem::output::ContactRow;
@@ -6,8 +6,8 @@ use cdem::scene::{LoadKind, Schedule};
 use cdem_verify::{Case, load, run};
 use nalgebra::Vector3;
 
-/// Largest pull that the joint bears, N, when, s, and the largest from `pause`
-/// seconds after that.
+/// Returns the largest pull of the joint, N, its time, s, and the largest pull later than `pause`
+/// seconds after it.
 fn pull(case: &Case, direction: &Vector3<f64>, pause: f64) -> [f64; 3] {
     let mut simulation = case.start();
     simulation.block_rows();
@@ -26,7 +26,7 @@ fn pull(case: &Case, direction: &Vector3<f64>, pause: f64) -> [f64; 3] {
 
 #[test]
 fn flush_faces_touch_in_their_corners_alone() {
-    // Edges within the faces bear nothing, nor do side faces at the corners.
+    // Edges inside the faces carry no contact, nor do side faces at the corners.
     for (divisions, points) in [(1, 4), (2, 9)] {
         let mut case = load("joint-3d");
         for block in ["lower", "upper"] {
@@ -41,7 +41,7 @@ fn flush_faces_touch_in_their_corners_alone() {
                 .iter()
                 .all(|normal| normal[2].abs() > 1.0 - 1e-12)
         );
-        // Round-off, over the places of 1 m.
+        // Round-off of positions of 1 m.
         assert!((frame.areas.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 }
@@ -49,8 +49,8 @@ fn flush_faces_touch_in_their_corners_alone() {
 #[test]
 fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
     let [most, when, after] = pull(&load("joint-3d"), &Vector3::z(), 0.0);
-    // Never more than it bears, and no less by more than the growth of the load
-    // in a step and the vibration that the ramp raises.
+    // The pull never exceeds the strength. It is lower by at most the growth of the load in a step,
+    // and the vibration from the ramp.
     assert!(most <= 1e6 * (1.0 + 1e-9), "{most} {when} {after}");
     assert!(most > 1e6 * 0.99, "{most} {when} {after}");
     assert!((when / 0.5 - 1.0).abs() < 0.01, "{most} {when} {after}");
@@ -62,12 +62,12 @@ fn a_joint_parts_at_its_tensile_strength_and_has_none_after() {
 fn a_joint_slips_at_its_cohesion_and_has_none_after() {
     let direction = Vector3::new(0.6, 0.8, 0.0);
     let mut case = load("joint-3d");
-    // It must bear the moment.
+    // It must carry the moment.
     case.scene.contact.strength.tensile_strength = 1e9;
     case.scene.time.end = 0.42;
     let ramp = vec![(0.0, vec![0.0; 3]), (0.5, vec![0.6e6, 0.8e6, 0.0])];
     case.scene.load[0].kind = LoadKind::Traction(Schedule::Table(ramp));
-    // Its points slip one after the other, as waves bring the load to the next.
+    // Its points slip one after another as waves carry the load to the next.
     let round_trip = 4.0 / (0.5e9_f64 / 2000.0).sqrt();
     let [most, when, after] = pull(&case, &direction, round_trip);
     assert!(most <= 0.8e6 * (1.0 + 1e-9), "{most} {when} {after}");
@@ -112,6 +112,6 @@ fn cubes_that_meet_after_parting_neither_pull_nor_cohere() {
             "{row:?}"
         );
     }
-    // Exactly: no point has a limit but zero.
+    // Exactly zero: no point has strength or friction.
     assert_eq!([pulled.max(0.0), shear], [0.0; 2]);
 }

@@ -1,4 +1,4 @@
-//! Two bodies of any shape, each put down on one of its features.
+//! Two bodies of any shape, each placed on one of its features.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -10,7 +10,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 pub(crate) const SHAPES: [ElementKind; 3] =
     [ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Hex8];
 
-/// What a body touches with.
+/// The feature with which a body makes contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Feature {
     Vertex,
@@ -34,7 +34,7 @@ pub(crate) const PAIRS: [[Feature; 2]; 9] = {
     ]
 };
 
-/// The type of contact that two features make.
+/// Returns the contact type of two features.
 pub(crate) fn kind_of([one, other]: [Feature; 2]) -> ContactKind {
     use Feature::{Edge, Face, Vertex};
     match (one.min(other), one.max(other)) {
@@ -55,7 +55,7 @@ pub(crate) struct Posed {
     pub(crate) feature: Vec<Vector3<f64>>,
 }
 
-/// Corners of the shapes, none regular, m.
+/// Returns the corners of an irregular shape of each kind, m.
 fn corners(kind: ElementKind) -> Vec<Vector3<f64>> {
     let corners: &[[f64; 3]] = match kind {
         ElementKind::Tet4 => &[
@@ -90,16 +90,16 @@ fn mean(points: &[Vector3<f64>]) -> Vector3<f64> {
     points.iter().sum::<Vector3<f64>>() / points.len() as f64
 }
 
-/// Turns one direction onto another.
+/// Returns the rotation of one direction onto another.
 fn onto(from: &Vector3<f64>, to: &Vector3<f64>) -> Rotation3<f64> {
     Rotation3::rotation_between(from, to)
         .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
 }
 
 impl Posed {
-    /// A shape on a feature at the origin, from `above` or from below, turned about
-    /// z by an angle. Corners and edges stand a little askew, so that no two faces
-    /// beside them are equally steep.
+    /// Places a shape with a feature at the origin, from `above` or from below, rotated about z by
+    /// an angle. Corners and edges are slightly inclined, so that no two adjacent faces are equally
+    /// steep.
     pub(crate) fn new(
         kind: ElementKind,
         feature: Feature,
@@ -132,12 +132,12 @@ impl Posed {
         }
         let mut rotation = rotation * onto(&outward, &down);
         if let [a, b] = own.as_slice() {
-            // The turn of an edge is its own angle to x.
+            // The rotation of an edge is its own angle to x.
             let along = rotation * (b - a);
             let angle = turn - along.y.atan2(along.x);
             rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), angle) * rotation;
         }
-        // Not the middle, where nodes of the pieces may lie.
+        // Away from the centre, which may be a node of the divided body.
         let share = |k: usize| {
             if k == 0 {
                 0.45
@@ -167,14 +167,14 @@ impl Posed {
         }
     }
 
-    /// Nodes of the feature when the body is cut.
+    /// Returns the nodes of the feature in the divided body.
     fn nodes(&self) -> Vec<Vector3<f64>> {
         let nodes = mesh_of(&[("body", self.body.clone())]).points;
         let nodes = nodes.into_iter().map(Vector3::from);
         nodes.filter(|node| node.z.abs() < 1e-9).collect()
     }
 
-    /// Edges of the feature.
+    /// Returns the edges of the feature.
     fn edges(&self) -> Vec<[Vector3<f64>; 2]> {
         let next = self.feature.iter().cycle().skip(1);
         let edges = self.feature.iter().zip(next).map(|(a, b)| [*a, *b]);
@@ -186,7 +186,7 @@ impl Posed {
         edges.take(count).collect()
     }
 
-    /// Whether a point of the plane lies within the feature, a face.
+    /// True if the feature is a face and contains this point of the plane.
     fn holds(&self, point: &Vector3<f64>) -> bool {
         let sides = self
             .edges()
@@ -198,8 +198,8 @@ impl Posed {
     }
 }
 
-/// Where two features meet: nodes of one on the face of the other, and crossings
-/// of their edges; by elementary geometry.
+/// Returns the contact points of two features by elementary geometry: nodes of one on the face of
+/// the other, and crossings of their edges.
 pub(crate) fn points(one: &Posed, other: &Posed) -> Vec<Vector3<f64>> {
     if one.feature.len() == 1 || other.feature.len() == 1 {
         return vec![Vector3::zeros()];
@@ -222,7 +222,7 @@ pub(crate) fn points(one: &Posed, other: &Posed) -> Vec<Vector3<f64>> {
     points
 }
 
-/// The hammer falls at 0.2 m/s onto the anvil, which flies, `gap` below it.
+/// Builds the scene: the hammer falls at 0.2 m/s onto the free anvil, `gap` below it.
 pub(crate) fn case(gap: f64, end: f64) -> Case {
     let mut case = load("contact-types-3d/vertex-face");
     for name in ["hammer", "anvil"] {

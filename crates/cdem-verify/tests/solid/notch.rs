@@ -21,7 +21,7 @@ fn a_cube_slides_into_a_re_entrant_corner_and_stays() {
         balance.residual,
     );
     for (c, gravity) in [(0, 5.0), (2, 9.81)] {
-        // Half of its height, at half of the stress at its foot, either way.
+        // A quarter of the height, at half the stress at the foot, from each side.
         let shortened = 0.25 * 0.5 * 2600.0 * gravity * 0.5 / 1e9;
         let sunk = 1.25 - cube.position[c];
         assert!(

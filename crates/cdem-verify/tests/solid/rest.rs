@@ -1,15 +1,14 @@
-//! What stands comes to rest, and stays.
+//! Standing piles come to rest and stay at rest.
 
 use std::time::Instant;
 
 use cdem::output::{FieldValues, Frame};
 use cdem_verify::{Balance, load, run};
 
-/// Velocity of the fastest node below which a pile is at rest, m/s; the rms velocity is
-/// less.
+/// Speed of the fastest node below which a pile counts as at rest, m/s. The rms speed is lower.
 const REST: f64 = 1e-9;
 
-/// Velocity of the fastest node, m/s.
+/// Returns the speed of the fastest node, m/s.
 fn fastest(frame: &Frame) -> f64 {
     let field = frame
         .point_fields
@@ -24,8 +23,8 @@ fn fastest(frame: &Frame) -> f64 {
     squares.fold(0.0, f64::max).sqrt()
 }
 
-/// Runs a scene whose first block bears the `weight`, N, of all others; how many contacts
-/// have begun.
+/// Runs a scene whose first block carries the `weight`, N, of all others. Returns the number of
+/// contacts begun.
 fn stands(name: &str, weight: f64) -> u64 {
     let mut simulation = load(name).start();
     let mut balance = Balance::new(&mut simulation);
@@ -55,7 +54,7 @@ fn stands(name: &str, weight: f64) -> u64 {
             );
         }
     });
-    // Since it was last asked for.
+    // Mean force since the previous call of `block_rows`.
     let force = -simulation.block_rows()[0].force[2];
     println!(
         "{name}: at rest since {since:?} s, force/weight - 1 {:.1e}, penetration {deepest:.1e} m, \
@@ -82,7 +81,7 @@ fn stands(name: &str, weight: f64) -> u64 {
 
 #[test]
 fn a_stack_of_ten_cubes_comes_to_rest() {
-    // Four of each cube: none opens and closes while it settles.
+    // Four contact points per cube; none opens and closes while the stack settles.
     assert_eq!(stands("stack-3d", 10.0 * 2700.0 * 9.81), 40);
 }
 

@@ -1,13 +1,12 @@
-//! The impulse of a whole bounce against that of elastic bodies: what the scenes of
-//! the six types come to as both meshes become finer.
+//! Impulse of a bounce compared with that of elastic bodies: the limit of the scenes of the six
+//! contact types on finer and finer meshes.
 //!
-//! A rigid body's restitution e follows from the energy that its motion keeps:
-//! K₀ − K₁ = (1 − e²)·v²/2W, and the impulse is (1 + e)·v/W, v/W that of no restitution.
-//! What it does not keep are the losses of first touches, which vanish with the mass
-//! of the nodes that meet, and vibration. Where bodies meet in one point, the finer
-//! the mesh the softer is the point, and the longer they touch: vibration vanishes too
-//! before nodes are as small as the area of contact, millimetres here, and e tends to
-//! 1. Where they meet along an edge or a face, some vibration is left.
+//! A rigid body's restitution e follows from the energy that its motion keeps: K₀ − K₁ = (1 −
+//! e²)·v²/2W. The impulse is (1 + e)·v/W, where v/W is that without restitution. The energy not
+//! kept is impact loss, which vanishes with the mass of the nodes in contact, and vibration. For
+//! contact at one point, a finer mesh is softer there and the contact lasts longer. So vibration
+//! also vanishes before the nodes are as small as the contact area, millimetres here, and e tends
+//! to 1. For contact along an edge or a face, some vibration remains.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -17,7 +16,8 @@ use nalgebra::Vector3;
 
 use crate::types::{KINDS, TOUCH, elements, meeting, rigid, scene};
 
-/// A scene of one of the six types, both blocks cut into pieces, the anvil of a shape.
+/// Builds a scene of one of the six types. Both blocks are divided, and the anvil has the given
+/// element.
 fn cut(kind: ContactKind, pieces: usize, anvil: ElementKind) -> Simulation {
     let tetrahedron = [
         [0.0, 0.0, 0.0],
@@ -47,18 +47,17 @@ fn cut(kind: ContactKind, pieces: usize, anvil: ElementKind) -> Simulation {
     case.start_from(|_| mesh_of(&bodies))
 }
 
-/// What a bounce comes to.
+/// Results of a bounce.
 struct Outcome {
-    /// Impulse over that of no restitution, less one.
+    /// Impulse over that without restitution, less one.
     restitution: f64,
-    /// What that is by the energy that rigid motion keeps.
+    /// Restitution computed from the energy of the rigid motion.
     by_energy: f64,
-    /// Lost in first touches, over the energy at the start.
+    /// Impact loss over the energy at the start.
     loss: f64,
-    /// By how much the blocks turn while they touch, and the place they touch in slips
-    /// over half a metre, to their centres, rad: the inverse mass seen from it, and with
-    /// it the impulse, change by about as much. With it by how much the moments of
-    /// inertia of the mesh are off.
+    /// Rotation of the blocks during contact, slip over half a metre (the distance to the centres),
+    /// rad, and the relative error of the moments of inertia of the mesh, summed. The inverse mass
+    /// at the contact, and so the impulse, changes by about as much.
     turned: f64,
 }
 
@@ -112,8 +111,8 @@ fn bounce(kind: ContactKind, pieces: usize, anvil: ElementKind) -> Outcome {
     outcome
 }
 
-/// Restitution along an edge and a face, by the study below: blocks of 12 and 16
-/// pieces, the anvil of hexahedra or tetrahedra, agree to 0.5 %.
+/// Restitution along an edge and a face from the study below. Blocks of 12 and 16 pieces, with an
+/// anvil of hexahedra or tetrahedra, agree to 0.5 %.
 const LASTING: [(ContactKind, f64); 2] = [
     (ContactKind::EdgeFace, 0.951),
     (ContactKind::FaceFace, 0.865),
@@ -128,15 +127,15 @@ fn where_one_point_meets_the_rebound_becomes_elastic() {
         let found = [1, 2, 4, 8].map(|pieces| bounce(kind, pieces, ElementKind::Hex8));
         for outcome in &found {
             let apart = outcome.restitution - outcome.by_energy;
-            // Restitution is the impulse over half of the largest.
+            // Restitution is the impulse over half of its largest value.
             assert!(apart.abs() < 2.0 * outcome.turned, "{kind:?} {apart:e}");
         }
         for pair in found.windows(2) {
             assert!(pair[1].restitution > pair[0].restitution, "{kind:?}");
             assert!(pair[1].loss < 0.5 * pair[0].loss, "{kind:?}");
         }
-        // It rises with every halving and cannot come above 1: the limit is between,
-        // the impulse that of elastic rigid bodies to half a percent.
+        // It rises with every halving and cannot exceed 1. So the limit lies between, and the
+        // impulse is that of elastic rigid bodies to half a per cent.
         assert!(found[3].restitution > 0.99, "{kind:?}");
         assert!(found[3].by_energy <= 1.0, "{kind:?}");
     }
@@ -148,13 +147,13 @@ fn along_edges_and_faces_the_mesh_does_not_matter() {
         let coarse = bounce(kind, 4, ElementKind::Hex8);
         let found = [ElementKind::Hex8, ElementKind::Tet4].map(|anvil| bounce(kind, 8, anvil));
         for outcome in &found {
-            // Errors fall with the size of the elements: a quarter of the 9 % of 4
-            // pieces would do at the second order, half at the first.
+            // Errors fall with the element size. Of the 9 % with 4 pieces, a quarter would remain
+            // at second order, and half at first order.
             let error = (outcome.restitution - limit).abs();
             assert!(error < 0.04, "{kind:?} {error}");
             assert!(outcome.restitution > coarse.restitution, "{kind:?}");
-            // Points of a face bear shares of their own: their sum is only nearly that
-            // of one restitution for all.
+            // Points of a face carry different impulses, so their sum is only nearly that of one
+            // common restitution.
             let apart = outcome.restitution - outcome.by_energy;
             assert!(apart.abs() < 5e-3, "{kind:?} {apart:e}");
         }

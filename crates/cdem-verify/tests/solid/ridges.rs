@@ -2,8 +2,8 @@
 
 use cdem_verify::{Balance, deepest_overlap, load, run};
 
-/// Edges that are exactly one line as they meet have no common normal. Where both ends
-/// slide off, to different sides, they cross in the middle within the same drift.
+/// Edges that coincide as they meet have no common normal. If both ends slide off to different
+/// sides, the edges cross in the middle within the same drift.
 #[test]
 fn ridges_that_meet_in_one_line_do_not_sink_in() {
     let mut bounces = Vec::new();
@@ -30,7 +30,7 @@ fn ridges_that_meet_in_one_line_do_not_sink_in() {
                 assert_eq!(simulation.corrections().count, 0, "{what}");
                 assert!(balance.momentum < 1e-12, "{what}: {balance:?}");
                 assert!(balance.growth < 2e-2, "{what}: {balance:?}");
-                // Blocks of one element (design, section 7).
+                // Limit of the ledger for blocks of one element.
                 assert!(balance.residual < 2e-2, "{what}: {balance:?}");
             }
         }

@@ -5,36 +5,36 @@ use std::time::{Duration, Instant};
 use cdem::{Simulation, Stage};
 use cdem_verify::{Balance, SEED, box_around, deepest_overlap, load, rocks, run};
 
-/// What rocks do at the end of a run.
+/// State of the rocks at the end of a run.
 struct Settled {
-    /// Speeds of their centres of mass, m/s, in order.
+    /// Speeds of their centres of mass, m/s, sorted.
     speeds: Vec<f64>,
-    /// Contacts of a rock.
+    /// Mean number of contacts per rock.
     contacts: f64,
     /// Kinetic energy over the work of gravity.
     motion: f64,
 }
 
 impl Settled {
-    /// The speed that a share of the rocks stays below, m/s.
+    /// Returns the speed, m/s, that the fraction `share` of the rocks does not exceed.
     fn speed(&self, share: f64) -> f64 {
         self.speeds[(share * (self.speeds.len() - 1) as f64) as usize]
     }
 
-    /// That the rocks lie.
+    /// Asserts that the rocks are at rest.
     fn assert_rest(&self) {
-        // A rock that lies has three points, of which others share some.
+        // A rock at rest has three contact points; some are shared with other rocks.
         assert!(self.contacts > 2.0, "{} contacts", self.contacts);
-        // Half of them stand still but for the round-off of a second's steps, of
-        // 1e-16 of g times the step each: rest is no slow creep.
+        // Half of them have no speed but the round-off of a second's steps, 1e-16 of g times the
+        // step each. So rest is not slow creep.
         assert!(self.speed(0.5) < 1e-9, "median {:e} m/s", self.speed(0.5));
-        // One in a hundred may roll, or spin on a corner, yet.
+        // One in a hundred may still roll, or spin on a corner.
         assert!(self.speed(0.99) < 1e-3, "{:e} m/s", self.speed(0.99));
         assert!(self.motion < 1e-4, "{:e} of the energy", self.motion);
     }
 }
 
-/// Rocks `across`, `cut` into tetrahedra or not, fall for `end` seconds.
+/// Drops `across` rocks, `cut` into tetrahedra or not, for `end` seconds.
 fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
     let mut case = load("rocks-in-a-box");
     case.scene.time.end = end;
@@ -101,18 +101,18 @@ fn settle(across: [usize; 3], cut: bool, end: f64) -> Settled {
         began.elapsed()
     );
     assert!(momentum < 1e-12, "{momentum:e}");
-    // Blocks of one to a few elements, not refined: 2e-2 by the design, section
-    // 7; an order below it.
+    // The limit of the ledger for unrefined blocks of one to a few elements is 2e-2. This one is
+    // ten times smaller.
     assert!(balance.residual < 2e-3, "{balance:?}");
     assert!(balance.growth < 2e-3, "{balance:?}");
     assert!(overlap <= tolerance, "{overlap:e} deep");
     assert!(simulation.max_penetration() <= tolerance, "{balance:?}");
-    // One solve in a million may end early; the next step goes on from there.
+    // One solve in a million may end before it converges; the next step continues from it.
     println!("{:?}", simulation.warnings());
     settled
 }
 
-/// Where the time of all steps so far went, in per cent.
+/// Formats the time of each stage in all steps so far, in per cent.
 fn shares(simulation: &Simulation) -> String {
     let times = simulation.stage_times();
     let all: f64 = times.iter().map(|(_, time)| time.as_secs_f64()).sum();

@@ -1,19 +1,18 @@
-//! The six types of contact between elements of every kind, each in turn above
-//! and below, whole and cut into pieces.
+//! The six contact types between elements of every kind, each above and below, whole and divided.
 
 use cdem_verify::{deepest_overlap, run};
 use nalgebra::Vector3;
 
 use crate::meeting::{Feature, PAIRS, Posed, SHAPES, case, kind_of, points, start};
 
-/// Brings two bodies together; checks the first touch and what follows.
+/// Runs an impact of two bodies; checks its first touch and its penetration.
 fn meet(hammer: &Posed, anvil: &Posed, features: [Feature; 2]) -> [f64; 2] {
     let name = format!(
         "{features:?}: {:?} on {:?} of {} pieces",
         hammer.body.kind, anvil.body.kind, anvil.body.pieces
     );
     let expected = points(hammer, anvil);
-    // So short a step that faces do not bulge in the rest of it: flat edges would cross.
+    // A very short step, in which faces do not bulge after first touch; flat edges would cross.
     let mut brief = case(1e-4, 4e-3);
     brief.scene.time.step = Some(1e-6);
     let mut simulation = start(&brief, hammer, anvil);
@@ -21,14 +20,14 @@ fn meet(hammer: &Posed, anvil: &Posed, features: [Feature; 2]) -> [f64; 2] {
     while simulation.contacts_begun() == 0 {
         simulation.step().expect("it is stable");
     }
-    // Points of a face that others lift off as they meet end in the same step.
+    // Points of a face that the impact of others separates end in the same step.
     let mut rows = simulation.live_contacts();
     rows.extend(simulation.ended_contacts());
     assert_eq!(rows.len(), expected.len(), "{name}: {rows:?}");
     for row in &rows {
         assert_eq!(row.kind, kind_of(features), "{name}: {row:?}");
-        // Corners that meet corners or edges touch a hundredth of the tolerance deep,
-        // and the blocks may slide by some of that first.
+        // Corners on corners or edges touch at a hundredth of the tolerance, and the blocks may
+        // slide by part of that first.
         let place = Vector3::from(row.position);
         let nearest = expected.iter().map(|point| (point - place).norm());
         let nearest = nearest.fold(f64::INFINITY, f64::min);

@@ -1,9 +1,9 @@
-//! What shoves and skids: forces within Coulomb's cone, and who pays for them.
+//! Pushing and skidding blocks: forces within Coulomb's cone, and the work behind them.
 
 use cdem_verify::{Balance, load, run};
 
-/// Bound of the ledger of blocks of one element: 2e-2 by the design, section 7; an
-/// order below it.
+/// Limit of the energy residual. For blocks of one element the ledger allows 2e-2; this is ten
+/// times smaller.
 const RESIDUAL: f64 = 2e-3;
 
 #[test]
@@ -35,7 +35,7 @@ fn what_drives_a_block_that_touches_at_the_start_is_booked() {
     });
     let end = simulation.history();
     println!("{end:?} {balance:?}");
-    // Blocks bend and turn while they touch, by 1e-8 of their size.
+    // Blocks bend and rotate during contact by 1e-8 of their size.
     assert!((end.impact_loss / 312.5 - 1.0).abs() < 1e-6, "{end:?}");
     assert!(balance.momentum < 1e-12, "{balance:?}");
     assert!(balance.residual < RESIDUAL, "{balance:?}");

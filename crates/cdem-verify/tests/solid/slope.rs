@@ -1,4 +1,4 @@
-//! A cube on a slope: sliding, sticking, and what friction does meanwhile.
+//! A cube on a slope: sliding, sticking and friction.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -8,10 +8,10 @@ use nalgebra::{Vector2, Vector3};
 
 const GRAVITY: f64 = 9.81;
 
-/// Time within which gravity grows, s, as in the scene.
+/// Time in which gravity grows, s, as in the scene.
 const ONSET: f64 = 0.05;
 
-/// The line of fall, as the scene draws it.
+/// Returns the direction of steepest descent, as in the scene.
 fn downhill() -> Vector3<f64> {
     let (sin, cos) = 25.0_f64.to_radians().sin_cos();
     Vector3::new(cos, sin, 0.0)
@@ -30,11 +30,11 @@ fn slope(angle: f64, friction: f64) -> Case {
     case
 }
 
-/// Cubes of one element, and meshed.
+/// Cubes of one element, and of more.
 const CUBES: [(ElementKind, usize); 2] = [(ElementKind::Hex8, 1), (ElementKind::Tet4, 2)];
 
-/// Slopes of velocity and displacement of the cube over the second half of the
-/// run, m/s² and m/s: along the line of fall, across it, and out of the base.
+/// Returns the slopes of velocity, m/s², and displacement, m/s, of the cube over the second half of
+/// the run: down the slope, across it, and normal to the base.
 fn measure(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> [Vector3<f64>; 2] {
     let mut simulation = case.start();
     let axes = [downhill(), Vector3::z().cross(&downhill()), Vector3::z()];
@@ -64,7 +64,7 @@ fn sliding(angle: f64, friction: f64) -> f64 {
 
 #[test]
 fn a_cube_slides_as_coulomb_says() {
-    // Published cases; 20/0 needs no friction at all.
+    // Published cases; 20/0 is without friction.
     for (angle, friction, cubes) in [
         (20.0, 0.0, 1),
         (30.0, 20.0, 2),
@@ -85,8 +85,8 @@ fn a_cube_slides_as_coulomb_says() {
                  across {:.1e}, up {:.1e}, off the cone {worst:.1e}",
                 found[0], found[1], found[2]
             );
-            // What remains of the cube's vibration within the fit: 1e-5 m/s² at
-            // most, of it 1e-6 along the slope.
+            // The remaining vibration of the cube in the fit: 1e-5 m/s² at most, of which 1e-6
+            // along the slope.
             assert!((found[0] / exact - 1.0).abs() < 1e-5, "{found} {exact}");
             assert!(found.yz().norm() < 1e-4, "{found}");
             assert!(worst < 1e-12, "{worst}"); // round-off
@@ -94,8 +94,8 @@ fn a_cube_slides_as_coulomb_says() {
     }
 }
 
-/// How far shear is from tan φ times the normal force at any contact, over the
-/// latter.
+/// Returns the largest difference of shear force and tan φ times the normal force of a contact,
+/// over the normal force.
 fn off_the_cone(simulation: &Simulation, friction: f64) -> f64 {
     let frame = simulation.contact_frame();
     let forces = frame.forces.iter().zip(&frame.normals);
@@ -108,8 +108,8 @@ fn off_the_cone(simulation: &Simulation, friction: f64) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-/// Velocity on the slope of a point that friction slows, starting with `start`
-/// when gravity begins to grow: down the slope and across it, m/s.
+/// Returns the velocity of a point under gravity and friction, m/s, down the slope and across it.
+/// It has the velocity `start` as gravity begins to grow.
 fn drawn(angle: f64, friction: f64, start: Vector2<f64>, end: f64) -> Vector2<f64> {
     const STEPS: u32 = 20_000;
     let (sin, cos) = angle.to_radians().sin_cos();
@@ -128,8 +128,8 @@ fn drawn(angle: f64, friction: f64, start: Vector2<f64>, end: f64) -> Vector2<f6
 
 #[test]
 fn friction_turns_against_the_motion() {
-    // Thrown across the slope, the cube turns downhill on a curve. Friction is
-    // against the motion at the end of a step: of first order in time.
+    // Thrown across the slope, the cube turns downhill on a curve. Friction acts against the motion
+    // at the end of a step, so it is of first order in time.
     let (angle, friction, speed) = (30.0, 20.0, 0.5);
     let across = Vector3::z().cross(&downhill());
     let errors = [1e-4, 5e-5].map(|step| {
@@ -143,8 +143,8 @@ fn friction_turns_against_the_motion() {
         let found = Vector2::new(velocity.dot(&downhill()), velocity.dot(&across));
         let exact = drawn(angle, friction, Vector2::new(0.0, speed), row.time);
         println!("step {step}: {found:.6?}, exact {exact:.6?}");
-        // Friction passes below the centre, but along the motion: no moment
-        // about the normal.
+        // Friction acts below the centre but along the motion, so it has no moment about the
+        // normal.
         let spin = Vector3::from(row.angular_velocity).norm();
         assert!(spin < 1e-4, "{spin}");
         (found - exact).norm() / exact.norm()
@@ -161,7 +161,7 @@ fn a_cube_that_may_stay_does_not_creep() {
         case.divide("cube", &[divisions; 3], element);
         let [_, creep] = measure(&case, |_| {});
         println!("{element:?}: creep {:.2e} m/s", creep.norm());
-        // Over 0.1 s; what the vibration leaves of 1e-8 m.
+        // Slope over 0.1 s of the remaining vibration of 1e-8 m.
         assert!(creep.norm() < 1e-6, "{creep}");
     }
 }

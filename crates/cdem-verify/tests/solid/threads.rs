@@ -1,4 +1,4 @@
-//! The number of threads is no part of the physics.
+//! Results do not depend on the number of threads.
 
 use cdem::Simulation;
 use cdem::mesh::ElementKind;
@@ -6,8 +6,8 @@ use cdem::output::FieldValues;
 use cdem::scene::{Damping, Load, LoadKind, Schedule};
 use cdem_verify::{columns, load};
 
-/// All that a run says of itself after so many steps: floating-point numbers in the shortest text
-/// that gives them back.
+/// Returns all output of a run after `steps` steps. Floating-point numbers are written as the
+/// shortest text that restores them.
 fn told(threads: usize, steps: u64, start: impl Fn() -> Simulation + Sync) -> String {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of threads").install(|| {
@@ -34,21 +34,21 @@ fn a_pile_gives_the_same_bits_on_any_number_of_threads() {
     assert_same_bits(6, || load("dry-stone-wall").start());
 }
 
-/// Islands that are held many at once, and whose pairs touch in the middle of many drifts.
+/// Many islands are solved at once, and their pairs touch in the middle of many drifts.
 #[test]
 fn piles_beside_each_other_give_the_same_bits_on_any_number_of_threads() {
     assert_same_bits(60, || columns(5, 3, 1));
     assert_same_bits(60, || columns(3, 2, 3));
-    // More nodes than a thread takes at once.
+    // More nodes than one thread takes at a time.
     assert_same_bits(6, || columns(5, 3, 3));
 }
 
-/// Cells along each edge of a block that falls: more nodes than a thread takes at once.
+/// Cells along each edge of a falling block: more nodes than one thread takes at a time.
 const CELLS: usize = 18;
 
-/// That block, and a small one with steps four times as fine, above a fixed one of so many cells
-/// along each edge, which comes between them; with gravity, a load and all kinds of damping, if it
-/// `is_damped`.
+/// Builds that block, and a small one with steps four times as fine, above a fixed block of `cells`
+/// cells along each edge, which lies between them in the node order. If `is_damped`, there are also
+/// gravity, a load and all kinds of damping.
 fn above_fixed(cells: usize, is_damped: bool) -> Simulation {
     let mut case = load("free-flight-3d");
     let mut pebble = case.scene.block[0].clone();
@@ -86,9 +86,9 @@ fn blocks_of_several_levels_above_a_fixed_one_give_the_same_bits_on_any_number_o
     }
 }
 
-/// Rows of nodes that move have a gap there, however wide. Elements are put together in other
-/// parts then, so that forces are summed in another order: positions may differ by some roundings
-/// of the way in each step, energies by some of what there is.
+/// A fixed block leaves a gap in the rows of moving nodes. With another size, elements are grouped
+/// differently and forces are summed in another order. Positions may then differ by some roundings
+/// of the displacement of each step, and energies by some roundings of their sum.
 #[test]
 fn what_is_fixed_stays_and_changes_nothing_however_large_it_is() {
     for is_damped in [false, true] {
@@ -98,7 +98,7 @@ fn what_is_fixed_stays_and_changes_nothing_however_large_it_is() {
             (0..8).for_each(|_| simulation.step().expect("a step"));
             (before, simulation.frame(), simulation.history())
         });
-        // What moves lies on both sides of what does not.
+        // The moving nodes lie on both sides of the fixed ones.
         let own = (CELLS + 1).pow(3);
         let are_close = |one: &[[f64; 3]], other: &[[f64; 3]]| {
             let mut both = one.as_flattened().iter().zip(other.as_flattened());

@@ -1,16 +1,16 @@
-//! Cubes whose features meet in one line or plane, where which of them bear is a tie.
+//! Cubes whose features meet in one line or plane, so that the choice of contact points is a tie.
 
 use cdem::mesh::ElementKind;
 use cdem::scene::Rotation;
 use cdem_verify::{Balance, Case, deepest_overlap, load, run};
 
-/// How a cube of 1 m stands.
+/// Orientation of a cube of 1 m.
 #[derive(Clone, Copy, Debug)]
 enum Posture {
     Flat,
-    /// Turned by an eighth about the vertical.
+    /// Rotated by an eighth of a turn about the vertical.
     Turned,
-    /// On an edge along x, or along y.
+    /// On an edge along x (0) or along y (1).
     OnEdge(usize),
     OnCorner,
 }
@@ -39,7 +39,7 @@ impl Posture {
         Rotation { axis, angle }
     }
 
-    /// Of its centre over its lowest point, m.
+    /// Returns the height of the centre above the lowest point, m.
     fn height(self) -> f64 {
         match self {
             Self::Flat | Self::Turned => 0.5,
@@ -49,12 +49,12 @@ impl Posture {
     }
 }
 
-/// A way to meet.
+/// An impact of two cubes.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
-    /// How the cubes stand below and above.
+    /// Orientation of the lower and the upper cube.
     postures: [Posture; 2],
-    /// What the upper one is aside by, m.
+    /// Horizontal offset of the upper cube, m.
     aside: [f64; 2],
     speed: f64,
     spin: f64,
@@ -105,7 +105,7 @@ impl Meeting {
         case
     }
 
-    /// Runs it; returns the deepest overlap over the tolerance, or what is wrong with it.
+    /// Runs the impact. Returns the deepest overlap over the tolerance, or the failed checks.
     fn judge(&self) -> Result<f64, String> {
         let mut simulation = self.case().start();
         let tolerance = simulation.scene().contact.tolerance.expect("filled in");
@@ -127,7 +127,7 @@ impl Meeting {
         if simulation.corrections().count > 0 {
             faults.push(format!("{:?}", simulation.corrections()));
         }
-        // Blocks of one element (design, section 7).
+        // Limits for blocks of one element.
         if balance.momentum >= 1e-12 || balance.growth >= 2e-2 || balance.residual >= 2e-2 {
             faults.push(format!("{balance:?}"));
         }
@@ -152,10 +152,10 @@ fn judge(meetings: &[Meeting]) {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Some that went wrong before: an edge that slides lengthwise off the end of another goes on
-/// bearing with that end on the face beside; where a corner goes past another, edges that
-/// begin there and are all but parallel cross far from it; and a contact that stands for
-/// such a crossing ends in the kick before it.
+/// Cases that failed earlier. (1) An edge slides lengthwise off the end of another, and is then
+/// carried by that end on the adjacent face. (2) A corner passes another, and the almost parallel
+/// edges that begin there cross far from it. (3) The contact point of such a crossing ends in the
+/// kick before it.
 #[test]
 fn edges_all_but_parallel_do_not_sink_in() {
     let [on_edge, across] = [Posture::OnEdge(0), Posture::OnEdge(1)];

@@ -1,6 +1,5 @@
-//! Faces and edges that lie down all but flush: below an angle, the sine of which is
-//! `FLUSH`, they count as flush, and another type is reported. Nothing else may change
-//! there.
+//! Faces and edges that land almost flush. Below the angle with sine `FLUSH` they count as flush,
+//! and another contact type is reported. Nothing else may change at this angle.
 
 use cdem::mesh::ElementKind;
 use cdem::output::ContactKind;
@@ -9,21 +8,21 @@ use nalgebra::{Rotation3, Vector3};
 
 use crate::meeting::{Feature, Posed, case, start};
 
-/// Sine of the angle up to which features count as flush.
+/// Sine of the largest angle at which features count as flush.
 const FLUSH: f64 = 0.02;
 
-/// What a landing leaves.
+/// Results of a landing.
 #[derive(Debug)]
 struct Landing {
     kind: ContactKind,
     /// Sum of normal impulses, N·s.
     impulse: f64,
-    /// Velocity, m/s, and spin, rad/s, of the box that falls.
+    /// Velocity, m/s, and spin, rad/s, of the falling box.
     motion: [Vector3<f64>; 2],
 }
 
-/// Two boxes, the upper one above a face of the lower one on a face or, turned, on an
-/// edge, tilted by an angle about y.
+/// Builds two boxes. The upper box is above a face of the lower one, on its own face or (rotated)
+/// on its own edge, tilted about y by `tilt`.
 fn boxes(feature: Feature, tilt: f64) -> [Posed; 2] {
     let mut rotation = Rotation3::from_axis_angle(&Vector3::y_axis(), tilt);
     if feature == Feature::Edge {
@@ -55,18 +54,18 @@ fn boxes(feature: Feature, tilt: f64) -> [Posed; 2] {
     })
 }
 
-/// Lands a box; checks what must hold at any tilt.
+/// Runs a landing and checks what holds at any tilt.
 fn land(feature: Feature, tilt: f64) -> Landing {
     let [hammer, anvil] = boxes(feature, tilt);
-    // Until the far end has come down too.
+    // Until the far end has landed too.
     let mut simulation = start(&case(1e-4, 0.01 + 20.0 * tilt), &hammer, &anvil);
     let (mut overlap, mut rows) = (0.0_f64, Vec::new());
     while simulation.contacts_begun() == 0 {
         simulation.step().expect("it is stable");
     }
     for normal in simulation.contact_frame().normals {
-        // That of the lower box's face, whatever the tilt of the upper one: it turns
-        // with the strain of the impact, the speed over that of waves, 1.6e-4.
+        // The normal is that of the lower box's face at any tilt of the upper box. It rotates with
+        // the strain of the impact, the speed over the wave speed, 1.6e-4.
         assert!(normal[0].hypot(normal[1]) < 3e-4, "{normal:?}");
     }
     run(&mut simulation, |simulation| {
@@ -93,13 +92,13 @@ fn land(feature: Feature, tilt: f64) -> Landing {
     }
 }
 
-/// How far apart two landings are, over the whole.
+/// Returns the relative difference of two landings.
 fn change(one: &Landing, other: &Landing) -> f64 {
     let motion = (0..2).map(|k| (one.motion[k] - other.motion[k]).norm() / 0.2);
     motion.fold((one.impulse / other.impulse - 1.0).abs(), f64::max)
 }
 
-/// What is tilted, and its type of contact while it counts as flush and beyond.
+/// Tilted feature, and its contact type while it counts as flush and beyond.
 const TILTED: [(Feature, ContactKind, ContactKind); 2] = [
     (Feature::Face, ContactKind::FaceFace, ContactKind::EdgeFace),
     (
@@ -119,8 +118,8 @@ fn landings_do_not_jump_where_features_count_as_flush() {
         let above = [near, far].map(beside);
         assert!(below.iter().all(|landing| landing.kind == flush));
         assert!(above.iter().all(|landing| landing.kind == tilted));
-        // As steep as on either side, where nothing is decided. (Faces rattle, so that
-        // small changes grow by hundreds until they part.)
+        // The change across the border must be as small as on either side of it. (Faces rattle, so
+        // small changes grow by a factor of hundreds until separation.)
         let slopes = [&below, &above].map(|[one, other]| change(one, other) / (far - near));
         let across = change(&below[1], &above[0]) / (2.0 * near);
         println!("{feature:?}: change over that of the tilt {slopes:.1?}, across {across:.1}");

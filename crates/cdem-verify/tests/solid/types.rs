@@ -1,4 +1,4 @@
-//! The six types of contact, each between two elements.
+//! The six contact types, each between two elements.
 
 use cdem::Simulation;
 use cdem::output::{ContactKind, ContactRow};
@@ -16,14 +16,14 @@ pub(crate) const KINDS: [ContactKind; 6] = [
     ContactKind::FaceFace,
 ];
 
-/// When the blocks of all scenes touch, s.
+/// Time of first touch in all scenes, s.
 pub(crate) const TOUCH: f64 = 5e-3;
 
 pub(crate) fn scene(kind: ContactKind) -> Case {
     load(&format!("contact-types-3d/{}", kind.name()))
 }
 
-/// Where the blocks of a scene touch, and the normal, from anvil to hammer.
+/// Returns the contact points of a scene and the normal, from anvil to hammer.
 pub(crate) fn meeting(kind: ContactKind) -> (Vec<Vector3<f64>>, Vector3<f64>) {
     let points: &[[f64; 3]] = match kind {
         ContactKind::VertexVertex => &[[0.0, 0.0, 0.0]],
@@ -42,7 +42,7 @@ pub(crate) fn meeting(kind: ContactKind) -> (Vec<Vector3<f64>>, Vector3<f64>) {
         Rotation3::from_axis_angle(&axis, 50.0_f64.to_radians()) * normal
     };
     let normal = match kind {
-        // The steepest face at the corner, that at the edge.
+        // The normal of the steepest face at the corner, or of the face at the edge.
         ContactKind::VertexVertex => turned([1.0, -0.8, 0.1], Vector3::x()),
         ContactKind::VertexEdge => turned([1.0, 0.0, 0.0], Vector3::z()),
         _ => Vector3::z(),
@@ -50,7 +50,7 @@ pub(crate) fn meeting(kind: ContactKind) -> (Vec<Vector3<f64>>, Vector3<f64>) {
     (points.iter().map(|&point| point.into()).collect(), normal)
 }
 
-/// Hammer and anvil at the touch, by name whatever their order.
+/// Returns hammer and anvil at first touch, found by name in any order.
 pub(crate) fn elements(simulation: &mut Simulation) -> [Element; 2] {
     let elements = Element::all(simulation);
     ["hammer", "anvil"].map(|name| {
@@ -63,8 +63,8 @@ pub(crate) fn elements(simulation: &mut Simulation) -> [Element; 2] {
     })
 }
 
-/// The impulses at some points, N·s, along each of `directions`, that leave no
-/// relative velocity there: of unified nodes.
+/// Returns the impulses at `points`, N·s, along each of `directions`, that leave no relative
+/// velocity there, as unified nodes do.
 fn unify(
     bodies: &[Element; 2],
     points: &[Vector3<f64>],
@@ -91,7 +91,7 @@ fn unify(
     DMatrix::from_row_slice(points.len(), directions.len(), impulses.as_slice())
 }
 
-/// The sum of the normal impulses, N·s, of two rigid bodies of no restitution.
+/// Returns the sum of the normal impulses of two rigid bodies without restitution, N·s.
 pub(crate) fn rigid(bodies: &[Element; 2], points: &[Vector3<f64>], normal: &Vector3<f64>) -> f64 {
     let count = points.len();
     let (mut mobility, mut approach) = (
@@ -118,11 +118,11 @@ pub(crate) fn rigid(bodies: &[Element; 2], points: &[Vector3<f64>], normal: &Vec
 #[test]
 fn the_first_touch_is_that_of_unified_nodes() {
     for kind in KINDS {
-        // At the end of a step, where the choice between faces was once left to
-        // round-off, and in the middle of one; and sideways, all but sticking.
+        // First touch at the end of a step, where round-off once decided between faces; in the
+        // middle of a step; and with sideways motion that almost sticks.
         for (step, friction) in [(1e-3, 0.0), (0.7e-3, 0.0), (0.7e-3, 85.0)] {
             let mut case = scene(kind);
-            // So soft that in a step no element counts but by its mass.
+            // So soft that within a step an element acts by its mass alone.
             case.scene.material[0].young_modulus *= 1e-12;
             case.scene.time.step = Some(step);
             case.scene.contact.strength.friction_angle = f64::to_radians(friction);
@@ -166,7 +166,7 @@ fn the_first_touch_is_that_of_unified_nodes() {
             assert_eq!(rows.len(), points.len(), "{rows:?}");
             assert!(rows.iter().all(|row| row.kind == kind), "{rows:?}");
             for (found, exact) in found.iter().zip(exact) {
-                // The residual of the solver; places to 1e-12 of the blocks.
+                // The residual of the solver; positions are exact to 1e-12 of the block size.
                 assert!(
                     (found - exact).abs() < 1e-10 * impulses[0],
                     "{found} {exact}"
@@ -189,7 +189,7 @@ fn contacts_are_drawn_where_they_are() {
         let points = simulation.contact_frame().points;
         assert_eq!(points.len(), rows.len(), "{rows:?}");
         for (point, row) in points.iter().zip(&rows) {
-            // What is left of the step, at the speed of the faster body at most.
+            // At most the rest of the step, at the speed of the faster body.
             let apart = (Vector3::from(*point) - Vector3::from(row.position)).norm();
             assert!(
                 apart <= step * speeds[0].max(speeds[1]),
@@ -199,15 +199,15 @@ fn contacts_are_drawn_where_they_are() {
     }
 }
 
-/// What a bounce leaves.
+/// Results of a bounce.
 struct Bounce {
     rows: Vec<ContactRow>,
-    /// Of hammer and anvil, m/s and rad/s.
+    /// Velocities, m/s, and spins, rad/s, of hammer and anvil.
     velocity: [Vector3<f64>; 2],
     spin: [Vector3<f64>; 2],
 }
 
-/// Runs a scene to its end, and checks what must always hold.
+/// Runs a scene to its end and checks what holds in any bounce.
 fn bounce(case: &Case) -> Bounce {
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
@@ -229,7 +229,7 @@ fn bounce(case: &Case) -> Bounce {
     assert!(overlap <= tolerance, "{overlap}");
     assert!(balance.momentum < 1e-12, "{balance:?}");
     assert!(balance.angular_momentum < 1e-12, "{balance:?}");
-    // Unrefined one-element blocks: design, section 7.
+    // Limit of the ledger for unrefined blocks of one element.
     assert!(balance.residual < 2e-2, "{balance:?}");
     assert!(balance.growth < 1e-12, "{balance:?}");
     let blocks = simulation.block_rows();
@@ -294,16 +294,16 @@ fn a_bounce_is_that_of_rigid_bodies_with_some_restitution() {
             let size = body.centre().norm() * impulse;
             let twisted = (turned - moment).norm() / size;
             println!("  block {k}: momentum astray by {astray:.1e}, moment by {twisted:.1e}");
-            // While they touch, 1 ms, blocks turn and points slip by 2e-4.
+            // During the contact of 1 ms, blocks rotate and points slip by 2e-4.
             assert!(astray < 2e-4, "{astray}");
             assert!(twisted < 4e-4, "{twisted}");
         }
     }
 }
 
-/// Which features touch is told within the tolerance. A bounce does not depend on
-/// it, from a fifth of the default to ten times as much, as the schema says; with
-/// less, flush faces part and meet anew as they vibrate.
+/// The tolerance decides which features count as in contact. A bounce does not depend on it, from a
+/// fifth of the default to ten times the default, as the schema states. With a smaller tolerance,
+/// vibrating flush faces separate and touch again.
 #[test]
 fn a_bounce_does_not_depend_on_the_tolerance() {
     for kind in KINDS {
@@ -326,14 +326,14 @@ fn a_bounce_does_not_depend_on_the_tolerance() {
                 "{}, tolerance times {share}: {apart:.1e} m/s apart",
                 kind.name()
             );
-            // Of 0.2 m/s: pairs that join an event do so within a 1e-4th of the
-            // tolerance, a 1e-7th of the size at most.
+            // Of 0.2 m/s: pairs join the same event within a 1e-4th of the tolerance, at most a
+            // 1e-7th of the block size.
             assert!(apart < 1e-8, "{apart}");
         }
     }
 }
 
-/// The same scene, turned as a whole.
+/// Rotates the whole scene.
 fn turned(mut case: Case, by: &Rotation3<f64>) -> Case {
     for block in &mut case.scene.block {
         let axis = Unit::new_normalize(Vector3::from(block.rotate.axis));
@@ -381,8 +381,8 @@ fn neither_order_nor_direction_matters() {
                 worst = worst.max((by * straight.spin[k] - other.spin[k]).norm());
             }
             println!("{} {what}: off by {worst:.1e}", kind.name());
-            // Round-off of placing the blocks, 1e-16 m, over the first step's
-            // way, 2e-5 m, and some more of the way through the bounce.
+            // Round-off of the positions of the blocks, 1e-16 m, over the displacement of the first
+            // step, 2e-5 m, and growth during the bounce.
             assert!(worst < 1e-11, "{worst}");
         }
     }

@@ -1,4 +1,4 @@
-//! A wedge between two faces slides along the line in which they meet.
+//! A wedge between two faces slides along their line of intersection.
 
 use cdem::scene::Geometry;
 use cdem_verify::{Case, fit, load, run};
@@ -6,15 +6,15 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 const GRAVITY: f64 = 9.81;
 
-/// Upward normal of a plane, x east, y north; degrees.
+/// Returns the upward normal of a plane, x east, y north; angles in degrees.
 fn normal(dip: f64, direction: f64) -> Vector3<f64> {
     let ((sin, cos), (east, north)) =
         (dip.to_radians().sin_cos(), direction.to_radians().sin_cos());
     Vector3::new(sin * east, sin * north, cos)
 }
 
-/// The line in which the faces meet, downward, and the sum of their normal
-/// forces over the weight.
+/// Returns the line of intersection of the faces, downward, and the sum of their normal forces over
+/// the weight.
 fn statics() -> (Vector3<f64>, f64) {
     let [a, b] = [normal(40.0, 130.0), normal(60.0, 220.0)];
     let line = a.cross(&b).normalize();
@@ -36,8 +36,8 @@ fn wedge(group: &str, friction: f64) -> Case {
     case
 }
 
-/// Slopes of velocity and displacement along the line over the second half of
-/// the run, m/s² and m/s, and the farthest way off the line, m.
+/// Returns the slopes of velocity, m/s², and displacement, m/s, along the line over the second half
+/// of the run, and the largest distance from the line, m.
 fn measure(case: &Case) -> [f64; 3] {
     let mut simulation = case.start();
     let (line, _) = statics();
@@ -71,10 +71,10 @@ fn a_wedge_slides_along_the_line_of_its_faces() {
                 "{group}, friction {friction}: {found:.7}, exact {exact:.7}, \
                  off the line {off:.1e} m"
             );
-            // What the vibration leaves, at 0.4 degrees below the critical angle
-            // too, where a hundredth of the forces remains.
+            // The remaining vibration, also at 0.4 degrees below the critical angle, where a
+            // hundredth of the forces remains.
             assert!((found / exact - 1.0).abs() < 1e-6, "{found} {exact}");
-            // It sinks in itself: 27 kPa of 4 GPa on a metre.
+            // Elastic compression of the wedge: 27 kPa of 4 GPa over a metre.
             assert!(off < 1e-6, "{off}");
         }
     }
@@ -85,8 +85,8 @@ fn a_wedge_that_may_stay_does_not_creep() {
     for group in ["block", "tetrahedron"] {
         let [_, creep, off] = measure(&wedge(group, 34.5));
         println!("{group}: creep {creep:.2e} m/s, off the line {off:.1e} m");
-        // Below what a solve may leave, a 1e-8th of the velocity that gravity makes in a
-        // step, 6e-4 m/s.
+        // Below the tolerance of a solve, a 1e-8th of the velocity that gravity adds in a step,
+        // 6e-4 m/s.
         assert!(creep.abs() < 4e-12, "{creep}");
         assert!(off < 1e-6, "{off}");
     }

@@ -10,8 +10,8 @@ use crate::contact::interior::NeighbourNodes;
 use crate::contact::island::Island;
 use crate::contact::surface::Pair;
 use crate::contact::tolerances::{JOIN_STEPS, PAIRS_PER_TASK};
+use crate::math::disjoint_sets::DisjointSets;
 use crate::model::inverse_mass::InverseMass;
-use crate::model::time_levels::DisjointSets;
 
 impl<const D: usize> Contacts<D> {
     /// Builds the islands of candidate and closed pairs, if these or the time levels have

@@ -1,6 +1,7 @@
 //! Vectors, adjacency lists, number formats and profiling, for all modules.
 
 pub(crate) mod adjacency;
+pub(crate) mod disjoint_sets;
 pub(crate) mod format;
 pub(crate) mod parallel;
 pub(crate) mod profile;

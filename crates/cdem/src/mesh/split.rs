@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::math::disjoint_sets::DisjointSets;
 use crate::mesh::assemble::SourceCell;
 use crate::mesh::{Element, Mesh};
 use crate::scene::Split;
@@ -28,8 +29,9 @@ impl<const D: usize> Mesh<D> {
         let count = block.nodes.len();
         let mut joined = DisjointSets::new(count);
         for element in &self.elements[elements] {
-            joined.join_all(element, block.nodes.start);
+            join_nodes(&mut joined, element, block.nodes.start);
         }
+        joined.flatten();
         (0..count as u32)
             .filter(|&node| joined.root(node) == node)
             .count()
@@ -40,8 +42,9 @@ impl<const D: usize> Mesh<D> {
 fn components(cells: &mut [SourceCell], node_count: usize) -> Vec<Range<usize>> {
     let mut joined = DisjointSets::new(node_count);
     for cell in &*cells {
-        joined.join_all(&cell.element, 0);
+        join_nodes(&mut joined, &cell.element, 0);
     }
+    joined.flatten();
     // The number of a component is that of its first cell.
     let mut first = vec![u32::MAX; node_count];
     let mut keyed: Vec<(u32, SourceCell)> = Vec::with_capacity(cells.len());
@@ -64,32 +67,9 @@ fn components(cells: &mut [SourceCell], node_count: usize) -> Vec<Range<usize>> 
     ranges
 }
 
-/// A disjoint-set forest with path halving; the smaller number is the root.
-struct DisjointSets(Vec<u32>);
-
-impl DisjointSets {
-    fn new(node_count: usize) -> Self {
-        Self((0..node_count as u32).collect())
-    }
-
-    /// Joins the nodes of an element; node numbers count from `first`.
-    fn join_all(&mut self, element: &Element, first: u32) {
-        for pair in element.nodes().windows(2) {
-            self.join(pair[0] - first, pair[1] - first);
-        }
-    }
-
-    fn root(&mut self, mut node: u32) -> u32 {
-        while self.0[node as usize] != node {
-            let parent = self.0[node as usize];
-            self.0[node as usize] = self.0[parent as usize];
-            node = parent;
-        }
-        node
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
+/// Joins the nodes of an element; node numbers count from `first`.
+fn join_nodes(sets: &mut DisjointSets, element: &Element, first: u32) {
+    for pair in element.nodes().windows(2) {
+        sets.join(pair[0] - first, pair[1] - first);
     }
 }

@@ -6,9 +6,10 @@ use rayon::prelude::*;
 
 use crate::element::mass::{MassKind, Masses};
 use crate::element::{ElementSet, stable_step};
+use crate::math::disjoint_sets::DisjointSets;
 use crate::math::vector::pad;
 use crate::mesh::{Block, Mesh};
-use crate::model::time_levels::{self, DisjointSets, level_of};
+use crate::model::time_levels::{self, level_of};
 use crate::model::{BlockData, ModelError};
 use crate::scene::Scene;
 

@@ -1,8 +1,9 @@
 //! Estimate of the cost of a collision in advance.
 
+use crate::math::disjoint_sets::DisjointSets;
 use crate::math::vector::{add, norm, scale, sub};
 use crate::mesh::Element;
-use crate::model::time_levels::{self, DisjointSets};
+use crate::model::time_levels;
 use crate::refinement::adaptivity::Adaptivity;
 use crate::refinement::composite_mesh;
 use crate::refinement::indicator::ImpactPrediction;

@@ -47,17 +47,24 @@ impl<const D: usize> Run<D> {
         start_energy: f64,
     ) -> HistoryRow {
         let at = self.model.positions(&self.state);
+        let balance = self.energy_balance(&instant.state);
+        let contacts = self.contacts.as_ref();
         let mut row = HistoryRow {
             step: self.state.number,
             time: self.report_time(),
-            kinetic_energy: instant.state.kinetic_energy,
-            strain_energy: self.model.strain_energy(&self.state.displacement),
-            external_work: instant.state.ledger.external_work,
-            gravity_work: instant.state.ledger.gravity_work,
-            damping_loss: instant.state.ledger.damping_loss,
-            correction_loss: instant.state.ledger.correction_loss,
-            remesh_loss: instant.state.ledger.remesh_loss,
+            kinetic_energy: balance.kinetic_energy,
+            strain_energy: balance.strain_energy,
+            external_work: balance.external_work,
+            gravity_work: balance.gravity_work,
+            impact_loss: balance.impact_loss,
+            friction_loss: balance.friction_loss,
+            damping_loss: balance.damping_loss,
+            fracture_loss: balance.fracture_loss,
+            remesh_loss: balance.remesh_loss,
+            correction_loss: balance.correction_loss,
+            energy_residual: balance.residual(start_energy),
             impulse: instant.state.ledger.impulse.value(),
+            contacts: contacts.map_or(0, |contacts| contacts.contact_points().count() as u64),
             elements: self.schedule.histogram().iter().sum(),
             refined_blocks: self.refined_blocks(),
             ..HistoryRow::default()
@@ -73,24 +80,6 @@ impl<const D: usize> Run<D> {
                 add_scaled(&mut row.angular_momentum, 1.0, &turning);
             }
         }
-        if let Some(contacts) = &self.contacts {
-            row.strain_energy += contacts.spring_energy(at.into());
-            row.impact_loss = contacts.energies().impact_loss + instant.state.impact_loss;
-            row.friction_loss = contacts.energies().friction_loss + instant.state.friction_loss;
-            row.fracture_loss = contacts.energies().fracture_loss;
-            row.contacts = contacts.contact_points().count() as u64;
-        }
-        row.energy_residual = row.kinetic_energy
-            + row.strain_energy
-            + row.impact_loss
-            + row.friction_loss
-            + row.damping_loss
-            + row.fracture_loss
-            + row.remesh_loss
-            + row.correction_loss
-            - row.external_work
-            - row.gravity_work
-            - start_energy;
         row
     }
 

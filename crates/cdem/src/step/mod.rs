@@ -8,6 +8,7 @@ pub(crate) mod adapt;
 pub(crate) mod assembly;
 pub(crate) mod checkpoint;
 pub(crate) mod edit;
+pub(crate) mod energy_balance;
 pub(crate) mod kick;
 #[cfg(test)]
 mod level_tests;

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::contact::Contacts;
 use crate::element::{Due, Interval};
-use crate::model::time_levels::{DisjointSets, Levels, MAX_LEVEL};
+use crate::math::disjoint_sets::DisjointSets;
+use crate::model::time_levels::{Levels, MAX_LEVEL};
 use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
 use crate::step::node_ranges::{NodeRanges, each_row};

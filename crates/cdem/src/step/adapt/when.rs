@@ -162,8 +162,8 @@ impl<const D: usize> Run<D> {
         // The report overwrites the data of the last kick, which the search uses.
         let before = self.impulses.before.clone();
         let interval = self.impulses.interval.clone();
-        let instant = self.instant();
-        let balance = self.history(&instant, 0.0).energy_residual;
+        let state = self.synchronise();
+        let balance = self.energy_balance(&state).residual(0.0);
         (self.impulses.before, self.impulses.interval) = (before, interval);
         balance
     }

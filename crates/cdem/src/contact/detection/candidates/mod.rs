@@ -40,11 +40,11 @@ use crate::contact::tolerances::{
     CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, LEAST_MOTION_BOUND,
     NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
 };
+use crate::math::disjoint_sets::DisjointSets;
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::serde_pod;
 use crate::math::vector::{dot, norm, sub};
 use crate::model::block_max::BlockMax;
-use crate::model::time_levels::DisjointSets;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
