@@ -1,4 +1,4 @@
-//! Bad meshes, one mistake in each: what a user is told. To accept new messages:
+//! Bad meshes with one mistake each, and their messages. To accept new messages:
 //! `INSTA_UPDATE=always cargo test --package cdem-io --test bad_meshes`.
 
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ fn folder(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Names and contents of the bad files.
+/// Returns names and contents of the bad files.
 fn files() -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder("bad-meshes")).expect("a folder");
     let read = |path: PathBuf| {
@@ -25,23 +25,23 @@ fn files() -> Vec<(String, Vec<u8>)> {
     files.collect()
 }
 
-/// A good file, to be changed.
+/// Returns a good file, to be changed.
 fn good(name: &str) -> Vec<u8> {
     std::fs::read(folder("meshes").join(name)).expect("a good mesh")
 }
 
-/// Where a piece of a file begins.
+/// Returns the position of a piece of a file.
 fn place(file: &[u8], piece: &[u8]) -> usize {
     let mut windows = file.windows(piece.len());
     windows.position(|window| window == piece).expect("a piece")
 }
 
-/// Where the content of a section begins, its line's end included.
+/// Returns the position of the content of a section, after the line of its name.
 fn inside(file: &[u8], section: &str) -> usize {
     place(file, format!("${section}\n").as_bytes()) + section.len() + 2
 }
 
-/// A good file with the bytes at `offset` in a section replaced.
+/// Returns a good file with the bytes at `offset` in a section replaced.
 fn with(name: &str, section: &str, offset: usize, bytes: &[u8]) -> Vec<u8> {
     let mut file = good(name);
     let start = inside(&file, section) + offset;
@@ -49,14 +49,14 @@ fn with(name: &str, section: &str, offset: usize, bytes: &[u8]) -> Vec<u8> {
     file
 }
 
-/// A good file up to some bytes into a section.
+/// Returns a good file truncated `length` bytes into a section.
 fn cut(name: &str, section: &str, length: usize) -> Vec<u8> {
     let mut file = good(name);
     file.truncate(inside(&file, section) + length);
     file
 }
 
-/// A good file with all of a piece replaced.
+/// Returns a good file with all occurrences of a piece replaced.
 fn replaced(name: &str, from: &[u8], to: &[u8]) -> Vec<u8> {
     let mut file = good(name);
     let mut changed = Vec::new();
@@ -73,13 +73,13 @@ fn replaced(name: &str, from: &[u8], to: &[u8]) -> Vec<u8> {
     changed
 }
 
-/// Bad binary files, made of good ones.
+/// Returns bad binary files, made from good ones.
 fn binary_files() -> Vec<(String, Vec<u8>)> {
     let (four, two) = ("plate-41-binary.msh", "plate-22-binary.msh");
     let stl = [vec![b' '; 80], vec![1, 0, 0, 0], vec![0; 50]].concat();
     let lossy = String::from_utf8_lossy(&good(four)).into_owned();
-    // Of version 4.1: heads of sections are four numbers of 8 bytes, heads of
-    // blocks three of 4 and one of 8. Of 2.2: numbers of 4 bytes.
+    // In version 4.1, section heads are four numbers of 8 bytes, and block heads three of 4 and one
+    // of 8. In 2.2, numbers have 4 bytes.
     let block = 32;
     let first_node = block + 20;
     let files = [
@@ -204,7 +204,7 @@ fn scene(dimension: usize) -> SceneFile {
     parse(&text, Path::new("scene.toml")).expect("a scene")
 }
 
-/// What a user is told of a mesh: why it is refused, or what to look at.
+/// Returns the messages on a mesh: the reason of its refusal, or the warnings.
 fn told(name: &str, read: impl Fn() -> Result<RawMesh, MeshError>) -> Vec<String> {
     let in_space = name.contains("-3d");
     let scene = scene(if in_space { 3 } else { 2 }).scene;
@@ -258,7 +258,7 @@ fn a_folder_is_told_with_the_meshes_in_it() {
     assert_eq!(lines, [expected]);
 }
 
-/// What looks odd and is no mistake.
+/// Unusual but valid files.
 #[test]
 fn files_that_are_only_unusual_are_read() {
     let plain = String::from_utf8(good("plate-22-text.msh")).expect("text");

@@ -1,4 +1,4 @@
-//! Bad scenes, one mistake in each: what a user reads. To accept new messages:
+//! Bad scenes with one mistake each, and their messages. To accept new messages:
 //! `INSTA_UPDATE=always cargo test --package cdem-io --test bad_scenes`.
 
 use std::path::{Path, PathBuf};
@@ -89,7 +89,7 @@ fn a_folder_with_a_scene_is_told_apart() {
     assert!(error.ends_with(&format!("did you mean {hint}?")), "{error}");
 }
 
-/// A change at a random place: what hands and disks do to files.
+/// A random change, as typing errors and disk errors make.
 #[derive(Clone, Debug)]
 enum Change {
     Remove(usize, usize),

@@ -1,4 +1,4 @@
-//! Gmsh's files, good and bad.
+//! Gmsh files, good and bad.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ fn cells(mesh: &RawMesh) -> Vec<Content> {
     all
 }
 
-/// Places by node number, to the 15 digits that all text files hold.
+/// Returns positions by node number, to the 15 digits that all text files contain.
 fn places(mesh: &RawMesh) -> BTreeMap<u64, [String; 3]> {
     let places = mesh
         .points
@@ -185,7 +185,7 @@ const SAMPLES: [&str; 7] = [
     "plate-41-second-order.msh",
 ];
 
-/// Cut anywhere, a file is refused, unless nothing but blanks is cut off.
+/// A truncated file is refused, unless only white space is cut off.
 #[test]
 fn cut_files_are_refused_at_every_byte() {
     for name in &SAMPLES[..6] {
@@ -202,7 +202,7 @@ fn cut_files_are_refused_at_every_byte() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever is in a file, it is read or refused, never more.
+    /// A damaged file is read or refused, but never panics.
     #[test]
     fn damaged_files_never_panic(
         sample in 0..SAMPLES.len(),

@@ -1,4 +1,4 @@
-//! Scenes and meshes of a program: without a file, with the same messages.
+//! Scenes and meshes built by a program: no file, but the same messages.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +8,7 @@ use cdem_io::scene::{SceneError, check};
 use cdem_io::setup::{SetupError, build};
 use serde_json::{Value, json};
 
-/// A square of two triangles.
+/// Builds a square of two triangles.
 fn square() -> RawMesh {
     let mut mesh = RawMesh::new("a square");
     mesh.points = vec![

@@ -1,4 +1,4 @@
-//! Good scenes: what they mean, and that they survive being written.
+//! Good scenes: their meaning, and that they are unchanged by writing and reading.
 
 use std::path::Path;
 
@@ -95,7 +95,7 @@ fn what_is_left_out_has_the_documented_default() {
         Geometry::Mesh { group: None, .. }
     ));
 
-    // Each default of the schema is what is written back, where it has a value.
+    // The written scene contains each schema default that has a value.
     let written: Value = toml::from_str(&write(&scene)).expect("TOML");
     let schema = json_schema();
     let mut compared = 0;
@@ -132,12 +132,12 @@ fn a_written_scene_is_the_same_scene() {
     }
 }
 
-/// A number of any size that no key below refuses.
+/// Returns a number of any size that every key below accepts.
 fn number() -> impl Strategy<Value = f64> {
     (1.0..10.0_f64, -12..12_i32).prop_map(|(digits, tens)| digits * 10_f64.powi(tens))
 }
 
-/// Texts of a scene in either dimension, with random numbers and forms.
+/// Returns texts of a scene in either dimension, with random numbers and forms.
 fn scene_text() -> impl Strategy<Value = String> {
     let numbers = prop::collection::vec(number(), 12);
     let parts = (
@@ -267,7 +267,7 @@ fn later_errors_are_shown_in_the_file() {
     );
 }
 
-/// To write it anew: `UPDATE_SCHEMA=1 cargo test --package cdem-io schema`.
+/// To update it: `UPDATE_SCHEMA=1 cargo test --package cdem-io schema`.
 #[test]
 fn the_committed_schema_is_up_to_date() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../schema/scene.schema.json");

@@ -1,4 +1,4 @@
-//! A simulation with its results: begun, driven, ended, kept.
+//! A simulation and the results that it writes.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -13,22 +13,22 @@ use cdem_io::scene::SceneError;
 use crate::errors::{Fault, guarded};
 use crate::pool::pool;
 
-/// A simulation, and the results that it writes, if any.
+/// A simulation, and its results if it writes any.
 pub(crate) struct Driven {
     pub(crate) simulation: Simulation,
     pub(crate) recording: Option<Recording>,
-    /// What is known before the first step.
+    /// Warnings from before the first step.
     pub(crate) warnings: Vec<String>,
-    /// Wall-clock time of the setup, and of steps.
+    /// Wall-clock time of the setup, and of the steps.
     setup: Duration,
     wall: Duration,
-    /// Why it cannot go on, if it cannot.
+    /// The fault after which the run cannot continue, if any.
     failed: Option<Fault>,
-    /// The process whose results these are.
+    /// Process that owns the results.
     process: u32,
 }
 
-/// How far to go at most.
+/// Limits of an advance.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg {
     /// Time, s.
@@ -40,7 +40,7 @@ pub(crate) struct Leg {
 }
 
 impl Driven {
-    /// A run at its start, its setup having begun then.
+    /// Creates a run at t = 0; `began` is the start of its setup.
     pub(crate) fn new(simulation: Simulation, warnings: Vec<String>, began: Instant) -> Self {
         Self {
             simulation,
@@ -53,7 +53,7 @@ impl Driven {
         }
     }
 
-    /// The run in a folder of results, from its last checkpoint.
+    /// Loads the run in a results folder from its last checkpoint.
     pub(crate) fn load(folder: PathBuf, is_recorded: bool, began: Instant) -> Result<Self, Fault> {
         let unfinished = match Unfinished::find(&folder)? {
             Found::Unfinished(unfinished) => *unfinished,
@@ -94,13 +94,13 @@ impl Driven {
         })
     }
 
-    /// Refuses to go on from a state that is unphysical, or half made.
+    /// Returns an error if the state is unphysical or incomplete.
     fn check(&self) -> Result<(), Fault> {
         self.failed.clone().map_or(Ok(()), Err)
     }
 
-    /// Does some work on so many threads. In a process that was forked this is a copy that
-    /// writes no results: neither the files nor the threads that write them are its own.
+    /// Does `work` on `threads` threads. In a forked process this is a copy that writes no results,
+    /// because it owns neither the files nor the threads that write them.
     pub(crate) fn work<T: Send>(
         &mut self,
         threads: usize,
@@ -113,8 +113,8 @@ impl Driven {
         let driven = &mut *self;
         let done = pool(threads)?.install(|| guarded(|| work(driven)));
         if let Err(fault @ Fault::Defect(_)) = &done {
-            // What is half made is not to be trusted: results end with what they have, and go
-            // on from their last checkpoint.
+            // The state may be incomplete after a defect. The results end with the data written so
+            // far and can be resumed from their last checkpoint.
             self.failed = Some(fault.clone());
             self.recording = None;
         }
@@ -134,7 +134,7 @@ impl Driven {
         Ok(())
     }
 
-    /// A new folder of results.
+    /// Creates a new results folder.
     fn begin(&self, folder: &Path, scene: &Path, force: bool) -> Result<Recording, Fault> {
         let folder = Folder::claim(folder, scene, force)?;
         let directory = scene.parent().unwrap_or(Path::new(""));
@@ -148,7 +148,7 @@ impl Driven {
         Ok(Recording::new(recorder, so_far))
     }
 
-    /// Steps and records; whether the time or the end is reached, and how many steps it made.
+    /// Steps and records. Returns true if the time or the end is reached, and the number of steps.
     pub(crate) fn advance(&mut self, leg: Leg) -> Result<(bool, u64), Fault> {
         self.check()?;
         let began = Instant::now();
@@ -166,7 +166,7 @@ impl Driven {
     }
 
     fn steps(&mut self, leg: Leg, began: Instant) -> Result<bool, Fault> {
-        // A whole number of steps misses a time by round-off.
+        // Round-off may leave a whole number of steps just short of a time.
         let slack = 1e-6 * self.simulation.overview().step;
         let mut left = leg.steps;
         loop {
@@ -189,8 +189,9 @@ impl Driven {
         }
     }
 
-    /// What a run leaves behind that has become unphysical, or whose disk refuses: from the
-    /// latter it may go on. Its reason is on its way already, so that a disk adds nothing to it.
+    /// Ends the results of a run that has become unphysical, or whose disk has failed; the latter
+    /// may be resumed. Errors of the disk are ignored here, because `reason` is already being
+    /// reported.
     fn stop(&mut self, reason: &str, is_unphysical: bool) {
         if is_unphysical {
             self.failed = Some(Fault::Step(reason.to_owned()));
@@ -238,8 +239,8 @@ impl Driven {
                 recording.observe(&mut self.simulation, || wall)?;
                 Ok(recording.keep(&self.simulation, wall, None)?)
             }
-            // Nothing is observed: contacts that have ended stay in the checkpoint, and the
-            // first rows are those of who goes on.
+            // Nothing is observed. Ended contacts stay in the checkpoint, and the first rows are
+            // written after it is resumed.
             (_, Some(folder)) => {
                 let mut recording = self.begin(&folder, scene, force)?;
                 Ok(recording.keep(&self.simulation, wall, None)?)
@@ -250,8 +251,8 @@ impl Driven {
         }
     }
 
-    /// Gives the points of a block, or all, other velocities: `values` in a row, of `components`
-    /// each, for one point that stands for all or for each.
+    /// Sets the velocities of the points of a block, or of all points. `values` are flat, with
+    /// `components` each, for every point or one for all.
     pub(crate) fn set_velocities(
         &mut self,
         block: Option<&str>,
@@ -289,7 +290,7 @@ impl Driven {
         Ok(())
     }
 
-    /// Has a load push otherwise from now on.
+    /// Changes a load from now on.
     pub(crate) fn set_load(&mut self, number: usize, kind: &str, value: &str) -> Result<(), Fault> {
         self.check()?;
         let unreadable = |error: serde_json::Error| Fault::Scene(format!("load: {error}"));
@@ -300,7 +301,7 @@ impl Driven {
             from_value(input).map_err(|problems| Fault::from(SceneError::Unwritten(problems)))?;
         let new = &scene.load[number].kind;
         if let Some(recording) = &mut self.recording {
-            // First, so that a disk that refuses leaves the run as it is.
+            // First, so that the run is unchanged if the disk fails.
             recording.change_loads(&self.simulation.scene_with_load(number, new))?;
         }
         self.simulation.set_load(number, new);

@@ -1,4 +1,4 @@
-//! Errors on their way to Python.
+//! Conversion of errors to Python exceptions.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,7 +14,7 @@ pyo3::import_exception!(cdem.errors, MeshError);
 pyo3::import_exception!(cdem.errors, StepError);
 pyo3::import_exception!(cdem.errors, ResultsError);
 
-/// How advice of the libraries is followed in Python.
+/// Python wording of the advice in error messages.
 const PYTHON: Front = Front {
     naming: "",
     force: "force=True",
@@ -22,22 +22,22 @@ const PYTHON: Front = Front {
     resume: "`Simulation.load(folder, record=True)`",
 };
 
-/// What is wrong, before there is an exception: that needs the interpreter.
+/// A fault before it becomes an exception, which needs the interpreter.
 #[derive(Clone, Debug)]
 pub(crate) enum Fault {
-    /// The scene.
+    /// In the scene.
     Scene(String),
-    /// A mesh.
+    /// In a mesh.
     Mesh(String),
-    /// An argument.
+    /// In an argument.
     Value(String),
     /// The run has stopped itself.
     Step(String),
-    /// A folder of results.
+    /// In a results folder.
     Results(String),
-    /// The system, which gives no more threads.
+    /// The system gives no more threads.
     Threads(String),
-    /// The program.
+    /// A defect of the program.
     Defect(String),
 }
 
@@ -79,7 +79,7 @@ impl From<Fault> for PyErr {
     }
 }
 
-/// Does some work; a panic in it becomes an error that asks for a report.
+/// Does `work`; turns a panic into an error that asks for a report.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let said = said(&*panic);

@@ -1,7 +1,7 @@
 //! The engine behind the package `cdem` for Python.
 //!
-//! A thin layer: plain numbers, text and flat arrays go in and out. What a user meets, its names
-//! and its documentation, is written in Python, in `python/cdem/`.
+//! A thin layer that passes plain numbers, text and flat arrays. The names and documentation for
+//! users are written in Python, in `python/cdem/`.
 
 mod driven;
 mod errors;

@@ -12,10 +12,10 @@ use crate::errors::Fault;
 #[pyclass(frozen, module = "cdem._engine")]
 pub(crate) struct Mesh(pub(crate) RawMesh);
 
-/// Cells of a kind, and the points of all of them in a row.
+/// Shape of some cells, and their points, flat.
 type Cells<'py> = (String, PyReadonlyArray1<'py, i64>);
 
-/// A named group: the dimension of its cells, and their numbers in an entry of the cells.
+/// A named group: its name, the dimension of its cells, and their numbers by entry of the cells.
 type Group = (String, usize, Vec<(usize, Vec<usize>)>);
 
 #[pymethods]
@@ -81,7 +81,7 @@ impl Mesh {
     }
 }
 
-/// Takes in the groups, and notes them at their cells.
+/// Adds the groups to the mesh and records them for their cells.
 fn join(
     mesh: &mut RawMesh,
     groups: Vec<Group>,
@@ -110,7 +110,7 @@ fn join(
     Ok(())
 }
 
-/// Sets of groups, each once; number 0 is the empty one.
+/// Distinct sets of groups; number 0 is the empty set.
 #[derive(Default)]
 struct Sets {
     all: Vec<Vec<u32>>,
@@ -141,7 +141,7 @@ fn kind_of(name: &str) -> Option<CellKind> {
     }
 }
 
-/// Name of the shape of an element, as scenes have it.
+/// Returns the name of an element shape in scenes.
 pub(crate) fn name_of(kind: ElementKind) -> &'static str {
     match kind {
         ElementKind::Tri3 => "tri3",

@@ -8,23 +8,23 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::errors::Fault;
 
-/// Pools by their number of threads, made once: simulations come and go.
+/// Pools by number of threads. They are kept, because simulations come and go.
 #[derive(Default)]
 struct Pools {
-    /// The process that has these threads.
+    /// Process that owns these threads.
     process: u32,
     by_size: BTreeMap<usize, Arc<ThreadPool>>,
 }
 
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
-/// A pool of so many threads; 0: one for each processor.
+/// Returns a pool of `threads` threads; 0 means one per processor.
 pub(crate) fn pool(threads: usize) -> Result<Arc<ThreadPool>, Fault> {
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
     if pools.process != std::process::id() {
-        // A process that was forked has no threads but one: those of its parent are not here to
-        // be ended.
+        // A forked process has only one thread. The threads of its parent do not exist here and
+        // cannot be ended.
         mem::forget(mem::take(&mut pools.by_size));
         pools.process = std::process::id();
     }

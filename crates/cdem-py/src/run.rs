@@ -21,7 +21,7 @@ use crate::tables;
 #[pyclass(frozen, module = "cdem._engine")]
 pub(crate) struct Run {
     driven: Mutex<Driven>,
-    /// How many threads step; 0: one for each processor.
+    /// Number of threads; 0 means one per processor.
     threads: usize,
 }
 
@@ -254,21 +254,21 @@ impl Run {
 }
 
 impl Run {
-    /// Waits for another thread that is stepping, while others go on. A step that has
-    /// panicked has told so already.
+    /// Locks the run; other Python threads continue while this one waits. A poisoned lock is
+    /// accepted, because the panic has already been reported.
     fn locked(&self, py: Python<'_>) -> MutexGuard<'_, Driven> {
         let locked = self.driven.lock_py_attached(py);
         locked.unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does some work on the threads of the run, while other threads of Python go on.
+    /// Does `work` on the threads of the run while other Python threads continue.
     fn work<T: Send>(
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut Driven) -> Result<T, Fault> + Send,
     ) -> PyResult<T> {
-        // Locked before the threads are asked: one of them that waits for its share of a step
-        // would else take up other work, and wait for itself.
+        // Lock before entering the pool. A pool thread that waits for its part of a step could
+        // otherwise take up other work and wait for itself.
         let done = py.detach(|| {
             let locked = self.driven.lock();
             let mut locked = locked.unwrap_or_else(PoisonError::into_inner);
@@ -278,20 +278,20 @@ impl Run {
     }
 }
 
-/// Results that were not closed end as those of an interrupted run, to go on from.
+/// Results that were not closed end like those of an interrupted run and can be resumed.
 impl Drop for Run {
     fn drop(&mut self) {
         let threads = self.threads;
         let driven = self.driven.get_mut();
         let driven = driven.unwrap_or_else(PoisonError::into_inner);
         if driven.recording.is_some() {
-            // There is nobody to tell if the disk refuses.
+            // An error of the disk cannot be reported here.
             Python::try_attach(|py| py.detach(|| driven.work(threads, Driven::close)).ok());
         }
     }
 }
 
-/// Does some work on so many threads, while other threads of Python go on.
+/// Does `work` on `threads` threads while other Python threads continue.
 fn on_pool<T: Send>(
     py: Python<'_>,
     threads: usize,

@@ -11,10 +11,10 @@ use crate::errors::{Fault, guarded};
 /// What a scene says: the text of a file, or the keys of a dictionary.
 #[pyclass(frozen, module = "cdem._engine")]
 pub(crate) struct Source {
-    /// TOML, or JSON.
+    /// TOML or JSON.
     text: String,
     is_file: bool,
-    /// The scene file, or the folder that meshes are relative to.
+    /// The scene file, or the folder to which mesh paths are relative.
     path: PathBuf,
 }
 
@@ -31,7 +31,7 @@ impl Source {
 }
 
 impl Source {
-    /// The scene, checked.
+    /// Reads and checks the scene.
     pub(crate) fn read(&self) -> Result<SceneFile, Fault> {
         if self.is_file {
             return Ok(scene::parse(&self.text, &self.path)?);

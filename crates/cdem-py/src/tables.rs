@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::Fault;
 
-/// A row of the history by its columns; vectors are lists of three.
+/// Returns a history row by column; vectors are arrays of three.
 pub(crate) fn history<'py>(py: Python<'py>, row: &HistoryRow) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("step", row.step)?;
@@ -37,7 +37,7 @@ pub(crate) fn history<'py>(py: Python<'py>, row: &HistoryRow) -> PyResult<Bound<
     Ok(out)
 }
 
-/// Rows of blocks, column by column.
+/// Returns block rows, column by column.
 pub(crate) fn blocks<'py>(py: Python<'py>, rows: &[BlockRow]) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     let of = |value: fn(&BlockRow) -> [f64; 3]| flat(py, rows.iter().map(value));
@@ -52,7 +52,7 @@ pub(crate) fn blocks<'py>(py: Python<'py>, rows: &[BlockRow]) -> PyResult<Bound<
     Ok(out)
 }
 
-/// Rows of contacts, column by column.
+/// Returns contact rows, column by column.
 pub(crate) fn contacts<'py>(py: Python<'py>, rows: &[ContactRow]) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     let text = |value: fn(&ContactRow) -> &str| rows.iter().map(value).collect::<Vec<_>>();
@@ -73,7 +73,7 @@ pub(crate) fn contacts<'py>(py: Python<'py>, rows: &[ContactRow]) -> PyResult<Bo
     Ok(out)
 }
 
-/// What live contact points bear: added to their rows.
+/// Adds positions, normals, forces and areas of the present contact points to their rows.
 pub(crate) fn add_live(out: &Bound<'_, PyDict>, frame: ContactFrame) -> PyResult<()> {
     let py = out.py();
     out.set_item("point", flat(py, frame.points))?;
@@ -82,7 +82,7 @@ pub(crate) fn add_live(out: &Bound<'_, PyDict>, frame: ContactFrame) -> PyResult
     out.set_item("area", frame.areas.into_pyarray(py))
 }
 
-/// A field as a flat array that owns what the engine has made.
+/// Returns a field as a flat array that takes over the engine's memory.
 pub(crate) fn field(py: Python<'_>, values: FieldValues) -> Bound<'_, PyAny> {
     match values {
         FieldValues::Real(values) => values.into_pyarray(py).into_any(),
@@ -90,7 +90,7 @@ pub(crate) fn field(py: Python<'_>, values: FieldValues) -> Bound<'_, PyAny> {
     }
 }
 
-/// Vectors in a row.
+/// Returns vectors as a flat array.
 pub(crate) fn flat(
     py: Python<'_>,
     vectors: impl IntoIterator<Item = [f64; 3]>,
@@ -99,7 +99,7 @@ pub(crate) fn flat(
     vectors.into_flattened().into_pyarray(py)
 }
 
-/// The field of a name, as scenes have it.
+/// Returns the field with this name in scenes.
 pub(crate) fn field_of(name: &str) -> Result<Field, Fault> {
     serde_json::from_value(name.into()).map_err(|error: serde_json::Error| {
         Fault::Value(format!("there is no such field: {error}"))

@@ -1,4 +1,4 @@
-//! A run is saved half-way, resumed, and ends with the same bits.
+//! Saves a run half-way, resumes it, and checks that both runs end with the same bits.
 //!
 //!     cargo run --release -p cdem --example checkpoint
 
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while whole.step_index() < half {
         whole.step()?;
     }
-    // Plain bytes, for a file or another machine. The scene and the mesh are not in it.
+    // Plain bytes, for a file or another machine. They contain neither the scene nor the mesh.
     let checkpoint = whole.checkpoint();
     let mut resumed = start(&scene)?.resumed(&checkpoint)?;
     for run in [&mut whole, &mut resumed] {
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A run of the scene at t = 0.
+/// Creates the run of the scene at t = 0.
 fn start(scene: &Scene) -> Result<Simulation, Box<dyn std::error::Error>> {
     let mesh = assemble::<2>(scene, &mut |path| {
         panic!("no file is named: {}", path.display())

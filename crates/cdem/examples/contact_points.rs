@@ -1,4 +1,4 @@
-//! Two blocks collide: the contact points, one row each, as in `contacts.csv`.
+//! Two blocks collide. Prints the contact points, one row each, as in `contacts.csv`.
 //!
 //!     cargo run --release -p cdem --example contact_points
 

@@ -1,4 +1,4 @@
-//! A block falls on a floor: from a scene to rows, in memory.
+//! A block falls on a floor: from a scene to table rows, in memory.
 //!
 //!     cargo run --release -p cdem --example dropped_block
 

@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All pages below a folder, in order.
+/// Returns all pages below a folder, sorted.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let mut pages = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder of the book") {
@@ -24,7 +24,7 @@ fn pages(folder: &Path) -> Vec<PathBuf> {
     pages
 }
 
-/// Commands of `cdem` in the blocks marked `sh` of a page, without comments.
+/// Returns the `cdem` commands in the blocks marked `sh` of a page, without comments.
 fn commands(text: &str) -> Vec<String> {
     let (mut commands, mut inside) = (Vec::new(), false);
     for line in text.lines() {
@@ -45,7 +45,7 @@ fn commands_are_those_of_blocks_to_type() {
     assert_eq!(commands(text), ["new a b", "run b"]);
 }
 
-/// `cargo run` asks which program is meant where there are several.
+/// `cargo run` needs a program name if there are several programs.
 #[test]
 fn the_first_command_of_the_readme_means_one_program() {
     let readme = fs::read_to_string(root().join("README.md")).expect("a file");
@@ -68,7 +68,7 @@ fn the_first_command_of_the_readme_means_one_program() {
     assert_eq!(names, ["cdem"]);
 }
 
-/// In a folder of its own for each page, one after the other.
+/// Each page has a folder of its own; its commands run one after another.
 #[test]
 fn every_command_of_the_book_does_what_it_is_told() {
     let mut count = 0;

@@ -1,8 +1,8 @@
-//! What is told of scenes that run, but are most likely not meant so.
+//! Warnings about scenes that run but probably contain a mistake.
 
 use crate::place::{FALL, Place};
 
-/// The warnings of a scene, which `check` and `run` agree on.
+/// Returns the warnings of a scene; `check` and `run` must give the same.
 fn warned(place: &Place) -> String {
     let told = place.cdem("check scene.toml").done().stderr();
     let run = place.cdem("run scene.toml").done().stderr();
@@ -26,7 +26,7 @@ fn a_good_scene_is_not_warned_of() {
     assert_eq!(of(FALL), "");
 }
 
-/// Two triangles that share no node, as Gmsh 2.2 writes them.
+/// Two triangles without a common node, as Gmsh 2.2 writes them.
 const APART: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
     $Nodes\n6\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 2 0 0\n5 3 0 0\n6 3 1 0\n$EndNodes\n\
     $Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 4 5 6\n$EndElements\n";
@@ -64,7 +64,7 @@ fn a_probe_far_from_its_block_is_told_with_the_distance() {
 
 #[test]
 fn a_tolerance_far_above_the_default_is_told() {
-    // The shortest edge is 0.25 m, the default a 1e-4th of it.
+    // The shortest edge is 0.25 m; the default is a 1e-4th of it.
     let tolerant = |tolerance: &str| {
         let scene = FALL.replace(
             "[contact]",
@@ -106,7 +106,7 @@ fn damping_that_shortens_the_step_is_named_as_the_reason() {
 
 #[test]
 fn waves_slower_or_faster_than_in_any_solid_are_told() {
-    // Weight would crush a block so soft: it floats, and is only checked.
+    // Weight would crush such a soft block. So there is no gravity, and the scene is only checked.
     let floating = FALL.replace("[0.0, -9.81]", "[0.0, 0.0]");
     let mut told = String::new();
     for young_modulus in ["40.0", "\"40e4 GPa\""] {

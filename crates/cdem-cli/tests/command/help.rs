@@ -1,4 +1,4 @@
-//! What the command says of itself.
+//! The help and version texts of the command.
 
 use crate::place::Place;
 

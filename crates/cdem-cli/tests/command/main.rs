@@ -1,4 +1,4 @@
-//! The command as a user meets it: what it prints, writes and returns.
+//! The command as a user sees it: its output, files and exit status.
 
 mod book;
 mod cautions;

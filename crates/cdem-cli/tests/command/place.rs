@@ -1,4 +1,4 @@
-//! A folder of its own for each test, and the command in it.
+//! A folder for each test, and the command run in it.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -58,7 +58,7 @@ impl Place {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    /// A place with `scene.toml`.
+    /// Creates a folder with `scene.toml`.
     pub(crate) fn with_scene(text: &str) -> Self {
         let place = Self::new();
         place.write("scene.toml", text);
@@ -77,12 +77,12 @@ impl Place {
         fs::read_to_string(self.path(name)).expect(name)
     }
 
-    /// Names in a folder, sorted.
+    /// Returns the names in a folder, sorted.
     pub(crate) fn names(&self, folder: &str) -> Vec<String> {
         names(&self.path(folder))
     }
 
-    /// The command, to be run here.
+    /// Returns the command, to be run in this folder.
     pub(crate) fn command<S: AsRef<OsStr>>(
         &self,
         arguments: impl IntoIterator<Item = S>,
@@ -92,8 +92,8 @@ impl Place {
         command
     }
 
-    /// Runs the command line where no file may have more than so many blocks of 512 bytes;
-    /// the signal that tells of it is ignored.
+    /// Runs the command line with a file size limit of `blocks` blocks of 512 bytes. The signal for
+    /// exceeding it is ignored.
     #[cfg(unix)]
     pub(crate) fn cdem_within(&self, blocks: u32, line: &str) -> Ended {
         let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" {line}");
@@ -104,14 +104,14 @@ impl Place {
         Ended(output.expect("sh runs"))
     }
 
-    /// Runs the command line, e.g. `run scene.toml`.
+    /// Runs the command line, for example `run scene.toml`.
     pub(crate) fn cdem(&self, line: &str) -> Ended {
         let output = self.command(line.split_whitespace()).output();
         Ended(output.expect("the command runs"))
     }
 }
 
-/// Sends a signal, e.g. `TERM`.
+/// Sends a signal, for example `TERM`.
 pub(crate) fn signal(name: &str, to: &Child) {
     let sent = Command::new("kill")
         .args(["-s", name, &to.id().to_string()])
@@ -150,7 +150,7 @@ impl Ended {
         String::from_utf8_lossy(&self.0.stderr).into_owned()
     }
 
-    /// Exit status and both streams, for snapshots.
+    /// Returns exit status and both streams, for snapshots.
     pub(crate) fn told(&self) -> String {
         let parts = [("", self.stdout()), ("--- stderr\n", self.stderr())];
         let streams = parts
@@ -164,7 +164,7 @@ impl Ended {
         )
     }
 
-    /// Insists on success.
+    /// Asserts success.
     pub(crate) fn done(self) -> Self {
         assert_eq!(self.status(), 0, "{}", self.told());
         self

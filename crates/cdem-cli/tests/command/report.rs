@@ -1,4 +1,4 @@
-//! `cdem report`: the page, and what a browser makes of it.
+//! `cdem report`: the page, and its display in a browser.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::place::{FALL, Place};
 
-/// The page on the run of a scene.
+/// Returns the report page of the run of a scene.
 fn report(scene: &str) -> (Place, String) {
     let place = Place::with_scene(scene);
     place.cdem("run scene.toml").done();
@@ -16,7 +16,7 @@ fn report(scene: &str) -> (Place, String) {
     (place, page)
 }
 
-/// What the page is told.
+/// Returns the data in the page.
 fn data(page: &str) -> Value {
     let start = page.find("id=\"data\"").expect("an element with data");
     let start = start + page[start..].find('>').expect("it begins") + 1;
@@ -42,7 +42,7 @@ fn a_page_holds_what_the_results_hold() {
     let names: Vec<&Value> = data["blocks"].as_array().expect("blocks").iter().collect();
     assert_eq!([&names[0]["name"], &names[1]["name"]], ["ground", "stone"]);
     assert_eq!([&names[0]["fixed"], &names[1]["fixed"]], [true, false]);
-    // Only what moves has a speed to show.
+    // Only moving blocks have a speed to show.
     assert_eq!(length(&data["block_rows"]["blocks"]), 1);
     let motion = &data["motion"];
     assert_eq!(length(&motion["frames"]), 5);
@@ -92,8 +92,8 @@ fn what_is_no_run_has_no_page() {
     assert!(!place.path("scene-results/report.html").exists());
 }
 
-/// What a headless browser says of a page once it has had some seconds, its own time; `None`,
-/// with a notice, where there is none: `./test` sets `CDEM_BROWSER`.
+/// Returns the DOM of a page in a headless browser after some seconds of its own time. Prints a
+/// notice and returns `None` if there is no browser: `./test` sets `CDEM_BROWSER`.
 fn browsed(page: &Path) -> Option<String> {
     let Some(browser) = std::env::var_os("CDEM_BROWSER") else {
         #[allow(clippy::print_stdout)] // the notice is for whoever runs the test
@@ -125,7 +125,7 @@ fn browsed(page: &Path) -> Option<String> {
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// What the page says of itself.
+/// Returns the value of a `data-` attribute of the page.
 fn said(dom: &str, name: &str) -> String {
     let mark = format!("data-{name}=\"");
     let start = dom.find(&mark).map(|at| at + mark.len());

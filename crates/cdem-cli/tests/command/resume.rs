@@ -1,4 +1,4 @@
-//! `cdem resume`: runs that were killed, interrupted, or damaged since.
+//! `cdem resume`: runs that were killed or interrupted, or whose files were damaged.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use crate::place::{FALL, Place, names, signal};
 
-/// Bricks fall on each other, are refined and coarsened where they hit, and lie: by both
-/// kinematics, with damping, friction and joints.
+/// Bricks fall on each other, are refined and coarsened at impacts, and come to rest. Includes both
+/// kinematics, damping, friction and joints.
 const HEAP: &str = r#"
 version = 1
 dimension = 2
@@ -78,7 +78,7 @@ fn heap(checkpoint: &str) -> String {
     HEAP.replace("CHECKPOINT", checkpoint)
 }
 
-/// All files of a run, by name, but the one that holds timings and the scene.
+/// Returns all files of a run by name, except the file with timings and the scene.
 fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
     for name in names(folder) {
@@ -93,7 +93,7 @@ fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// Insists that the folders of two runs hold the same.
+/// Asserts that the folders of two runs have the same contents.
 fn assert_same(one: &Place, other: &Place) {
     let [one, other] = [one, other].map(|place| results(&place.path("scene-results")));
     let names = |files: &BTreeMap<PathBuf, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
@@ -103,7 +103,7 @@ fn assert_same(one: &Place, other: &Place) {
     }
 }
 
-/// Refined zones and contacts that rest: every file but the summary, to the last bit.
+/// Refinement zones and resting contacts: every file except the summary agrees to the last bit.
 #[test]
 fn files_are_the_same_on_any_number_of_threads() {
     let places = [1, 2, 3, 7].map(|threads| {
@@ -126,8 +126,8 @@ fn begin(place: &Place, line: &str) -> Child {
     command.spawn().expect("the command runs")
 }
 
-/// Kills runs after random times until `kills` of them have met one, resuming each until it
-/// is done: all come to the same as one that was left alone. Returns how often a run went on.
+/// Kills runs after random times until `kills` kills have hit one, and resumes each until it is
+/// done. All must give the results of an undisturbed run. Returns the number of resumes.
 fn kill(kills: usize, threads: &[u8]) -> usize {
     let whole = Place::with_scene(&heap("0"));
     let began = std::time::Instant::now();
@@ -136,7 +136,7 @@ fn kill(kills: usize, threads: &[u8]) -> usize {
     let mut random = fastrand::Rng::with_seed(7);
     let (mut killed, mut resumed) = (0, 0);
     while killed < kills {
-        // A checkpoint as soon as the last is written.
+        // Writes a checkpoint as soon as the last one is written.
         let place = Place::with_scene(&heap("1e-9"));
         let mut line = "run scene.toml".to_owned();
         loop {
@@ -153,7 +153,7 @@ fn kill(kills: usize, threads: &[u8]) -> usize {
             let status = run.wait().expect("a child");
             match status.code() {
                 Some(0) => break,
-                // Before the first checkpoint was there.
+                // Before the first checkpoint was written.
                 Some(2) => line = "run scene.toml --force".to_owned(),
                 None => {
                     line = "resume scene-results".to_owned();
@@ -179,7 +179,7 @@ fn a_hundred_killed_runs_come_to_the_same_end() {
     assert!(kill(100, &[1, 2]) > 80);
 }
 
-/// Begins a run, and waits until two states of it are there.
+/// Begins a run and waits until it has written two states.
 fn begun(place: &Place) -> Child {
     let mut run = begin(place, "run scene.toml");
     let states = || {
@@ -193,7 +193,7 @@ fn begun(place: &Place) -> Child {
     run
 }
 
-/// Runs until a checkpoint is there, and stops by a signal.
+/// Runs until a checkpoint exists, and stops the run by a signal.
 fn interrupted(scene: &str) -> Place {
     let place = Place::with_scene(scene);
     let run = begun(&place);
@@ -218,7 +218,7 @@ fn an_interrupted_run_goes_on() {
         kept.contains("interrupted, go on with `cdem resume`; or replace it with --force"),
         "{kept}"
     );
-    // Its tables tell of contacts in the order of their beginnings, as those of any run.
+    // Its tables list contacts in the order of their start, as those of any run.
     let told = place.cdem("resume scene-results --threads 1").done();
     assert!(told.stderr().contains("going on at t ="), "{}", told.told());
     assert_same(&whole, &place);
@@ -244,7 +244,7 @@ fn a_moved_folder_goes_on_without_its_mesh_and_scene() {
     assert_same(&whole, &place);
 }
 
-/// States of a run, the last one last.
+/// Returns the states of a run, the newest last.
 fn states(place: &Place) -> Vec<PathBuf> {
     let folder = place.path("scene-results/checkpoints");
     let mut names = names(&folder);
@@ -378,7 +378,7 @@ fn a_run_in_progress_is_left_alone() {
 
 #[test]
 fn a_run_that_stopped_itself_says_so_again() {
-    // Pressed to nothing; the state then is kept, to be looked at.
+    // Crushed completely; the last state is kept for inspection.
     let scene = FALL.replace("velocity = [0.0, -1.0]", "velocity = [0.0, -400.0]");
     let place = Place::with_scene(&scene);
     let stopped = place.cdem("run scene.toml");
@@ -412,7 +412,7 @@ fn no_checkpoint_is_written_where_none_is_wanted() {
     );
 }
 
-/// Insists that all tables of a run hold whole rows.
+/// Asserts that all tables of a run have complete rows.
 fn assert_whole_rows(place: &Place) {
     for table in ["history.csv", "blocks.csv", "probes.csv", "contacts.csv"] {
         let text = place.read(&format!("scene-results/{table}"));
@@ -426,15 +426,15 @@ fn assert_whole_rows(place: &Place) {
     }
 }
 
-/// Files that may not grow beyond a size, as on a disk that is full: wherever that ends a run,
-/// what was written stays whole, and the run goes on once there is room.
+/// Files may not exceed a size, as on a full disk. At any point where this ends a run, the written
+/// data stay intact, and the run can be resumed once there is room.
 #[cfg(unix)]
 #[test]
 fn a_disk_that_fills_up_costs_nothing_but_time() {
     let whole = Place::with_scene(&heap("0"));
     whole.cdem("run scene.toml").done();
     let mut resumed = 0;
-    // Blocks of 512 bytes; the longest table has some 200 of these.
+    // Blocks of 512 bytes; the longest table has some 200 of them.
     for blocks in [7, 12, 20, 30, 61, 105, 150] {
         let place = Place::with_scene(&heap("1e-9"));
         let ended = place.cdem_within(blocks, "run scene.toml");
@@ -448,7 +448,7 @@ fn a_disk_that_fills_up_costs_nothing_but_time() {
         let again = place.cdem("resume scene-results");
         match again.status() {
             0 => resumed += 1,
-            // Before the first checkpoint was there.
+            // Before the first checkpoint was written.
             2 => drop(place.cdem("run scene.toml --force").done()),
             other => panic!("exit status {other}: {}", again.told()),
         }
@@ -457,8 +457,7 @@ fn a_disk_that_fills_up_costs_nothing_but_time() {
     assert!(resumed > 3, "{resumed}");
 }
 
-/// The same on a file system that is full as a whole, at random moments, and is given room
-/// then.
+/// A whole file system that is full at random moments and then gets room.
 #[cfg(target_os = "linux")]
 #[test]
 #[ignore = "slow study: file systems of its own, for which it needs user namespaces"]

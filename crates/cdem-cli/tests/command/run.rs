@@ -11,7 +11,7 @@ fn summary(place: &Place) -> Value {
     serde_json::from_str(&place.read("scene-results/summary.json")).expect("JSON")
 }
 
-/// Numbers of a column.
+/// Returns the numbers of a column.
 fn column(table: &str, name: &str) -> Vec<f64> {
     let mut lines = table
         .lines()
@@ -67,7 +67,7 @@ fn a_run_writes_its_results() {
 
 #[test]
 fn the_last_row_is_at_the_end_to_the_bit() {
-    // Counts of steps whose product with the step is not the end.
+    // Step counts whose product with the step is not exactly the end.
     let misses = |count: &f64| count * (0.07 / count) != 0.07;
     let counts: Vec<f64> = (400..600).map(f64::from).filter(misses).take(2).collect();
     assert_eq!(counts.len(), 2);
@@ -111,7 +111,7 @@ fn the_scene_as_run_finds_its_meshes() {
     place.cdem("check results/deep/down/scene.toml").done();
 }
 
-/// Frames are compressed in pieces beside the steps, on one thread too.
+/// Frames are compressed in pieces beside the steps, also with one thread.
 #[test]
 fn large_frames_are_written_on_one_thread() {
     let scene = FALL.replace("divisions = [4, 2]", "divisions = [120, 60]");
@@ -139,7 +139,7 @@ fn more_threads_than_processors_are_warned_of() {
 
 #[test]
 fn a_profile_is_told_on_request() {
-    // What touches from the start on, too.
+    // Includes contact from the start.
     let place =
         Place::with_scene(&FALL.replace("0.001], max = [1.0, 0.501]", "0.0], max = [1.0, 0.5]"));
     let told = place.cdem("run scene.toml --profile").done().stdout();
@@ -168,7 +168,7 @@ fn a_profile_is_told_on_request() {
         };
         rows.map(|row| share(row).unwrap_or(0.0)).sum()
     };
-    // Three digits of each row are told, which is off by 0.05 at most in each of a dozen.
+    // Each row shows three digits, so each of a dozen rows is off by at most 0.05.
     assert!(
         (shares(false) - 200.0).abs() < 0.5,
         "all, and its parts: {told}"
@@ -238,7 +238,7 @@ fn a_disk_that_refuses_after_the_first_write_is_no_wrong_scene() {
     assert!(ended.stderr().contains("history.csv"), "{}", ended.told());
 }
 
-/// A block alone under a pressure on its left side.
+/// Builds a scene of a free block under a pressure on its left side.
 fn pressed(pressure: &str) -> String {
     let at = FALL.find("[contact]").expect("a table");
     format!(
@@ -266,7 +266,7 @@ fn no_row_holds_what_is_no_number() {
     }
 }
 
-/// What has happened can be looked at, even where it is no number.
+/// The last frame shows the end, even if it contains values that are not numbers.
 fn assert_last_frame_is_of_the_end(place: &Place) {
     let end = summary(place)["time"].as_f64().expect("a time");
     let frames = place.read("scene-results/frames.pvd");
@@ -279,8 +279,7 @@ fn assert_last_frame_is_of_the_end(place: &Place) {
     );
 }
 
-/// A cube that friction holds at its base while it is pressed to a sheet, whose volume is
-/// 0 up to round-off.
+/// A cube, stuck at its base by friction, is pressed to a sheet whose volume is 0 up to round-off.
 #[test]
 fn an_impact_that_leaves_a_sheet_stops() {
     let scene = r#"
@@ -331,7 +330,7 @@ fn an_element_inside_out_is_the_reason_where_it_comes_first() {
 
 #[test]
 fn nodes_that_run_away_stop_a_run_before_elements_turn() {
-    // In steps so short, speed comes before deformation.
+    // In such short steps, speed grows before deformation.
     let scene = pressed("1e6 GPa").replace("end = \"20 ms\"", "end = 1e-6\nstep = 1e-7");
     let ended = Place::with_scene(&scene).cdem("run scene.toml");
     assert_eq!(ended.status(), 3, "{}", ended.told());
@@ -347,7 +346,7 @@ fn a_block_faster_than_its_waves_may_fly() {
 
 #[test]
 fn large_stretches_are_told_once_a_block() {
-    // 0.15 of Young's modulus on one side, held by inertia alone.
+    // 0.15 of Young's modulus on one side, balanced by inertia alone.
     let place = Place::with_scene(&pressed("150 MPa"));
     let told = place.cdem("run scene.toml").stderr();
     assert_eq!(told.matches("principal stretch").count(), 1, "{told}");
@@ -360,7 +359,7 @@ fn large_stretches_are_told_once_a_block() {
     );
 }
 
-/// A block that is pushed, and brought to rest again: no work in all.
+/// A block is pushed and brought to rest again: the net work is zero.
 const CYCLE: &str = r#"
 version = 1
 dimension = 2
@@ -389,13 +388,13 @@ velocity = { x = [[0.0, 0.0], [0.1, 1.0], [0.2, 1.0], [0.3, 0.0]], y = 0.0 }
 fn a_cycle_of_work_that_ends_with_none_balances() {
     let place = Place::with_scene(CYCLE);
     let told = place.cdem("run scene.toml").done().stdout();
-    // ½ m v² of 2 t at 1 m/s went in, and came out.
+    // ½ m v² of 2 t at 1 m/s went in and came out.
     assert!(told.contains("energy    1 kJ: "), "{told}");
     assert!(told.contains("work done 100 %"), "{told}");
 }
 
-/// The stone thrown up at 1 m/s with 675 J: for 0.2 s, longer than the run must
-/// be slow for, and for 2.5 ms below 0.1 J.
+/// The stone is thrown up at 1 m/s with 675 J. It flies for 0.2 s, longer than the time for which
+/// the energy must stay low, and has less than 0.1 J for 2.5 ms.
 const THROW: &str = "end = 0.15\nstop_when = { kinetic_energy_below = 0.1 }";
 
 #[test]

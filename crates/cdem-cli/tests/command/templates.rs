@@ -22,7 +22,7 @@ fn every_example_is_a_template_with_all_its_text() {
         let written = place.names(&example);
         for file in names(&examples().join(&example)) {
             let path = examples().join(&example).join(&file);
-            // Pictures and results are for those who read the repository.
+            // Pictures and results are for readers of the repository only.
             if path.is_dir() || file.ends_with(".png") {
                 continue;
             }
@@ -52,7 +52,7 @@ fn every_template_passes_the_check() {
     }
 }
 
-/// Runs a template; the velocity along x of one of its blocks at the end.
+/// Runs a template; returns the final velocity along x of one of its blocks.
 fn final_velocity(template: &str, block: &str) -> f64 {
     let place = Place::new();
     place.cdem(&format!("new {template} here")).done();
@@ -60,7 +60,7 @@ fn final_velocity(template: &str, block: &str) -> f64 {
     velocity_along_x(&place, block)
 }
 
-/// Of a block at the end of the run in `here`.
+/// Returns the velocity along x of a block at the end of the run in `here`.
 fn velocity_along_x(place: &Place, block: &str) -> f64 {
     let blocks = place.read("here/scene-results/blocks.csv");
     let rows = blocks
@@ -73,17 +73,17 @@ fn velocity_along_x(place: &Place, block: &str) -> f64 {
 
 #[test]
 fn two_prisms_keep_their_energy() {
-    // The struck block of the paper's case: 2.986 m/s where both are refined throughout.
-    // An energy_loss of 1 % may cost 0.015 m/s, and the vibration that goes with the
-    // sub-elements as much again.
+    // The struck block of the paper's case has 2.986 m/s if both are refined throughout. An
+    // energy_loss of 1 % may cost 0.015 m/s, and the vibration of the refined elements the same
+    // again.
     let velocity = final_velocity("two-prisms-2d", "j");
     assert!((velocity - 2.986).abs() < 0.03, "{velocity}");
 }
 
 #[test]
 fn two_prisms_lose_what_one_node_each_loses() {
-    // On one element a block, with consistent mass: 2.7355 m/s by an independent
-    // computation with short steps; at half of the stable one vibrations are 5 % too fast.
+    // With one element per block and consistent mass: 2.7355 m/s by an independent computation with
+    // short steps. At half of the stable step, vibrations are 5 % too fast.
     let place = Place::new();
     place.cdem("new two-prisms-2d here").done();
     let scene = place.read("here/scene.toml");
@@ -111,16 +111,16 @@ fn a_crowd_keeps_its_energy() {
 
 #[test]
 fn a_bar_hands_its_velocity_to_another() {
-    // Theory: 3 m/s; what the nodes at the faces lose is of the order of their
-    // share of the bar, 1/80.
+    // Theory: 3 m/s. The loss of the nodes at the faces is of the order of their fraction of the
+    // bar, 1/80.
     let velocity = final_velocity("bars-2d", "struck");
     assert!((velocity / 3.0 - 1.0).abs() < 1.0 / 80.0, "{velocity}");
 }
 
 #[test]
 fn a_slider_follows_coulomb() {
-    // g (sin 30° − cos 30° tan 20°) · 0.95 s, as gravity takes 0.1 s to grow;
-    // the block is soft and rocks a little.
+    // g (sin 30° − cos 30° tan 20°) · 0.95 s, as gravity takes 0.1 s to grow. The block is soft and
+    // rocks slightly.
     let velocity = final_velocity("slope-2d", "slider");
     assert!((velocity / 1.722_174 - 1.0).abs() < 0.005, "{velocity}");
 }
@@ -143,15 +143,15 @@ fn a_slider_of_more_friction_than_slope_stays() {
         .split(',')
         .collect();
     let moved = last[3].parse::<f64>().expect("a number") - 0.5;
-    // Its base gives by about weight along the slope over shear stiffness.
+    // Its base yields by about the weight along the slope over the shear stiffness.
     assert!(moved.abs() < 1e-4, "{moved} m");
 }
 
 #[test]
 fn a_boulder_is_stopped_by_the_wall() {
     let velocity = final_velocity("wall-2d", "boulder");
-    // Which stone it hits with which corner decides: steps of a half to a quarter
-    // give -2.81 and -2.80 m/s, others from -3.2 to 0.9. It never gets through.
+    // The stone and corner of first impact decide. Steps of a half to a quarter give -2.81
+    // and -2.80 m/s, others from -3.2 to 0.9. The boulder never gets through.
     assert!(
         (-4.0..1.0).contains(&velocity),
         "it came with 6 m/s, now {velocity}"

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::place::{FALL, Place, names};
 
-/// Runs a wrong scene; it must fail and leave no folder.
+/// Runs a wrong scene, which must fail and leave no folder.
 fn refused(scene: &str) -> String {
     let place = Place::with_scene(scene);
     let ended = place.cdem("run scene.toml");
@@ -19,7 +19,7 @@ fn refused(scene: &str) -> String {
     ended.told()
 }
 
-/// Every bad scene of the reader's tests, as a user meets it.
+/// Every bad scene of the reader's tests, run by the command.
 #[test]
 fn every_bad_scene_ends_with_status_2_its_place_and_no_folder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cdem-io/tests/bad-scenes");
@@ -82,7 +82,7 @@ fn bad_meshes_end_with_status_2_their_place_and_no_folder() {
     insta::assert_snapshot!(told);
 }
 
-/// A mesh of nodes alone.
+/// A mesh of nodes without elements.
 const NO_ELEMENTS: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
     $Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n0\n$EndElements\n";
 
@@ -171,7 +171,7 @@ fn a_physical_group_that_is_not_there_is_shown_where_it_is_named() {
 #[test]
 fn blocks_that_overlap_are_named() {
     insta::assert_snapshot!(refused(&FALL.replace("[0.0, 0.001]", "[0.0, -0.1]")));
-    // Where it is a small part of an edge, the tolerance may be too tight.
+    // If the overlap is a small part of an edge, the tolerance may be too tight.
     insta::assert_snapshot!(refused(
         &FALL.replace("[0.0, 0.001]", "[0.0, -0.012345678]")
     ));
@@ -201,7 +201,7 @@ fn boundary_conditions_that_contradict_each_other_are_named() {
     let two = "[[boundary]]\ngroup = \"stone.xmin\"\nvelocity = { x = 0.0, y = 0.0 }\n\n\
                [[boundary]]\ngroup = \"stone.ymin\"\nvelocity = { x = 0.0, y = 1.0 }\n";
     insta::assert_snapshot!(refused(&format!("{FALL}\n{two}")));
-    // One after the other they may.
+    // In sequence they are allowed.
     let place = Place::with_scene(&format!(
         "{FALL}\n{}start = \"1 ms\"\n",
         two.replacen("y = 0.0 }", "y = 0.0 }\nend = \"1 ms\"", 1)
@@ -223,7 +223,7 @@ fn counts_and_sizes_beyond_reason_are_refused_at_once() {
     insta::assert_snapshot!(refused(&FALL.replace(box_of_stone, polygon)));
     let tiny = "shape = { polygon = [[0.0, 0.001], [1.0, 0.001], [0.0, 1.0]], size = 1.1e-4 }";
     insta::assert_snapshot!("tiny_elements", refused(&FALL.replace(box_of_stone, tiny)));
-    // Thin as a hair, but with sides in a billion pieces.
+    // Very thin, with sides divided into a billion pieces.
     let thin =
         "shape = { polygon = [[0.0, 0.001], [1.0, 0.001], [1.0, 0.001000001]], size = 1e-9 }";
     insta::assert_snapshot!("thin_polygon", refused(&FALL.replace(box_of_stone, thin)));

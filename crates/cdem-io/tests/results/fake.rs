@@ -1,4 +1,4 @@
-//! A run that needs no engine: what it reports follows from its step alone.
+//! A run without an engine: its output depends on its step alone.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub(crate) struct Fake {
     pub(crate) step: u64,
 }
 
-/// Numbers without short decimals, so that lost digits show.
+/// Returns a number without a short decimal form, so that lost digits show.
 pub(crate) fn awkward(i: usize) -> f64 {
     (i as f64 + 0.1).sin() * 10_f64.powi(i as i32 % 40 - 20)
 }
@@ -96,7 +96,7 @@ impl Observed for Fake {
     }
 }
 
-/// One cell of each kind, with every sort of field.
+/// Builds a frame with one cell of each kind and every type of field.
 pub(crate) fn frame(time: f64) -> Frame {
     use ElementKind::{Hex8, Quad4, Tet4, Tri3, Wedge6};
     let kinds = vec![Tri3, Quad4, Tet4, Wedge6, Hex8];
@@ -134,7 +134,7 @@ pub(crate) fn frame(time: f64) -> Frame {
     }
 }
 
-/// `count` contact points.
+/// Builds a frame of `count` contact points.
 pub(crate) fn contact_frame(time: f64, count: usize) -> ContactFrame {
     let vectors = |offset: usize| {
         (0..count)
@@ -151,7 +151,7 @@ pub(crate) fn contact_frame(time: f64, count: usize) -> ContactFrame {
     }
 }
 
-/// A scene of which only time and output matter.
+/// Builds a scene in which only time and output matter.
 pub(crate) fn scene(history: Cadence, frames: Cadence) -> Scene {
     Scene {
         version: 1,
@@ -193,7 +193,7 @@ pub(crate) fn scene(history: Cadence, frames: Cadence) -> Scene {
     }
 }
 
-/// A place for one test's files.
+/// A folder for the files of one test.
 pub(crate) struct Place(tempfile::TempDir);
 
 impl Place {
@@ -220,7 +220,7 @@ impl Place {
         Recorder::create(&folder, scene, self.0.path()).expect("created")
     }
 
-    /// A whole run of the fake.
+    /// Does a whole fake run.
     pub(crate) fn run(&self, scene: &Scene, force: bool) {
         let mut recorder = self.recorder(scene, force);
         let mut run = Fake::default();
@@ -255,7 +255,7 @@ pub(crate) fn summary() -> Summary {
     }
 }
 
-/// Names in a folder, sorted.
+/// Returns the names in a folder, sorted.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .expect("a folder")

@@ -1,4 +1,4 @@
-//! Which folders a run may write to.
+//! The folders that a run may write to.
 
 use std::fs;
 
@@ -78,13 +78,13 @@ fn nothing_but_a_run_is_ever_replaced() {
     fs::write(results.join("thesis.tex"), "years of work").expect("written");
     foreign("thesis.tex");
 
-    // Names of a run do not make a run.
+    // File names of a run do not make a folder a results folder.
     fs::remove_file(results.join("thesis.tex")).expect("removed");
     fs::write(results.join("history.csv"), "year,battle\n1066,Hastings\n").expect("written");
     foreign("history.csv");
     fs::remove_file(results.join("history.csv")).expect("removed");
 
-    // Nor does a run make the rest of its folder.
+    // Other entries in a results folder are not part of the run.
     place.run(&scene(Cadence::Count(10), Cadence::Count(5)), false);
     for entry in [
         "notes.txt",
@@ -144,7 +144,7 @@ fn the_scene_is_never_replaced_by_its_run() {
 #[test]
 fn a_disk_that_refuses_is_named() {
     let place = Place::new();
-    // A folder cannot be made inside a file, whoever asks.
+    // Nobody can create a folder inside a file.
     let inside = place.scene().join("results");
     let error = Folder::claim(&inside, &place.scene(), false).expect_err("must be refused");
     assert!(

@@ -1,4 +1,4 @@
-//! Frames, as VTK and meshio read them.
+//! Frames as read by VTK and meshio.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,8 +10,8 @@ use serde_json::Value;
 
 use crate::fake::{Fake, Place, STEPS, contact_frame, frame, scene, summary};
 
-/// What independent programs read from files; `None`, with a notice, where
-/// there is no Python with them: `./test` sets `CDEM_PYTHON`.
+/// Returns the contents of files as read by independent programs. Prints a notice and returns
+/// `None` if there is no Python with them: `./test` sets `CDEM_PYTHON`.
 fn read(paths: &[&Path]) -> Option<Vec<Value>> {
     let Some(python) = std::env::var_os("CDEM_PYTHON") else {
         #[allow(clippy::print_stdout)] // the notice is for whoever runs the test
@@ -34,7 +34,7 @@ fn read(paths: &[&Path]) -> Option<Vec<Value>> {
     Some(serde_json::from_slice(&output.stdout).expect("the script prints JSON"))
 }
 
-/// Equality to the last bit; names the first number that differs.
+/// Asserts equality to the last bit; names the first number that differs.
 fn assert_numbers(found: &Value, wanted: &[f64], what: &str) {
     let found = numbers(found);
     assert_eq!(found.len(), wanted.len(), "{what}");
@@ -125,7 +125,7 @@ fn independent_programs_read_the_same_numbers() {
     };
     assert_same(&found[0], &frame(0.0));
     assert_same(&found[1], &frame(1.0));
-    // At the start there is no contact, which must be a readable frame too.
+    // At the start there are no contacts, which must also give a readable frame.
     for (found, count) in [(&found[2]["vtk"], 0), (&found[3]["vtk"], STEPS as usize)] {
         let frame = contact_frame(found["time"].as_f64().expect("a time"), count);
         assert_numbers(&found["points"], frame.points.as_flattened(), "points");
@@ -152,8 +152,8 @@ fn independent_programs_read_the_same_numbers() {
 
 #[test]
 fn frames_of_many_compression_blocks_are_read() {
-    // 60 000 points: 1.4 MB, eleven full blocks of 128 KiB less a rest; and
-    // 16 384 numbers more that fill one block exactly.
+    // 60 000 points: 1.4 MB, or eleven full blocks of 128 KiB less a rest. A further 16 384 numbers
+    // fill one block exactly.
     let points: Vec<[f64; 3]> = (0..60_000)
         .map(|i| [f64::from(i).sqrt(), f64::from(i), 0.0])
         .collect();
@@ -221,7 +221,7 @@ fn a_disk_that_refuses_the_last_frame_still_gets_its_summary() {
     let written = place.read("summary.json");
     assert!(written.contains("\"status\": \"stopped\""), "{written}");
     assert!(written.contains("00001.vtu"), "the reason: {written}");
-    // What does not need the folder is whole: the contact that lasts.
+    // Data that do not need the folder are complete: the contact that lasts.
     assert_eq!(place.read("contacts.csv").lines().count(), 2);
     assert_eq!(place.read("history.csv").lines().count(), 3);
 }

@@ -1,4 +1,4 @@
-//! Results folders, as others find them.
+//! Results folders as other programs see them.
 
 mod fake;
 mod folder;

@@ -136,7 +136,7 @@ fn a_killed_run_leaves_whole_rows_and_frames() {
     }
     // Frames are written beside the steps.
     recorder.wait().expect("written");
-    // As a kill would: no destructor runs.
+    // As after a kill: no destructor runs.
     std::mem::forget(recorder);
     assert_eq!(place.read("history.csv").lines().count(), 1 + 4);
     assert!(place.read("history.csv").ends_with('\n'));

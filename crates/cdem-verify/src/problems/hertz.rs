@@ -8,7 +8,8 @@ use crate::problem::Findings;
 use crate::problems::ball::Ball;
 use crate::{Balance, load, run};
 
-/// The ball of the scenes, at its speed before a wall. Two balls have half the relative speed each.
+/// The ball of the scenes, at its speed before a wall. Of two balls, each contributes half of the
+/// approach.
 pub const BALL: Ball = Ball {
     radius: 0.1,
     young_modulus: 70e9,

@@ -1,4 +1,4 @@
-//! Free flight: what must stay, stays; what turns, turns as Euler says.
+//! Free flight: momenta are conserved, and bodies rotate by Euler's equations.
 
 use cdem::mesh::ElementKind;
 use cdem::output::Frame;
@@ -10,8 +10,8 @@ use crate::shared::{cross, from_file, length, minus};
 
 const BOTH: [Kinematics; 2] = [Kinematics::Total, Kinematics::Incremental];
 
-/// Second moments ∫ x xᵀ dV about the centroid, and volume, of elements with
-/// plane faces, as sums over tetrahedra.
+/// Returns the second moments ∫ x xᵀ dV about the centroid, and the volume, of elements with plane
+/// faces, as sums over tetrahedra.
 fn moments(frame: &Frame) -> (Matrix3<f64>, f64) {
     let (mut second, mut first, mut volume) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     let mut rest = frame.connectivity.as_slice();
@@ -32,7 +32,7 @@ fn moments(frame: &Frame) -> (Matrix3<f64>, f64) {
     (second - first * first.transpose() / volume, volume)
 }
 
-/// A rigid body: attitude, and angular momentum that stays.
+/// A rigid body: attitude and constant angular momentum.
 struct RigidBody {
     inverse_inertia: Matrix3<f64>,
     momentum: Vector3<f64>,
@@ -53,7 +53,7 @@ impl RigidBody {
         attitude * self.inverse_inertia * attitude.transpose() * self.momentum
     }
 
-    /// Moves on by `time` in the fourth-order steps of Runge and Kutta.
+    /// Advances by `time` with the fourth-order Runge-Kutta method.
     fn advance(&mut self, time: f64) {
         const STEPS: usize = 20;
         let h = time / STEPS as f64;
@@ -70,7 +70,7 @@ impl RigidBody {
     }
 }
 
-/// Worst errors over a flight.
+/// Worst errors of a flight.
 #[derive(Default)]
 struct Errors {
     substeps: u64,
@@ -80,7 +80,7 @@ struct Errors {
     spin: f64,
 }
 
-/// Flies `case` to its end and compares; `check` at most so many times.
+/// Runs `case` to its end and compares it with the exact motion several hundred times.
 fn fly(case: &Case) -> Errors {
     let mut simulation = case.start();
     let space = case.scene.dimension == 3;
@@ -94,7 +94,7 @@ fn fly(case: &Case) -> Errors {
     let turning =
         |momentum: &[f64; 3], at: &[f64; 3], linear: &[f64; 3]| minus(momentum, &cross(at, linear));
     let about = turning(&start.angular_momentum, &at_start.position, &start.momentum);
-    // Not more than Σm|v| and Σm|x − x_c||v|, which the limits are for.
+    // At most Σm|v| and Σm|x − x_c||v|, to which the limits refer.
     let scales = [length(&start.momentum), length(&about)];
     let stride = (simulation.step_count() / 400).max(1);
     let (mut errors, mut last) = (Errors::default(), 0.0);
@@ -136,8 +136,8 @@ fn judge(what: &str, errors: &Errors) {
         "{what}: {} substeps, momentum {:.1e}, angular momentum {:.1e}, path {:.1e}, spin {:.1e}",
         errors.substeps, errors.momentum, errors.angular_momentum, errors.path, errors.spin
     );
-    // Round-off of sums: 1e-12 over 1e5 substeps, 1e-11 over 3e7 (design,
-    // section 7); both go as the root of their number.
+    // Round-off of sums: 1e-12 over 1e5 substeps and 1e-11 over 3e7. Both grow as the square root
+    // of the number of substeps.
     let limit = 1e-12 * (errors.substeps as f64 / 1e5).max(1.0).sqrt();
     assert!(errors.momentum < limit, "momentum");
     assert!(errors.angular_momentum < limit, "angular momentum");
@@ -189,7 +189,7 @@ fn single_elements_tumble_as_euler_says() {
     }
 }
 
-/// Meshed blocks, with the masses a user gets.
+/// Flies meshed blocks with the default masses.
 fn meshed_blocks_tumble(turns: f64) {
     let shapes: [(&[usize], ElementKind); 3] = [
         (&[6, 4, 2], ElementKind::Hex8),

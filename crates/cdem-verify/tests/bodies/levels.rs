@@ -1,4 +1,4 @@
-//! Levels of time: what they save, and that energy stays.
+//! Time levels: their savings, and conservation of energy.
 
 use std::time::Instant;
 
@@ -54,12 +54,12 @@ fn slivers_alone_pay_for_their_small_steps() {
     let apart = (apart[0] / apart[1]).sqrt();
     println!("the two answers differ by {apart:.2e}");
     assert!(updates > 5.0);
-    // Both are second order; the coarse step of the levels is the Courant
-    // step of the good elements, whose own error is that of the exact answer.
+    // Both are second order. The coarse step of the levels is the Courant step of the well-shaped
+    // elements, whose error is that against the exact answer.
     assert!(apart < 5e-3 && error < 5e-3 && error_single < 5e-3);
 }
 
-/// Energies over the first one's, `count` of them over a run of `steps`.
+/// Returns `count` energies during `steps` steps, over the first energy.
 fn energies(simulation: &mut Simulation, steps: u64, count: u64) -> Vec<f64> {
     let start = energy(simulation);
     let mut all = Vec::new();
@@ -72,7 +72,7 @@ fn energies(simulation: &mut Simulation, steps: u64, count: u64) -> Vec<f64> {
     all
 }
 
-/// Change of the energy over a run by its linear trend, and its extremes.
+/// Returns the change of the energy by its linear trend, and its extremes.
 fn trend(energies: &[f64]) -> (f64, [f64; 2]) {
     let points: Vec<_> = energies
         .iter()
@@ -97,8 +97,8 @@ fn long_vibration(steps: u64) {
         "levels {levels:?}, {steps} steps at safety 0.9: energy {low:.4} … {high:.4}, trend {change:.1e}"
     );
     assert!(levels.len() >= 3);
-    // Synchronised energies swing by (ωΔt)²/8 of a mode's; the highest modes
-    // of so coarse a mesh take part in the vibration a little.
+    // The energy of a mode at synchronised states oscillates by (ωΔt)²/8. The highest modes of this
+    // coarse mesh take a small part in the vibration.
     assert!(low > 0.98 && high < 1.02, "band");
     assert!(change.abs() < 2e-3, "trend");
 }
@@ -114,7 +114,7 @@ fn a_vibration_on_several_levels_keeps_its_energy_for_a_million_steps() {
     long_vibration(1_000_000);
 }
 
-/// A random pair of joined blocks of different element size.
+/// Builds a random pair of joined blocks of different element sizes.
 fn joined_pair(random: &mut Random) -> Case {
     let mut case = load("joined-blocks");
     let shapes = [ElementKind::Tri3, ElementKind::Quad4];
@@ -141,20 +141,19 @@ fn joined_pair(random: &mut Random) -> Case {
     case
 }
 
-/// Runs a pair; the number of its levels and the trend of its energy, or what
-/// went wrong.
+/// Runs a pair. Returns its number of levels and the trend of its energy, or the failure.
 fn vibrate(case: &Case, steps: u64) -> Result<(usize, f64), String> {
     let mut simulation = case.start();
     let levels = simulation.overview().levels;
-    // The first steps take in the touch at t = 0 and what it loses.
+    // The first steps include first touch at t = 0 and its impact loss.
     for _ in 0..8 {
         simulation.step().map_err(|error| error.to_string())?;
     }
     let energies = energies(&mut simulation, steps, 200);
     let (change, [low, high]) = trend(&energies);
     let parted = simulation.ended_contacts().len();
-    // A mean above 1.05 of the start would be growth. Single values swing more:
-    // vibrations at safety 0.9 carry (ωΔt)²/8 of their energy back and forth.
+    // A mean above 1.05 of the start would be growth. Single values oscillate more: at safety 0.9
+    // by (ωΔt)²/8 of the energy of a vibration.
     if change > 0.05 || high > 1.2 || parted > 0 {
         return Err(format!(
             "levels {levels:?}, energy {low:.3} … {high:.3}, trend {change:.1e}, {parted} parted"
@@ -163,7 +162,7 @@ fn vibrate(case: &Case, steps: u64) -> Result<(usize, f64), String> {
     Ok((levels.len(), change))
 }
 
-/// The pairs share the processors; each knows nothing of the others.
+/// Runs the pairs on all processors, independently of each other.
 fn joined_pairs(pairs: usize, steps: u64) {
     let mut random = Random(1);
     let cases: Vec<Case> = (0..pairs).map(|_| joined_pair(&mut random)).collect();

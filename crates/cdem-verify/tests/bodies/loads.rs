@@ -24,7 +24,7 @@ fn traction_moves_the_centre_by_newton() {
     );
     assert!((block.velocity[0] / exact - 1.0).abs() < 1e-12);
     assert!(((block.position[0] - 0.5) / path - 1.0).abs() < 1e-12);
-    // The wave that the sudden load sends out is rough: its energy swings.
+    // The sudden load sends out a rough wave, whose energy oscillates.
     assert!(row.energy_residual.abs() < 1e-2 * row.external_work);
 }
 
@@ -40,7 +40,7 @@ fn pressure_does_nothing_net(mut simulation: Simulation, force: f64) {
         "pressure all round: net impulse {momentum:.1e}, net moment {turning:.1e} m of that of one side; residual {:.1e} of {:.1e} J",
         row.energy_residual, row.external_work
     );
-    // Round-off; areas and normals are those of the moment.
+    // Round-off only, because areas and normals are those of the present shape.
     assert!(momentum < 1e-12 && turning < 1e-12);
 }
 
@@ -82,7 +82,7 @@ fn bodies_fall_freely() {
         "free fall: velocity off by {velocity:.1e} m/s, place by {place:.1e} m, residual {:.1e} of {:.1e} J",
         row.energy_residual, start.kinetic_energy
     );
-    // Leapfrog is exact for a constant force: round-off is left.
+    // Leapfrog is exact for a constant force; round-off remains.
     assert!(velocity.abs() < 1e-13 && place.abs() < 1e-14);
     assert!(row.energy_residual.abs() < 1e-11 * start.kinetic_energy);
 }
@@ -104,20 +104,19 @@ fn mass_proportional_damping_slows_by_its_exponential() {
             "alpha {alpha}: velocity off by {error:.1e}, residual {:.1e} of {:.1e} J lost",
             row.energy_residual, row.damping_loss
         );
-        // Trapezoidal: (αΔt)²/12 of αt, and twice as much for the half kicks
-        // at both ends.
+        // Trapezoidal rule: (αΔt)²/12 of αt, and twice as much for the half kicks at both ends.
         assert!(error.abs() < (alpha * step).powi(2) * (alpha * time / 12.0 + 0.5));
         assert!(row.energy_residual.abs() < 1e-3 * row.damping_loss);
     }
 }
 
-/// Rate of decay of Lamé's mode over the exact βω²/2, less 1.
+/// Returns the decay rate of Lamé's mode over the exact βω²/2, less 1.
 fn decay_error(case: &mut Case, divisions: usize, safety: f64) -> f64 {
     case.divide("block", &[divisions; 2], ElementKind::Quad4);
     case.scene.time.safety = safety;
     let mode = LameMode::new(case);
     let beta = case.scene.material[0].damping.stiffness;
-    // Whole periods, so that energies compare at equal phase.
+    // Whole periods, so that energies are compared at equal phase.
     case.scene.time.end = 3.0 * std::f64::consts::TAU / mode.omega;
     let mut simulation = mode.start(case);
     let start = simulation.history();
@@ -142,7 +141,7 @@ fn stiffness_proportional_damping_slows_a_mode_by_its_exponential() {
         .iter()
         .map(|&divisions| decay_error(&mut case, divisions, 0.4))
         .collect();
-    // At least first order in h and Δt together: the viscous stress is that
-    // of the velocity half a step ago.
+    // At least first order in h and Δt together, because the viscous stress is that of the velocity
+    // half a step earlier.
     assert!(errors[2].abs() < 0.6 * errors[1].abs() && errors[2].abs() < 1e-2);
 }

@@ -1,5 +1,5 @@
-//! Bodies and time: free flight, waves, order of convergence, levels,
-//! prescribed motion and loads, each against a closed form.
+//! Bodies and time integration: free flight, waves, order of convergence, time levels, prescribed
+//! motion and loads, each against a closed form.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 

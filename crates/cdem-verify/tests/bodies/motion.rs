@@ -16,8 +16,8 @@ fn a_driven_side_ends_where_its_table_says() {
         "side at {:?}, residual {:.1e} of {:.1e} J",
         probe.displacement, row.energy_residual, row.external_work
     );
-    // The integral of the table is exact; sums are compensated: round-off of
-    // 0.04 m, once for each ten steps.
+    // The integral of the table is exact and sums are compensated: round-off of 0.04 m, once per
+    // ten steps.
     assert!((probe.displacement[0] - 0.04).abs() < 1e-15);
     assert_eq!(probe.displacement[1], 0.0);
     assert!(row.energy_residual.abs() < 1e-3 * row.external_work.abs().max(row.kinetic_energy));
@@ -60,11 +60,11 @@ fn a_turned_block_stays_rigid_on_exact_circles() {
         "turned by 10 rad: radius to {:.1e}, place to {:.1e}, strain energy {:.1e} of {:.1e} J, residual {:.1e} J",
         worst[0], worst[1], row.strain_energy, row.kinetic_energy, row.energy_residual
     );
-    // Round-off of as many steps as the run has.
+    // Round-off of the number of steps in the run.
     let limit = f64::EPSILON * simulation.step_count() as f64;
     assert!(worst[0] < limit && worst[1] < 10.0 * limit);
     assert!(row.strain_energy < 1e-15 * row.kinetic_energy);
-    // All of the work is the kinetic energy of a rigid body; chords instead of
-    // arcs miss (ωΔt)²/12 of it.
+    // All work is the kinetic energy of a rigid body, except (ωΔt)²/12 of it, because steps are
+    // chords of the arcs.
     assert!(row.energy_residual.abs() < 1e-3 * row.kinetic_energy);
 }

@@ -6,7 +6,7 @@ use cdem_verify::{fit, load};
 
 use crate::shared::LameMode;
 
-/// Errors at the end for each number of divisions, and the fitted order.
+/// Runs the scene for each number of divisions; returns the fitted order of the errors at the end.
 fn order(scene: &str, shape: ElementKind, kinematics: Kinematics, divisions: &[usize]) -> f64 {
     let mut points = Vec::new();
     for &n in divisions {
@@ -58,7 +58,7 @@ fn displacements_converge_with_order_two_on_finer_meshes() {
 
 #[test]
 fn plane_stress_and_plane_strain_shear_alike() {
-    // Lamé's mode has no stress across, so both planes give the same answer.
+    // Lamé's mode has no out-of-plane stress, so both give the same answer.
     let mut errors = Vec::new();
     for plane in [Plane::Strain, Plane::Stress] {
         let mut case = load("lame-mode-2d");
@@ -72,7 +72,7 @@ fn plane_stress_and_plane_strain_shear_alike() {
         errors.push(mode.error(&mut simulation));
     }
     println!("plane strain and stress: errors {errors:?}");
-    // The error of 16 elements a side in plane strain, with room for the
-    // different discretisation errors of the two.
+    // The error of 16 elements a side in plane strain, with a margin for the different
+    // discretisation error in plane stress.
     assert!(errors.iter().all(|&error| error < 0.02));
 }

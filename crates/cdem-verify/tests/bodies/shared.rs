@@ -1,17 +1,17 @@
-//! What several of these tests need.
+//! Functions shared by these tests.
 
 use cdem::Simulation;
 use cdem::output::{FieldValues, Frame};
 use cdem::scene::{Field, Geometry};
 use cdem_verify::Case;
 
-/// The moduli of `rock` in the scenes: wave speeds, m/s.
+/// Returns the shear wave speed of the first material, m/s.
 pub(crate) fn shear_wave_speed(case: &Case) -> f64 {
     let rock = &case.scene.material[0];
     (rock.young_modulus / (2.0 * (1.0 + rock.poisson_ratio) * rock.density)).sqrt()
 }
 
-/// Takes the block's mesh from a file beside the scene instead.
+/// Replaces the block's mesh by a file in the folder of the scene.
 pub(crate) fn from_file(case: &mut Case, path: &str) {
     case.scene.block[0].geometry = Geometry::Mesh {
         path: path.into(),
@@ -35,8 +35,7 @@ pub(crate) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
-/// Positions at rest and displacements of all nodes; the scene must ask for
-/// the field.
+/// Returns initial positions and displacements of all nodes. The scene must write the field.
 pub(crate) fn displacements(simulation: &mut Simulation) -> Vec<([f64; 3], [f64; 3])> {
     let frame = simulation.frame();
     let field = vectors(&frame, "displacement");
@@ -55,12 +54,12 @@ fn vectors(frame: &Frame, name: &str) -> Vec<[f64; 3]> {
     values.chunks_exact(width).map(vector).collect()
 }
 
-/// Lamé's mode of pure shear in a unit square (see the scene's head).
+/// Lamé's mode of pure shear in a unit square (see the head of the scene).
 #[derive(Clone, Copy)]
 pub(crate) struct LameMode {
     /// Angular frequency, rad/s.
     pub(crate) omega: f64,
-    /// Amplitude, m: strains of 3e-6, so that the geometry is linear to 1e-5.
+    /// Amplitude, m. Strains are 3e-6, so the geometry is linear to 1e-5.
     pub(crate) amplitude: f64,
 }
 
@@ -73,7 +72,7 @@ impl LameMode {
         }
     }
 
-    /// Makes a run of the scene that begins with the mode at rest position.
+    /// Starts the scene from the undeformed state with the velocities of the mode.
     pub(crate) fn start(self, case: &mut Case) -> Simulation {
         case.scene.output.fields = vec![Field::Displacement, Field::Velocity];
         let mut simulation = case.start();
@@ -88,8 +87,7 @@ impl LameMode {
         [x.cos() * y.sin(), -x.sin() * y.cos(), 0.0]
     }
 
-    /// Root-mean-square error of the displacements now over that of the mode
-    /// at its largest.
+    /// Returns the rms error of the displacements over the rms of the mode at its largest.
     pub(crate) fn error(self, simulation: &mut Simulation) -> f64 {
         let factor = self.amplitude * (self.omega * simulation.time()).sin();
         let mut sums = [0.0; 2];

@@ -1,10 +1,10 @@
-//! Every page of the book with a problem: its figures are what is known of them, and those
-//! that this code gives.
+//! The problems of the book: their figures agree with the known values, and the pages agree with
+//! the code.
 
 use cdem_verify::problems::ALL;
 use cdem_verify::{page, reference};
 
-/// Solves a problem, and compares its page with what is made of that.
+/// Solves a problem and compares its page with the generated one.
 fn check(number: &str) {
     let problem = ALL.iter().find(|problem| problem.number == number);
     let problem = problem.expect("a problem of this number");
@@ -12,7 +12,7 @@ fn check(number: &str) {
     let wrong = findings.wrong();
     let wrong: Vec<String> = wrong.iter().map(ToString::to_string).collect();
     assert!(wrong.is_empty(), "{number}: {}", wrong.join("; "));
-    // Bits agree between threads and runs, not between kinds of processors.
+    // Bits agree between threads and runs, but not between processor architectures.
     if cfg!(target_arch = "x86_64") {
         for (path, text) in page::files(problem, &findings).expect("a page") {
             let committed = std::fs::read_to_string(&path).unwrap_or_default();
@@ -26,7 +26,7 @@ fn check(number: &str) {
     }
 }
 
-/// A test for each problem, and one that none is missing.
+/// Defines a test for each problem, and a test that none is missing.
 macro_rules! problems {
     ($($name:ident: $number:literal,)*) => {
         $(

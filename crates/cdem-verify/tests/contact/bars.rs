@@ -1,10 +1,10 @@
-//! Two bars end to end: wave theory, on matching and other meshes.
+//! Two bars end to end compared with wave theory, on matching and non-matching meshes.
 
 use cdem::mesh::ElementKind;
 use cdem_verify::problems::bars::Collision;
 use cdem_verify::{Case, load};
 
-/// Bars of `rows` elements across, ten times as many along.
+/// Builds bars with `rows` elements across and ten times as many along.
 fn bars(rows: [usize; 2], element: ElementKind) -> Case {
     let mut case = load("two-bars");
     for (name, rows) in ["left", "right"].into_iter().zip(rows) {
@@ -13,13 +13,13 @@ fn bars(rows: [usize; 2], element: ElementKind) -> Case {
     case
 }
 
-/// The bounds that the scene names.
+/// Checks the bounds given in the scene file.
 pub(crate) fn check(figures: &Collision) {
     assert!((figures.duration - 1.0).abs() < 0.03, "{figures}");
     assert!((figures.mean - 1.0).abs() < 0.005, "{figures}");
     assert!(figures.deviation < 0.03, "{figures}");
     assert!(figures.peak < 1.1, "{figures}");
-    // Waves of two elements' length run behind the front where meshes differ.
+    // Waves two elements long follow the front if the meshes differ.
     assert!(figures.front < 1.15, "{figures}");
     assert!(figures.lateral < 0.01, "{figures}");
     check_sums(figures);
@@ -31,7 +31,7 @@ fn check_sums(figures: &Collision) {
     assert!(figures.balance.momentum < 1e-12, "{figures}");
 }
 
-/// The limit of the design for blocks of 40 elements and more.
+/// Checks the limit of the ledger for blocks of 40 elements or more.
 fn check_ledger(figures: &Collision) {
     assert!(figures.balance.residual < 1e-3, "{figures}");
 }
@@ -42,9 +42,9 @@ fn matching_bars_give_the_force_of_wave_theory() {
         let figures = Collision::of_equal_bars(&bars([4, 4], element));
         println!("{element:?} 4/4: {figures}");
         check(&figures);
-        // Two rows of half an element: (5) gives h/(4L), h = L/40. At the ends
-        // of a side one triangle meets two, of a third of such a node each:
-        // 2·(1·2)/(1 + 2) + 3·(3·3)/(3 + 3) for 4·(3·3)/(3 + 3).
+        // Two rows of half an element: (5) gives h/(4L), h = L/40. At the ends of a side one
+        // triangle meets two, each with a third of such a node: 2·(1·2)/(1 + 2) + 3·(3·3)/(3 + 3)
+        // for 4·(3·3)/(3 + 3).
         let share = match element {
             ElementKind::Tri3 => 35.0 / 36.0,
             _ => 1.0,

@@ -1,4 +1,4 @@
-//! Two bars end to end in space: wave theory, on matching and other meshes.
+//! Two bars end to end in 3-D compared with wave theory, on matching and non-matching meshes.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use cdem_verify::{Case, fit, load};
 
 use crate::bars::check;
 
-/// Elements across the left and the right bar, ten times as many along.
+/// Element and number across, of the left and the right bar; ten times as many along.
 type Bars = [(ElementKind, usize); 2];
 
 fn meet(of: Bars) -> Collision {
@@ -28,7 +28,7 @@ fn meet_between(of: Bars, change: impl Fn(&mut Case)) -> Collision {
     figures
 }
 
-/// What the scene promises of hexahedra besides.
+/// Checks the tighter bounds of the scene file for hexahedra.
 fn check_hexahedra(figures: &Collision) {
     check(figures);
     assert!((figures.duration - 1.0).abs() < 0.02, "{figures}");
@@ -69,8 +69,8 @@ fn hold_sides(case: &mut Case) {
 
 #[test]
 fn tetrahedra_meet_hexahedra() {
-    // Tetrahedra have not the symmetry of the bar: with free sides, the edges of
-    // the two end faces would not stay on each other.
+    // Tetrahedra lack the symmetry of the bar. With free sides, the edges of the two end faces
+    // would not stay on each other.
     for of in [[(Tet4, 4), (Hex8, 4)], [(Tet4, 3), (Hex8, 4)]] {
         check(&meet_between(of, hold_sides));
     }
@@ -86,6 +86,6 @@ fn finer_bars_come_nearer_to_wave_theory() {
     }
     let order = -fit::slope(&points);
     println!("order of the duration {order:.2}");
-    // The front is a few elements long however fine they are, h^(2/3).
+    // The front is a few elements long at any fineness: h^(2/3).
     assert!(order > 0.6, "{order}");
 }

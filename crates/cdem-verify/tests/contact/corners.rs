@@ -1,5 +1,4 @@
-//! Two small blocks that meet any way: corner to corner, corner to edge, into
-//! a notch.
+//! Impacts of two small blocks: corner to corner, corner to edge, and into a notch.
 
 use cdem::mesh::ElementKind;
 use cdem::scene::{Geometry, Mass};
@@ -7,12 +6,12 @@ use cdem_verify::{Case, Random, load, run};
 
 use crate::many::meet;
 
-/// Runs and checks; returns the contacts begun.
+/// Runs and checks; returns the number of contacts begun.
 fn check(case: &Case, what: &str) -> u64 {
     let (balance, overlap, begun) = meet(case);
     assert!(balance.momentum < 1e-12, "{what}: {balance:?}");
     assert!(balance.angular_momentum < 1e-12, "{what}: {balance:?}");
-    // Unrefined one-element blocks: design, section 7.
+    // Limit of the ledger for unrefined blocks of one element.
     assert!(balance.residual < 2e-2, "{what}: {balance:?}");
     assert!(balance.growth < 2e-2, "{what}: {balance:?}");
     assert!(overlap <= 1.0, "{what}: {overlap} tolerances deep");
@@ -50,7 +49,7 @@ fn blocks_thrown_at_each_other_any_way_do_not_pass() {
         let square = case.block("square");
         square.rotate.angle = random.between(0.0, 6.3);
         let turn = square.rotate.angle;
-        // The square's centre comes to (0.8, y).
+        // Moves the square's centre to (0.8, y).
         let centre = [turn.cos() - turn.sin(), turn.cos() + turn.sin()].map(|x| 0.5 * x);
         square.translate = vec![0.8 - centre[0], random.between(-0.5, 0.5) - centre[1]];
         met += u64::from(check(&case, &format!("throw {number}")) > 0);
@@ -107,9 +106,9 @@ fn blocks_that_ignore_each_other_pass() {
 
 #[test]
 fn corners_that_slide_along_a_turning_edge_stay_on_it() {
-    // Exact: a point on an edge stays at gap 0. In what is left of a drift after it
-    // has touched, a point that slides by u while the edge turns by a goes u a into
-    // it: a third of the tolerance here.
+    // Exactly, a point on an edge stays at gap 0. In the rest of the drift after first touch, a
+    // point that slides by u while the edge rotates by a penetrates by u a: a third of the
+    // tolerance here.
     let mut random = Random(11);
     let (mut met, mut worst) = (0, 0.0_f64);
     for _ in 0..40 {
@@ -131,6 +130,6 @@ fn corners_that_slide_along_a_turning_edge_stay_on_it() {
     }
     println!("{met} of 40 met, penetration {worst:.3} of the tolerance");
     assert!(met > 20);
-    // What is left alone is a tenth.
+    // The penetration that is left uncorrected is a tenth.
     assert!(worst < 0.2, "{worst} tolerances deep");
 }

@@ -1,4 +1,4 @@
-//! Many coarse polygons flung together.
+//! Impacts among many coarse polygons.
 
 use std::time::Instant;
 
@@ -6,19 +6,19 @@ use cdem::mesh::ElementKind;
 use cdem::scene::Geometry;
 use cdem_verify::{Balance, Case, Random, deepest_overlap, load, run};
 
-/// What is drawn at random.
+/// Parameters of a random crowd.
 #[derive(Clone, Copy, Debug)]
 struct Crowd {
     seed: u64,
-    /// Polygons in a row and a column.
+    /// Polygons in a row and in a column.
     across: [usize; 2],
-    /// Corners of each; left out: three to six.
+    /// Corners of each polygon; `None` for three to six.
     corners: Option<usize>,
-    /// Size of elements over the radius of the smallest polygon.
+    /// Element size over the radius of the polygon.
     size: f64,
     /// Largest radius over the smallest.
     spread: f64,
-    /// Angle of friction, degrees; left out: that of the scene.
+    /// Friction angle, degrees; `None` for that of the scene.
     friction: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ impl Crowd {
         }
     }
 
-    /// The scene with other polygons and velocities.
+    /// Builds the scene with random polygons and velocities.
     fn case(&self) -> Case {
         let mut case = load("crowd");
         let mut random = Random(self.seed);
@@ -77,7 +77,7 @@ impl Crowd {
     }
 }
 
-/// Runs a crowd.
+/// Runs a crowd and checks it.
 fn judge(case: &Case, name: &str) {
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
@@ -120,11 +120,11 @@ fn judge(case: &Case, name: &str) {
     assert_eq!(simulation.warnings(), Vec::<String>::new());
     assert!(balance.momentum < 1e-12, "{balance:?}");
     assert!(balance.angular_momentum < 1e-12, "{balance:?}");
-    // Blocks of one to a few elements, not refined: 2e-2 by the design, section
-    // 7; an order below it, as nothing but strains of a per cent is left.
+    // The limit of the ledger for unrefined blocks of one to a few elements is 2e-2. This one is
+    // ten times smaller, because only strains of a per cent contribute.
     assert!(balance.residual < 2e-3, "{balance:?}");
-    // What it has lost does not come back: the energy of an instant swings by
-    // what the ledger may miss, found: 1e-4 in crowds of very different sizes.
+    // The energy must not rise again. Its value at an instant oscillates by the tolerance of the
+    // ledger: 1e-4 measured in crowds of very different sizes.
     assert!(balance.growth < 5e-4, "{balance:?}");
     assert!(balance.rise < 5e-4, "{balance:?}");
     // 1e-4 of the smallest edge.
@@ -139,11 +139,11 @@ fn crowds_keep_momentum_and_lose_energy() {
     };
     Crowd::new(1, [6, 6]).fling();
     triangles.fling();
-    // Two corners meet all but head on in this one.
+    // In this crowd two corners meet almost head on.
     Crowd::new(3, [8, 8]).fling();
 }
 
-/// The scene of two hundred polygons.
+/// Runs the scene of two hundred polygons.
 fn two_hundred(friction: f64) {
     let mut case = load("crowd-of-200");
     case.scene.contact.strength.friction_angle = friction.to_radians();

@@ -1,13 +1,13 @@
-//! Ground whose faces are shorter than what slides on them goes in a step.
+//! Ground with faces shorter than the slip of a block in a step.
 
 use cdem_verify::{load, run};
 
-/// Length of a face, radius of the trough, and distance of the box's middle from its axis, m.
+/// Length of a face, radius of the trough, and distance of the box's centre from its axis, m.
 const FACE: f64 = 5e-3;
 const RADIUS: f64 = 10.0;
 const ARM: f64 = 9.737_491_2;
 
-/// Runs the scene with a step, s; how often it says that contacts slid fast.
+/// Runs the scene with a step, s. Returns the number of warnings about fast sliding.
 fn slides(step: Option<f64>) -> usize {
     let mut case = load("fine-ground");
     case.scene.time.step = step;
@@ -27,7 +27,7 @@ fn slides(step: Option<f64>) -> usize {
         .filter(|text| text.contains("slid farther"))
         .count();
     println!("fine-ground, {way:.2e} m a step: velocity off by {off:.1e} m/s, {depth:.1e} m deep");
-    // The corners follow chords, of a face or a step: one turns by that over R.
+    // The corners follow chords of a face or a step; these turn by their length over R.
     assert!(off < 10.0 * way.max(FACE) / RADIUS, "{off:e}");
     assert!(depth < 1e-4 * FACE, "{depth:e}");
     told

@@ -34,7 +34,7 @@ fn errors(figures: &Impact) -> [f64; 2] {
     [figures.duration / time - 1.0, figures.peak / force - 1.0]
 }
 
-/// Nothing is lost, and what is booked is all there is.
+/// Checks that nothing is lost and that the ledger closes.
 fn check_sums(figures: &Impact) {
     assert!((figures.impulse - 1.0).abs() < 1e-3, "{figures:?}");
     assert!((figures.restitution - 1.0).abs() < 1e-3, "{figures:?}");
@@ -45,8 +45,8 @@ fn check_sums(figures: &Impact) {
     assert!(figures.penetration < 1.8e-7, "{figures:?}");
 }
 
-/// Runs a scene at three sizes, each of half the edges of the one before; the
-/// figures converge to what is expected of the ball.
+/// Runs a scene at three sizes, each with edges half as long as the one before. Checks that the
+/// figures converge to those expected of the ball.
 fn converges(name: &str) {
     let sizes = [0, 1, 2].map(|halvings| {
         let figures = meet(name, halvings);
@@ -63,11 +63,11 @@ fn converges(name: &str) {
              limit {limit:.4}, of a ball {:.4}",
             ball[k]
         );
-        // 2 for linear elements and for flat faces on a ball, 3/2 for the rim of a
-        // contact, where the stress has a vertical tangent.
+        // Order 2 for linear elements and for flat faces on a ball; 3/2 for the rim of a contact,
+        // where the stress has a vertical tangent.
         assert!(order > 1.5, "{order}");
-        // What the two laws of finite strain differ by, 0.6 and 0.9 %: the pressure
-        // is 3 % of the modulus.
+        // The two laws of finite strain differ by 0.6 and 0.9 %, because the pressure is 3 % of the
+        // modulus.
         assert!((limit / ball[k] - 1.0).abs() < 0.008, "{limit}");
     }
 }

@@ -1,5 +1,4 @@
-//! Contact against exact answers; run with `--nocapture` for the
-//! figures.
+//! Contact against exact answers. Run with `--nocapture` for the figures.
 
 #![allow(clippy::print_stdout)] // the figures are the report
 

@@ -1,9 +1,9 @@
-//! Many touches at once, and touches that nothing foretells.
+//! Many first touches at once, and first touches that no earlier motion predicts.
 
 use cdem::scene::Schedule;
 use cdem_verify::{Balance, Case, deepest_overlap, load, run};
 
-/// Runs; returns the balance, the deepest overlap over the tolerance, and the
+/// Runs a scene. Returns the balance, the deepest overlap over the tolerance, and the number of
 /// contacts begun.
 pub(crate) fn meet(case: &Case) -> (Balance, f64, u64) {
     let mut simulation = case.start();
@@ -24,7 +24,7 @@ fn four_hundred_points_that_touch_in_a_few_steps_are_all_found() {
     let (balance, overlap, begun) = meet(&load("tilted-bar"));
     assert!(begun >= 401, "each node of the bar's lower face: {begun}");
     assert!(overlap <= 1.0, "{overlap}");
-    assert!(balance.residual < 1e-3, "{balance:?}"); // design, section 7
+    assert!(balance.residual < 1e-3, "{balance:?}"); // limit of the ledger
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn what_is_lifted_lets_go() {
     run(&mut simulation, |_| {});
     let end = simulation.history();
     assert_eq!(end.contacts, 0);
-    // Weight to lift 432 kg by 0.1 m, and to set it in motion: 477.8 J.
+    // Work to lift 432 kg by 0.1 m and to set it in motion: 477.8 J.
     assert!(end.impact_loss.abs() < 1e-3 * end.external_work, "{end:?}");
     let exact = 432.0 * (9.81 * 0.1 + 0.5 * 0.25);
     assert!((end.external_work / exact - 1.0).abs() < 1e-2, "{end:?}");
@@ -64,7 +64,7 @@ fn what_is_lifted_lets_go() {
 #[test]
 fn bricks_that_touch_under_stress_lose_what_is_booked() {
     let (balance, overlap, _) = meet(&load("brick-drop"));
-    // One-element blocks, design, section 7.
+    // Limit of the ledger for blocks of one element.
     assert!(balance.residual < 2e-2, "{balance:?}");
     assert!(overlap <= 1.0, "{overlap}");
 }

@@ -3,16 +3,16 @@
 use cdem::scene::{ContactModel, Geometry, Mass};
 use cdem_verify::{Balance, Case, load, run};
 
-/// What a run of the two prisms comes to.
+/// Results of a run of the two prisms.
 #[derive(Debug)]
 struct Outcome {
     touch: f64,
     duration: f64,
     /// Velocity of the struck block at the end, m/s.
     struck: [f64; 2],
-    /// K + U at the end over its start.
+    /// K + U at the end over its value at the start.
     energy: f64,
-    /// Loss booked at first touches over the start energy.
+    /// Impact loss of first touches over the energy at the start.
     loss: f64,
 }
 
@@ -52,14 +52,14 @@ fn with_mass(mass: Mass) -> Case {
 
 #[test]
 fn the_struck_block_leaves_as_the_unified_node_says() {
-    // Equation (5) gives the loss; what of the rest stays in vibration is
-    // known from an independent small-strain program at the paper's step
-    // (2.72 and 2.19 m/s); the phase of the step moves it by 0.03.
+    // Equation (5) gives the loss. The part of the rest that stays in vibration is known from an
+    // independent small-strain program at the paper's step (2.72 and 2.19 m/s). The phase of the
+    // step moves the velocity by 0.03.
     for (mass, wanted, loss) in [(Mass::Consistent, 2.72, 0.083), (Mass::Lumped, 2.19, 0.222)] {
         let outcome = collide(&with_mass(mass), |balance| {
             println!("{mass:?} {balance:?}");
             assert!(balance.momentum < 1e-12, "{balance:?}");
-            // One-element blocks: design, section 7.
+            // Limit of the ledger for blocks of one element.
             assert!(
                 balance.residual < 2e-2 && balance.growth < 2e-2,
                 "{balance:?}"
@@ -68,7 +68,7 @@ fn the_struck_block_leaves_as_the_unified_node_says() {
         println!("{mass:?}: {outcome:?}");
         assert!((outcome.touch - 1.0 / 3.0).abs() < 1e-9, "{outcome:?}");
         assert!((outcome.struck[0] - wanted).abs() < 0.03, "{outcome:?}");
-        // (5) to the digits given.
+        // (5) to the given digits.
         assert!((outcome.loss - loss).abs() < 1e-3, "{outcome:?}");
     }
 }
@@ -84,14 +84,13 @@ fn the_ledger_closes_as_the_step_falls() {
         velocities.push(outcome.struck[0]);
     }
     println!("steps of 0.5 to 0.0625 ms: residuals {residuals:.5?}, velocities {velocities:.4?}");
-    // Design, section 7: 2e-2 for one-element blocks, falling as the square of
-    // the step. The touch leaves nothing but what is not linear in strain, here
-    // 1e-3; the longest step is 0.9 of what is stable, and says little of orders.
+    // The ledger allows 2e-2 for blocks of one element, falling as the square of the step. First
+    // touch leaves only the part that is not linear in strain, here 1e-3. The longest step is 0.9
+    // of the stable step and says little about the order.
     assert!(residuals[0] < 1e-4, "{residuals:?}");
     assert!(residuals[3] < residuals[1] / 12.0, "{residuals:?}");
-    // 2.7355 m/s: an independent small-strain program at a fiftieth of the
-    // step. Half a millisecond is 0.9 of what is stable: vibration is a
-    // quarter too fast there.
+    // 2.7355 m/s is from an independent small-strain program at a fiftieth of the step. A step of
+    // half a millisecond is 0.9 of the stable step, at which vibration is a quarter too fast.
     let off: Vec<f64> = velocities.iter().map(|v| v - 2.7355).collect();
     assert!(off[0].abs() < 0.03 && off[3].abs() < 2e-3, "{off:?}");
 }
@@ -115,8 +114,8 @@ fn the_answer_does_not_depend_on_direction() {
             outcome.touch
         );
         assert!((outcome.touch - reference.touch).abs() < 1e-12);
-        // The touch splits the step where round-off says; strains of 1e-3 are
-        // differences of positions of 1e-16 of ten metres: 1e-9 of the velocity.
+        // Round-off decides the point at which first touch splits the step. Strains of 1e-3 are
+        // differences of positions with errors of 1e-16 of ten metres: 1e-9 of the velocity.
         assert!(
             (mirror * along[0] - reference.struck[0]).abs() < 1e-8,
             "{along:?}"
@@ -125,7 +124,7 @@ fn the_answer_does_not_depend_on_direction() {
     }
 }
 
-/// The case as polygons, mirrored in x where `mirror` is −1, then turned, rad.
+/// Builds the case from polygons, mirrored in x if `mirror` is −1, then rotated by `angle`, rad.
 fn turned(angle: f64, mirror: f64) -> Case {
     let mut case = with_mass(Mass::Consistent);
     let height = 8.0 * 3_f64.sqrt() / 2.0;
@@ -146,9 +145,8 @@ fn turned(angle: f64, mirror: f64) -> Case {
     case
 }
 
-/// With springs instead, the answer hangs on their stiffness, as the same
-/// small-strain program says: k/E, struck velocity, energy, duration. It
-/// rounds durations to steps.
+/// With springs, the answer depends on their stiffness. Results of the same small-strain program:
+/// k/E, struck velocity, energy, duration. It rounds durations to steps.
 const SPRINGS: [(f64, f64, f64, f64); 6] = [
     (0.01, 2.9998, 1.0000, 0.0300),
     (0.1, 2.9917, 0.9992, 0.0095),
@@ -171,13 +169,13 @@ fn springs_give_what_their_stiffness_makes_them() {
             "{ratio:5} {:8.4} {struck:8.4} {:14.4} {energy:8.4} {:14.4} {duration:8.4}",
             outcome.struck[0], outcome.energy, outcome.duration
         );
-        // One step, in which a contact is seen to have ended.
+        // One step, after which a contact is seen to have ended.
         assert!((outcome.duration - duration).abs() < 6e-4, "{outcome:?}");
         if ratio < 5.0 {
             assert!((outcome.struck[0] - struck).abs() < 0.03, "{outcome:?}");
             assert!((outcome.energy - energy).abs() < 0.02, "{outcome:?}");
         } else {
-            // Growth amplifies the strain that the other program leaves out.
+            // Energy growth amplifies the strain terms that the other program omits.
             assert!((outcome.energy / energy - 1.0).abs() < 0.1, "{outcome:?}");
         }
     }

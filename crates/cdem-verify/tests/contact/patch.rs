@@ -1,24 +1,21 @@
-//! The patch test of contact: is the stress even in two blocks that are pressed
-//! together?
+//! The patch test of contact: two blocks are pressed together, and the stress should be uniform.
 //!
-//! Contact holds the vertices of either face on the other. An even stress keeps
-//! to that, so the test passes where pushes at these vertices alone, none of them
-//! a pull, balance the even pressure on the nodes of both faces.
+//! Contact keeps the vertices of each face on the other face. A uniform stress is compatible with
+//! that. So the test passes if compressive forces at these vertices alone can balance the uniform
+//! pressure on the nodes of both faces.
 //!
-//! - In the plane they always do: the trapezoidal rule on the vertices of both
-//!   sides integrates all that is straight between them, with positive weights.
-//! - In space the two meshes of a face have corners too where their edges cross,
-//!   and flat edges that cross are no contact, unless strain has made one of them
-//!   sharp on the way. Whether pushes exist is a question of the meshes: for
-//!   hexahedra on hexahedra they do without crossings (non-negative least squares,
-//!   all pairs up to 8 by 12), for most tetrahedra on hexahedra they miss the nodal
-//!   forces by 1 % to 3 %. Nodes that match make it worse: then the pushes are
-//!   those of nodes on nodes, and a corner of a face bears 1/4 of a quadrilateral,
-//!   but 1/6 or 1/3 of two triangles.
+//! - In 2-D they always can. The trapezoidal rule on the vertices of both sides exactly integrates
+//!   functions that are linear between the vertices, with positive weights.
+//! - In 3-D the two meshes of a face also have corners at crossings of their edges. Flat edges that
+//!   cross are no contact, unless strain has made one of them sharp. The meshes decide if such
+//!   forces exist. For hexahedra on hexahedra they exist without crossings (non-negative least
+//!   squares, all pairs up to 8 by 12). For most tetrahedra on hexahedra they miss the nodal forces
+//!   by 1 % to 3 %. Matching nodes are worse: forces then act from node to node, and a corner of a
+//!   face carries 1/4 of a quadrilateral, but 1/6 or 1/3 of two triangles.
 //!
-//! Where they miss, stress is wrong next to the interface by a share that does
-//! not fall with the size of elements, as with all methods that collocate contact
-//! at nodes; the layer in which it is wrong grows thinner.
+//! If such forces do not exist, the stress next to the interface has a relative error that does not
+//! fall with the element size, as in all methods that collocate contact at nodes. The layer with
+//! this error becomes thinner.
 
 use std::time::Instant;
 
@@ -33,17 +30,17 @@ fn press(of: Blocks) -> Errors {
     errors
 }
 
-/// Strains are 2.5e-5. Points that sank in while the blocks settled stay so: by a
-/// nanometre, elements of 1/12 m are compressed by 4.8e-4 of that.
+/// Strains are 2.5e-5. Penetration from the settling of the blocks remains: a nanometre compresses
+/// elements of 1/12 m by 4.8e-4 of that strain.
 const EVEN: f64 = 5e-4;
 
-/// Pushes at the vertices of tetrahedra alone miss by 1.5e-3.
+/// Forces at the vertices of tetrahedra alone miss by 1.5e-3.
 const NEARLY_EVEN: f64 = 3e-3;
 
 fn check(errors: &Errors, bound: f64) {
     assert!(errors.largest < bound, "{errors:?}");
     assert!(errors.force.abs() < 5e-5, "{errors:?}");
-    // A 1e-6th of the smallest edge is none.
+    // Penetration below 1e-6 of the smallest edge counts as none.
     assert!(errors.penetration < 1e-6 / 12.0, "{errors:?}");
 }
 
@@ -58,8 +55,8 @@ fn stress_is_even_in_the_plane() {
     }
 }
 
-/// The rims of the two faces bulge differently, by less than the strain of
-/// 2.5e-5: what lies beyond the other's still rests on it.
+/// The rims of the two faces bulge differently, by less than the strain of 2.5e-5. The part beyond
+/// the other rim must still rest on it.
 #[test]
 fn faces_with_free_rims_come_to_rest() {
     let mut case = load("pressed-blocks-3d");

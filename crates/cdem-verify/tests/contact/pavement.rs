@@ -1,9 +1,10 @@
-//! Stones side by side: their joints neither stop nor push what slides over or lands on them.
+//! Stones side by side: their joints neither stop nor push a block that slides over them or lands
+//! on them.
 
 use cdem::mesh::ElementKind;
 use cdem_verify::{Case, load, run};
 
-/// Velocity of the block at the end, m/s, and how many contacts have begun.
+/// Returns the velocity of the block at the end, m/s, and the number of contacts begun.
 fn ends(case: &Case) -> ([f64; 3], u64) {
     let mut simulation = case.start();
     run(&mut simulation, |_| ());
@@ -19,13 +20,13 @@ fn ends(case: &Case) -> ([f64; 3], u64) {
 
 #[test]
 fn what_slides_over_joints_keeps_its_speed() {
-    // From the joint, within the tolerance of 5e-5 m of it, and clear of it.
+    // From the joint, from within the tolerance of 5e-5 m of it, and from outside it.
     for beside in [0.0, 1e-5, -1e-5, 4e-5, -4e-5, 1e-3] {
         let mut case = load("pavement");
         case.block("block").translate[0] = 0.5 + beside;
         let ([x, ..], contacts) = ends(&case);
         assert!(contacts > 0);
-        // Round-off of velocities of nodes, a step at a time.
+        // Round-off of nodal velocities, once per step.
         assert!((x / 5.0 - 1.0).abs() < 1e-12, "{beside:e}: {x}");
     }
 }
@@ -42,7 +43,7 @@ fn what_lands_beside_a_joint_is_not_pushed_aside() {
             case.block("block").translate[0] = beside;
             let ([x, y, z], contacts) = ends(&case);
             assert!(contacts > 0 && z > 0.0, "it bounces");
-            // Its lower face turns by the strain of the impact, v/c, at most.
+            // Its lower face rotates by at most the strain of the impact, v/c.
             let strain = 1.0 / (1e9_f64 / 2000.0).sqrt();
             assert!(
                 x.abs().max(y.abs()) < strain,
@@ -52,8 +53,8 @@ fn what_lands_beside_a_joint_is_not_pushed_aside() {
     }
 }
 
-/// What a block lies in stones by at the start is the user's, on one too that it only comes
-/// to press on later.
+/// An overlap of a block and stones at the start is part of the scene, also on a stone that the
+/// block presses only later.
 #[test]
 fn what_overlaps_at_the_start_is_not_parted_later() {
     let mut case = load("pavement");

@@ -1,4 +1,4 @@
-//! A disc of many sides that rolls down a slope.
+//! A polygonal disc of many sides that rolls down a slope.
 
 use cdem_verify::problem::Findings;
 use cdem_verify::problems::rolling::{add_figures, disc, roll};

@@ -4,7 +4,7 @@ use cdem::scene::{Block, ContactPair, Geometry};
 use cdem_verify::Case;
 use cdem_verify::problems::slope::{measure, sliding, slope};
 
-/// The base in twenty separate blocks that lie flush.
+/// Splits the base into twenty separate blocks that lie flush.
 fn in_pieces(mut case: Case) -> Case {
     let base = case.scene.block.remove(0);
     let piece = |k: usize| {
@@ -70,7 +70,7 @@ fn block_pairs_rank_above_material_pairs_and_later_above_earlier() {
         case.scene.time.end = 0.1;
         let [found, _] = measure(&case, |_| {});
         println!("{found:.5}, exact {exact:.5}");
-        // Gravity that comes at once leaves a vibration in so short a run.
+        // Sudden gravity leaves a vibration in so short a run.
         assert!((found - exact).abs() < 0.02, "{found} {exact}");
     }
 }

@@ -1,4 +1,4 @@
-//! A stack of ten blocks stands.
+//! A stack of ten blocks at rest.
 
 use std::time::Instant;
 
@@ -7,7 +7,8 @@ use cdem_verify::{Balance, fit, load, run};
 
 const WEIGHT: f64 = 10.0 * 2700.0 * 9.81;
 
-/// Damping: mass-proportional, 1/s, and local, beside that of the scene.
+/// Runs the stack and checks that it stands. Mass-proportional damping, 1/s, and local damping are
+/// added to the stiffness-proportional damping of the scene.
 fn stands(divisions: usize, element: ElementKind, [mass, local]: [f64; 2]) {
     let mut case = load("stack");
     case.scene.material[0].damping.mass = mass;
@@ -36,11 +37,11 @@ fn stands(divisions: usize, element: ElementKind, [mass, local]: [f64; 2]) {
         simulation.step_index(),
         began.elapsed()
     );
-    // What vibration is left: the slowest mode of the stack has 100 Hz, damped
-    // by exp(-β ω² t / 2) = exp(-20 t) in amplitude: 1e-5 by the end.
+    // Remaining vibration: the slowest mode of the stack has 100 Hz. Its amplitude falls as exp(-β
+    // ω² t / 2) = exp(-20 t), to 1e-5 at the end.
     assert!((settled - 1.0).abs() < 1e-4, "{settled}");
     assert!(simulation.max_penetration() < 1e-5);
-    // Swaying damps more slowly; it must fall, not rise.
+    // Swaying decays more slowly, but must decay.
     assert!(late < 1e-2 * early, "{early} {late}");
     // N·s: 1e-12 of the 1.6e5 that gravity gives.
     assert!(balance.momentum < 1e-7, "{balance:?}");
@@ -53,8 +54,8 @@ fn a_stack_of_single_elements_stands() {
 
 #[test]
 fn damping_takes_nothing_of_the_weight() {
-    // Damped before contact, the base would miss half of alpha times the step,
-    // 1.4 %, or now and then 70 %.
+    // If damping came before contact, the base force would lack half of alpha times the step, 1.4
+    // %, and sometimes 70 %.
     stands(1, ElementKind::Quad4, [1000.0, 0.0]);
     stands(1, ElementKind::Quad4, [0.0, 0.7]);
 }

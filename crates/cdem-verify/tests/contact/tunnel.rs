@@ -1,4 +1,5 @@
-//! Small fast blocks against thin plates, in coarse steps of many of their sizes.
+//! Small fast blocks against thin plates, with coarse steps in which they move many times their
+//! size.
 
 use std::time::Instant;
 
@@ -12,16 +13,16 @@ use nalgebra::{Rotation3, Unit, Vector3};
 const SIZE: f64 = 0.01;
 const SPEED: f64 = 0.02 * 2e3 / 3.0;
 
-/// Sizes in a coarse step beyond which only a pebble that is fast and of few,
-/// well-shaped elements needs no more than the 16 levels there are.
+/// Travel per coarse step, in pebble sizes, above which only a fast pebble of few, well-shaped
+/// elements stays within the 16 time levels available.
 const LONG: f64 = 40.0;
 
-/// What a pebble is shot at.
+/// The plate that a pebble is shot at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Plate {
-    /// As free and as light as rock is.
+    /// Free, with the density of rock.
     Rock,
-    /// So heavy that its own step is long, if not the coarse one.
+    /// So heavy that its own step is long, if not the coarse step.
     Heavy,
     Fixed,
 }
@@ -29,23 +30,23 @@ enum Plate {
 /// Half the width of the plate, m.
 const RIM: f64 = 1.2;
 
-/// Where on the plate a pebble is shot at.
+/// Target point of a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Aim {
     Middle,
-    /// So that a part of the pebble is beyond the rim, and it flies inwards.
+    /// The rim: a part of the pebble is beyond it, and the pebble flies inwards.
     Rim,
 }
 
-/// A shot in the frame of the plate, whose normal is the last axis.
+/// A shot in the frame of the plate. The normal of the plate is the last axis.
 #[derive(Clone, Debug)]
 struct Shot {
     dimension: usize,
     plate: Plate,
     aim: Aim,
-    /// Sizes of the pebble that it goes in a coarse step.
+    /// Travel in a coarse step, in pebble sizes.
     reach: f64,
-    /// Of the frame of the plate.
+    /// Rotation of the frame of the plate.
     turn: Rotation3<f64>,
     speed: f64,
     direction: Vector3<f64>,
@@ -62,7 +63,7 @@ fn unit(random: &mut Random) -> Vector3<f64> {
     }
 }
 
-/// A turn that may be any; in the plane about z.
+/// Returns a random rotation; in 2-D about z.
 fn turn(random: &mut Random, dimension: usize) -> Rotation3<f64> {
     let axis = if dimension == 2 {
         Vector3::z()
@@ -96,7 +97,7 @@ impl Shot {
         if dimension == 2 {
             direction.z = 0.0;
         }
-        // No flatter than 30 degrees.
+        // At least 30 degrees from the plate.
         direction[last] = -random.between(0.5, 1.0) * direction.norm().max(0.3);
         direction.normalize_mut();
         let mut end = Vector3::zeros();
@@ -127,7 +128,7 @@ impl Shot {
         }
     }
 
-    /// The components of its dimension.
+    /// Returns the components of `v` in the dimension of the shot.
     fn flat(&self, v: &Vector3<f64>) -> Vec<f64> {
         v.iter().copied().take(self.dimension).collect()
     }
@@ -178,7 +179,7 @@ impl Shot {
         case
     }
 
-    /// Height of the pebble over the plate, m; infinite beside it.
+    /// Returns the height of the pebble over the plate, m; infinite beside the plate.
     fn height(&self, simulation: &mut Simulation) -> f64 {
         let rows = simulation.block_rows();
         let [pebble, plate] = [0, 1].map(|k: usize| Vector3::from(rows[k].position));
@@ -190,7 +191,7 @@ impl Shot {
         from[last]
     }
 
-    /// When the first corner of a pebble that does not turn touches, s.
+    /// Returns the time of first touch of a pebble without spin, s.
     fn touch(&self, simulation: &mut Simulation) -> f64 {
         let frame = simulation.frame();
         let height = |p: &[f64; 3]| (self.turn.inverse() * Vector3::from(*p))[self.dimension - 1];
@@ -248,7 +249,7 @@ impl Shot {
         assert!(above > 0.0, "it is through: {above} m, {self:?}");
         assert!(overlap <= tolerance, "{overlap:e} deep, {self:?}");
         assert!(balance.momentum < 1e-12, "{balance:?}");
-        // Of an arm of a metre, where the mountain's is a kilometre.
+        // Relative to an arm of a metre; with a fixed plate the arm is a kilometre.
         let free = self.plate != Plate::Fixed;
         assert!(!free || balance.angular_momentum < 1e-15, "{balance:?}");
         assert!(
@@ -256,8 +257,8 @@ impl Shot {
             "{balance:?} {self:?}"
         );
         assert!(simulation.contacts_begun() > 0, "it goes past: {self:?}");
-        // One that turns touches with a corner that only its motion tells, and one at
-        // the rim not with its lowest.
+        // The first corner of a spinning pebble depends on its motion, and at the rim it need not
+        // be the lowest corner.
         if self.spin.norm_squared() <= 0.0 && self.aim == Aim::Middle {
             assert!(late.abs() < 1e-6, "{late} {self:?}");
         }
@@ -275,7 +276,7 @@ fn fire(seeds: std::ops::Range<u64>, dimension: usize, aim: Aim, [low, high]: [f
     }
 }
 
-/// Runs a scene, whose blocks may never lie in each other.
+/// Runs a scene and checks that blocks never overlap.
 fn watch(case: &Case, mut look: impl FnMut(&mut Simulation) + Send) -> (Simulation, Balance) {
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
@@ -316,7 +317,7 @@ fn what_is_struck_does_not_get_through_what_the_striker_could_not_reach() {
 
 #[test]
 fn what_may_have_got_through_is_told() {
-    // Off a stone that the bat strikes, the pebble flies at 3.1 times its speed.
+    // The bat strikes a stone, and the pebble leaves the stone at 3.1 times its speed.
     let mut case = load("batted");
     let mut stone = case.block("pebble").clone();
     stone.name = "stone".to_owned();
@@ -342,7 +343,7 @@ fn what_may_have_got_through_is_told() {
     let told = simulation.warnings();
     assert!(!through || told.iter().any(|it| it.contains("smaller `time.step`")));
     assert!(through, "nothing was to be told: {told:?}");
-    // As it says.
+    // Uses the smaller step that the warning asks for.
     case.scene.time.step = Some(0.25 * 0.0375);
     let (mut simulation, _) = watch(&case, |_| {});
     let rows = simulation.block_rows();

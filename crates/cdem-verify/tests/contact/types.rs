@@ -1,4 +1,4 @@
-//! The three types of contact in the plane, each between two blocks.
+//! The three contact types in 2-D, each between two blocks.
 
 use cdem::mesh::ElementKind;
 use cdem::output::{ContactKind, ContactRow};
@@ -11,7 +11,7 @@ const KINDS: [ContactKind; 3] = [
     ContactKind::EdgeEdge,
 ];
 
-/// When the blocks of all scenes touch, s.
+/// Time of first touch in all scenes, s.
 const TOUCH: f64 = 5e-3;
 
 fn scene(kind: ContactKind, divisions: usize) -> Case {
@@ -22,7 +22,7 @@ fn scene(kind: ContactKind, divisions: usize) -> Case {
     case
 }
 
-/// Where the blocks touch: nodes of either on an edge of the other.
+/// Returns the contact points: nodes of either block on an edge of the other.
 fn points(kind: ContactKind, divisions: usize) -> Vec<Vector2<f64>> {
     match kind {
         ContactKind::VertexVertex => vec![Vector2::zeros()],
@@ -41,8 +41,7 @@ fn points(kind: ContactKind, divisions: usize) -> Vec<Vector2<f64>> {
     }
 }
 
-/// A block as a rigid body: mass, moment of inertia, centre and velocity at the touch,
-/// and spin.
+/// A block as a rigid body: mass, moment of inertia, centre and velocity at first touch, and spin.
 #[derive(Clone, Copy)]
 struct Rigid {
     mass: f64,
@@ -52,7 +51,7 @@ struct Rigid {
     spin: f64,
 }
 
-/// Hammer and anvil.
+/// Returns hammer and anvil.
 fn bodies(simulation: &mut cdem::Simulation) -> [Rigid; 2] {
     let rows = simulation.block_rows();
     // Width and height of the boxes of all scenes.
@@ -69,7 +68,7 @@ fn bodies(simulation: &mut cdem::Simulation) -> [Rigid; 2] {
     })
 }
 
-/// The sum of the normal impulses, N·s, of two rigid bodies of no restitution.
+/// Returns the sum of the normal impulses of two rigid bodies without restitution, N·s.
 fn rigid(bodies: &[Rigid; 2], points: &[Vector2<f64>], normal: &Vector2<f64>) -> f64 {
     let count = points.len();
     let mut mobility = DMatrix::<f64>::zeros(count, count);
@@ -90,8 +89,7 @@ fn rigid(bodies: &[Rigid; 2], points: &[Vector2<f64>], normal: &Vector2<f64>) ->
     -(inverse * approach).sum()
 }
 
-/// Runs up to the first touch: all points that have touched, and their normal towards
-/// the hammer.
+/// Runs up to first touch. Returns all points that have touched, and the normal towards the hammer.
 fn touch(case: &Case) -> (Vec<ContactRow>, Vector2<f64>) {
     let mut simulation = case.start();
     while simulation.contacts_begun() == 0 {
@@ -191,14 +189,14 @@ fn a_bounce_is_that_of_rigid_bodies_with_the_restitution_of_its_energy() {
                 balance.residual
             );
             assert!(restitution > 0.0 && restitution < 1.0);
-            // While they touch, some ms, the blocks turn.
+            // The blocks rotate during contact, which takes some ms.
             assert!(astray < 1e-3, "{astray}");
             if kind != ContactKind::EdgeEdge {
                 assert!((restitution - by_energy).abs() < 2e-3);
             }
             assert!(overlap <= tolerance && simulation.max_penetration() <= tolerance);
             assert!(balance.momentum < 1e-12 && balance.angular_momentum < 1e-12);
-            // Unrefined one-element blocks: design, section 7.
+            // Limit of the ledger for unrefined blocks of one element.
             assert!(
                 balance.residual < 2e-2 && balance.growth < 1e-12,
                 "{balance:?}"

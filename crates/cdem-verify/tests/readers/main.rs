@@ -1,11 +1,12 @@
-//! What readers make of files that are wrong, cut short, or changed: the seeds of the fuzz
-//! targets in `fuzz/`.
+//! Readers given wrong, truncated or changed files, which are the seeds of the fuzz targets in
+//! `fuzz/`.
 
 use std::path::{Path, PathBuf};
 
 use cdem_verify::{Random, load, readers};
 
-/// Files of a folder of the repository, those with an ending if one is given, in order.
+/// Reads the files of a folder of the repository, sorted; only those with the extension `ending`,
+/// if given.
 fn files(folder: &str, ending: Option<&str>) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
@@ -20,10 +21,10 @@ fn files(folder: &str, ending: Option<&str>) -> Vec<Vec<u8>> {
     paths.into_iter().map(read).collect()
 }
 
-/// A reader.
+/// A reader under test.
 type Read = fn(&[u8]);
 
-/// Gives a reader files as they are, cut short, and with some bytes changed.
+/// Gives a reader the files unchanged, truncated, and with some bytes changed.
 fn tease(files: &[Vec<u8>], read: Read) {
     let mut random = Random(5);
     for file in files {
@@ -80,7 +81,7 @@ fn any_checkpoint_is_a_state_or_an_error() {
     tease(&states, readers::checkpoint);
 }
 
-/// What fuzzing has found so far: inputs that each take another way through a reader.
+/// Replays the inputs found by fuzzing; each takes a different path through a reader.
 #[test]
 fn inputs_that_fuzzing_has_found_are_read_or_refused() {
     let targets: [(&str, Read); 4] = [

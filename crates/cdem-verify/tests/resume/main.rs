@@ -1,11 +1,11 @@
-//! Runs that go on from a checkpoint against runs that were never stopped: the same bits.
+//! Resumed runs compared with runs that were never stopped: the same bits.
 
 #![allow(clippy::print_stdout)] // what was seen is the report
 
 use cdem::Simulation;
 use cdem_verify::{Case, Random, load};
 
-/// Steps a run, but not beyond its end.
+/// Advances a run by `count` steps, but not beyond its end.
 fn steps(simulation: &mut Simulation, count: u64) {
     for _ in 0..count {
         if !simulation.finished() {
@@ -14,8 +14,8 @@ fn steps(simulation: &mut Simulation, count: u64) {
     }
 }
 
-/// Goes on from a checkpoint after so many steps, and compares with the run that was never
-/// stopped all that either would save, step by step.
+/// Resumes from the present checkpoint and compares both runs for `then` steps. In every step, all
+/// data that a checkpoint saves must agree.
 fn compare(case: &Case, whole: &mut Simulation, then: u64) {
     let checkpoint = whole.checkpoint();
     let resumed = case.start().resumed(&checkpoint);
@@ -36,7 +36,7 @@ fn compare(case: &Case, whole: &mut Simulation, then: u64) {
     );
 }
 
-/// Compares some times, a number of steps apart, until the end of the run at most.
+/// Compares `times` times, `apart` steps apart, at most until the end of the run.
 fn compare_often(case: &Case, times: u32, apart: u64) {
     let mut whole = case.start();
     for _ in 0..times {
@@ -51,7 +51,7 @@ fn waves_go_on() {
     compare_often(&load("wave-in-strip"), 2, 20);
 }
 
-/// Motion that is prescribed from some time on.
+/// Prescribed motion that begins later.
 #[test]
 fn a_late_platen_goes_on() {
     compare_often(&load("late-platen"), 1, 5);
@@ -73,7 +73,7 @@ fn a_stack_goes_on() {
     compare_often(&load("stack-3d"), 2, 150);
 }
 
-/// Springs that remember their elongation.
+/// Springs that keep their elongation.
 #[test]
 fn penalty_springs_go_on() {
     let mut case = load("slope");
@@ -87,13 +87,13 @@ fn an_octagon_rolls_on() {
     compare_often(&load("rolling-octagon"), 3, 400);
 }
 
-/// Joints that break, in space.
+/// Joints that break, in 3-D.
 #[test]
 fn joints_go_on() {
     compare_often(&load("joint-3d"), 2, 120);
 }
 
-/// From every step before, during and after an impact on two scales.
+/// Resumes from every step before, during and after a two-scale impact.
 #[test]
 fn prisms_go_on_at_any_step_of_their_impact() {
     let case = load("two-scale-prisms");
@@ -115,7 +115,7 @@ fn prisms_go_on_at_any_step_of_their_impact() {
     }
 }
 
-/// A brick that is refined and coarsened again and again.
+/// A brick that is refined and coarsened repeatedly.
 #[test]
 fn a_rattling_brick_goes_on() {
     compare_often(&load("rattling-brick"), 8, 300);
@@ -127,8 +127,8 @@ fn a_rockfall_goes_on() {
     compare_often(&load("rockfall-of-200"), 3, 250);
 }
 
-/// What a run saves is the same on any number of threads: contacts that rest, in piles too,
-/// and blocks that are refined and coarsened.
+/// Checkpoints do not depend on the number of threads: for resting contacts, also in piles, and for
+/// blocks that are refined and coarsened.
 #[test]
 fn checkpoints_are_the_same_on_any_number_of_threads() {
     for (name, count) in [
@@ -153,7 +153,7 @@ fn checkpoints_are_the_same_on_any_number_of_threads() {
     }
 }
 
-/// A checkpoint of another run is refused, and so is half of one.
+/// A checkpoint of another run is refused, and so is a truncated one.
 #[test]
 fn what_is_not_of_this_run_is_refused() {
     let run = |name: &str| {
@@ -172,7 +172,7 @@ fn what_is_not_of_this_run_is_refused() {
     }
 }
 
-/// Bytes that have changed may mean another state, or none; they never end the program.
+/// Changed bytes may give another state or an error; they never panic.
 #[test]
 fn changed_bytes_end_no_program() {
     let mut random = Random(11);

@@ -28,7 +28,7 @@ pub(crate) struct Impact {
     pub(crate) element: ElementKind,
     /// Elements along each side of a block in the coarsest mesh.
     pub(crate) coarsest: &'static [usize],
-    /// Divisors of `coarsest` for the two finest meshes.
+    /// Factors of `coarsest` in the two finest meshes.
     pub(crate) fine: [usize; 2],
 }
 

@@ -1,5 +1,5 @@
-//! What a step asks of the allocator once a run is under way: nothing, on one thread or two, but
-//! where contacts come or go, where the search begins anew, and at each look at the ledger.
+//! Memory requests per step of a run under way: none, on one thread or two, except when contacts
+//! begin or end, when the broad phase is rebuilt, and when the ledger is evaluated.
 
 use std::alloc::System;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -15,28 +15,28 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Coarse steps from one look at elements and ledger, which asks for memory, to the next.
+/// Coarse steps between two evaluations of elements and ledger, which request memory.
 const LOOK: usize = 64;
 
-/// Share of steps that is a few.
+/// Fraction of steps that counts as few.
 const FEW: f64 = 0.1;
 
-/// What a step has asked for.
+/// Memory requests of a step.
 struct Asked {
-    /// How often, on all threads.
+    /// Number of requests on all threads.
     requests: usize,
-    /// Whether all contacts before it were there after it, and no others.
+    /// True if the contacts are the same before and after the step.
     is_steady: bool,
 }
 
-/// Has one test at a time count: all threads of the process are counted.
+/// Lets one test at a time count, because all threads of the process are counted.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What each of some steps asks for on so many threads, after some first ones; those with a look
-/// at the ledger are left out.
+/// Returns the requests of each of `steps` steps on `threads` threads, after `first` steps. Steps
+/// that evaluate the ledger are left out.
 fn asked(simulation: &mut Simulation, threads: usize, [first, steps]: [usize; 2]) -> Vec<Asked> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool").install(|| {
@@ -56,15 +56,15 @@ fn asked(simulation: &mut Simulation, threads: usize, [first, steps]: [usize; 2]
     })
 }
 
-/// The contacts there are, by blocks and beginnings.
+/// Returns the contacts by blocks and start time.
 fn contacts(simulation: &Simulation) -> Vec<(String, String, f64)> {
     let contacts = simulation.live_contacts().into_iter();
     let of = |row: ContactRow| (row.main, row.target, row.time_on);
     contacts.map(of).collect()
 }
 
-/// Asserts that no more than the share `few` of the steady steps ask for anything;
-/// on more than one thread a tenth may, as each makes room when it first helps with something.
+/// Asserts that at most the fraction `few` of the steady steps request memory. With several threads
+/// a tenth may, because each thread makes room when it first takes part in a task.
 fn assert_rare(name: &str, threads: usize, asked: &[Asked], few: f64) {
     let steady = asked.iter().filter(|asked| asked.is_steady);
     let requests = steady.clone().map(|asked| asked.requests);
@@ -84,7 +84,7 @@ fn a_block_in_flight_asks_for_nothing() {
         (ElementKind::Hex8, [1; 3]),
         (ElementKind::Tet4, [4; 3]),
         (ElementKind::Wedge6, [8; 3]),
-        // On all threads.
+        // These run on all threads.
         (ElementKind::Tet4, [16; 3]),
         (ElementKind::Hex8, [16; 3]),
     ] {
@@ -120,8 +120,8 @@ fn a_block_that_is_pressed_pulled_and_damped_asks_for_nothing() {
     }
 }
 
-/// But for a few steps: in which the search begins anew, pairs touch that turn out to say what a
-/// contact says already, or there is more to be kept at once than there has ever been.
+/// A few steps may request memory: the broad phase is rebuilt, pairs close that an existing contact
+/// already represents, or more data are kept at once than ever before.
 #[test]
 fn contacts_that_stay_ask_for_nothing() {
     let _alone = alone();

@@ -11,6 +11,7 @@ pub(crate) mod interior;
 pub(crate) mod island;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
+pub(crate) mod prediction;
 pub(crate) mod remap;
 pub(crate) mod rollback;
 pub(crate) mod solver;

@@ -1,167 +1,22 @@
-//! Prediction of impacts for adaptivity, and transfer of contacts to another mesh of the same
-//! blocks.
+//! Transfer of contacts to another mesh of the same blocks.
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::island::Island;
-use crate::contact::surface::{Configuration, FeatureKind, Pair, Surface};
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::LIFT_STEPS;
 
-use crate::contact::tolerances::{PREDICTIONS_PER_TASK, SLIGHT_OVERLAP};
+use crate::contact::tolerances::SLIGHT_OVERLAP;
 use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
 
-/// A predicted impact, or a present contact, of two blocks.
-#[derive(Clone, Debug)]
-pub(crate) struct PredictedImpact<const D: usize> {
-    pub(crate) blocks: [u32; 2],
-    /// Points at rest, m, and a node of the feature at each: main and target.
-    pub(crate) rest: [[f64; D]; 2],
-    pub(crate) nodes: [u32; 2],
-    /// For each feature: true if it is an edge in 3-D.
-    pub(crate) are_edges: [bool; 2],
-    /// Present or predicted point, m, and normal out of the target.
-    pub(crate) point: [f64; D],
-    pub(crate) normal: [f64; D],
-    /// Approach velocity, m/s.
-    pub(crate) speed: f64,
-    /// Time until the touch, s.
-    pub(crate) wait: f64,
-    /// Time at which the contact began, s; `None` for a predicted impact.
-    pub(crate) since: Option<f64>,
-    /// Slip since then, m; and its present rate, m/s.
-    pub(crate) slip: f64,
-    pub(crate) slip_rate: f64,
-}
-
-/// Predicted impacts of open pairs, grouped by blocks. Kept to reuse their memory.
-#[derive(Debug, Default)]
-pub(crate) struct PredictedImpacts<const D: usize> {
-    places: Vec<PredictedImpact<D>>,
-    /// Time until each candidate pair touches, s; the pairs that will touch; the closed pairs,
-    /// sorted.
-    waits: Vec<Option<f64>>,
-    touching: Vec<(Pair, f64)>,
-    closed: Vec<Pair>,
-}
-
-impl<const D: usize> PredictedImpacts<D> {
-    /// Returns the predicted impacts of each two blocks.
-    pub(crate) fn by_blocks(&self) -> impl Iterator<Item = ([u32; 2], &[PredictedImpact<D>])> {
-        let same = |one: &PredictedImpact<D>, other: &PredictedImpact<D>| {
-            ordered(one.blocks) == ordered(other.blocks)
-        };
-        let places = self.places.chunk_by(same);
-        places.map(|places| (ordered(places[0].blocks), places))
-    }
-}
-
 impl<const D: usize> Contacts<D> {
-    /// Predicts the impacts of open pairs within `duration` seconds at constant velocities.
-    pub(crate) fn predict_impacts(
-        &self,
-        at: Configuration<D>,
-        velocity: &[[f64; D]],
-        rest: Configuration<D>,
-        duration: f64,
-        foreseen: &mut PredictedImpacts<D>,
-    ) {
-        let closed = &mut foreseen.closed;
-        closed.clear();
-        closed.extend(self.contact_points().map(|contact| contact.pair));
-        closed.sort_unstable();
-        let surface = &*self.model_data.surface;
-        let wait = |&pair: &Pair| {
-            let is_closed = closed.binary_search(&pair).is_ok();
-            if is_closed || !surface.may_touch_in_drift(pair, at, at.after(velocity, duration)) {
-                return None;
-            }
-            surface.time_of_impact(pair, at, velocity, duration, self.model_data.tolerance)
-        };
-        let near = self
-            .candidates
-            .par_iter()
-            .with_min_len(PREDICTIONS_PER_TASK);
-        near.map(wait).collect_into_vec(&mut foreseen.waits);
-        let place = |&(pair, wait): &(Pair, f64)| {
-            let then = at.after(velocity, wait);
-            let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
-            let jacobian = surface.jacobian(pair, &foot, then);
-            let speed = -jacobian.relative_velocity(0, velocity);
-            PredictedImpact {
-                speed,
-                wait,
-                ..self.island_node_index(pair, &foot, (then, rest), jacobian.frame[0])
-            }
-        };
-        let near = self.candidates.iter().zip(&foreseen.waits);
-        foreseen.touching.clear();
-        let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
-        foreseen.touching.extend(touching);
-        let touching = foreseen
-            .touching
-            .par_iter()
-            .with_min_len(PREDICTIONS_PER_TASK);
-        touching.map(place).collect_into_vec(&mut foreseen.places);
-        foreseen.places.sort_by_key(|place| ordered(place.blocks));
-    }
-
-    /// Returns the contacts of closed pairs.
-    pub(crate) fn touching_pairs<'a>(
-        &'a self,
-        at: Configuration<'a, D>,
-        velocity: &'a [[f64; D]],
-        rest: Configuration<'a, D>,
-    ) -> impl Iterator<Item = PredictedImpact<D>> + 'a {
-        let surface = &*self.model_data.surface;
-        let place = move |contact: &ContactPoint<D>| {
-            let jacobian = contact.jacobian(surface, at);
-            PredictedImpact {
-                since: Some(contact.history.time_on),
-                slip: contact.history.slip,
-                slip_rate: shear_norm(&jacobian.relative_velocities(velocity)),
-                ..self.island_node_index(contact.pair, &contact.foot, (at, rest), jacobian.frame[0])
-            }
-        };
-        self.contact_points().map(place)
-    }
-
-    fn island_node_index(
-        &self,
-        pair: Pair,
-        foot: &[f64; 2],
-        (at, rest): (Configuration<D>, Configuration<D>),
-        normal: [f64; D],
-    ) -> PredictedImpact<D> {
-        let surface = &*self.model_data.surface;
-        let nodes = [
-            surface.main_nodes(pair.main),
-            surface.target_nodes(pair.target),
-        ];
-        let nodes = nodes.map(|nodes| nodes[0]);
-        let marks = surface.material_points(pair, foot, rest);
-        PredictedImpact {
-            blocks: nodes.map(|node| self.model_data.block_of[node as usize]),
-            are_edges: marks.map(|mark| matches!(mark.kind, FeatureKind::Edge(_))),
-            rest: marks.map(|mark| mark.position),
-            nodes,
-            point: surface.point(pair, at),
-            normal,
-            speed: 0.0,
-            wait: 0.0,
-            since: None,
-            slip: 0.0,
-            slip_rate: 0.0,
-        }
-    }
-
     /// For each node: true if these `moves` of all nodes, m, would make a feature of it
     /// penetrate another block, or leave its closed contact.
     pub(crate) fn nodes_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {

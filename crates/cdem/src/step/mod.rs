@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::Contacts;
 use crate::contact::energy::ImpulseReceivers;
-use crate::contact::remap::PredictedImpacts;
+use crate::contact::prediction::PredictedImpacts;
 use crate::math::adjacency::Adjacency;
 use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
-use crate::contact::remap::{PredictedImpact, PredictedImpacts};
+use crate::contact::prediction::{PredictedImpact, PredictedImpacts};
 use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
