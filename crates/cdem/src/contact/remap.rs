@@ -1,7 +1,5 @@
 //! Transfer of contacts to another mesh of the same blocks.
 
-use rayon::prelude::*;
-
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::CandidateSearch;
