@@ -6,7 +6,8 @@ use crate::math::vector::{pad, scale, truncate};
 use crate::mesh::ElementKind;
 use crate::scene::{Field, LoadKind, Scene};
 use crate::simulation::output::{BlockRow, FrameField};
-use crate::simulation::{Simulation, TypedSimulation, each};
+use crate::simulation::typed_simulation::TypedSimulation;
+use crate::simulation::{Simulation, each};
 
 /// Ranges of a block in the arrays of points and cells.
 #[derive(Clone, Debug, PartialEq, Eq)]

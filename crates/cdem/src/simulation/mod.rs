@@ -5,33 +5,29 @@ pub(crate) mod checkpoint;
 pub(crate) mod edit;
 pub(crate) mod observe;
 pub mod output;
+pub(crate) mod overview;
 pub(crate) mod rest;
 pub(crate) mod snapshot;
+pub(crate) mod typed_simulation;
 pub(crate) mod update_cost;
 pub(crate) mod validity;
 pub(crate) mod warnings;
 
-use std::borrow::Cow;
-use std::sync::Arc;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::element::mass::MassKind;
 use crate::math::profile::Stage;
 use crate::math::restore::ResumeError;
 use crate::mesh::Mesh;
-use crate::model::block_names::parts;
 use crate::model::{Model, ModelError};
 use crate::refinement::dimension::{PLANE, SOLID};
-use crate::refinement::{ASSUMED_SPEED, Adaptivity};
-use crate::scene::{self, ContactModel, Problem, Scene};
-use crate::simulation::checkpoint::SavedSimulation;
-use crate::simulation::observe::{FollowedNode, SynchronisedInstant};
+use crate::scene::{ContactModel, Scene};
 use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, Frame, HistoryRow, ProbeRow};
-use crate::simulation::rest::Rest;
+pub use crate::simulation::overview::{BlockOverview, CollisionOverview, Overview};
 use crate::simulation::snapshot::Snapshot;
-use crate::simulation::validity::{ExchangedEnergy, StepError, ValidityGuard};
+use crate::simulation::typed_simulation::TypedSimulation;
+use crate::simulation::validity::StepError;
 use crate::step::{Corrections, Run};
 
 /// A mesh of either dimension.
@@ -43,72 +39,37 @@ pub enum AnyMesh {
     Solid(Mesh<3>),
 }
 
-/// Coarse steps between two checks of the elements and of the energy ledger.
-const CHECK_INTERVAL: u64 = 64;
-
-/// Figures of a model, for `check` and for the closing summary.
-#[derive(Clone, Debug, Default)]
-pub struct Overview {
-    /// The blocks, in the order of the mesh.
-    pub blocks: Vec<BlockOverview>,
-    /// Number of nodes of all blocks.
-    pub nodes: usize,
-    /// Number of elements of all blocks.
-    pub elements: usize,
-    /// Smallest and largest stable step of an element, s.
-    pub stable_step: [f64; 2],
-    /// The coarse step, s.
-    pub step: f64,
-    /// Number of coarse steps of the run.
-    pub step_count: u64,
-    /// Number of elements of each time level, coarsest first, without fixed blocks.
-    pub levels: Vec<u64>,
-    /// Number of element updates in a coarse step.
-    pub updates_per_step: u64,
-    /// Approximate memory of model and state, bytes.
-    pub memory_bytes: u64,
-    /// Number of contact points that are closed now.
-    pub contacts: usize,
-    /// Warnings that a user should read before a run, each with its place in the scene.
-    pub warnings: Vec<Problem>,
-}
-
-/// A block in an [`Overview`].
-#[derive(Clone, Debug)]
-pub struct BlockOverview {
-    /// Name.
-    pub name: String,
-    /// Name of its material.
-    pub material: String,
-    /// Number of elements.
-    pub elements: usize,
-    /// Number of nodes.
-    pub nodes: usize,
-    /// Mass, kg.
-    pub mass: f64,
-    /// Mass matrix in use.
-    pub mass_kind: MassKind,
-    /// Largest relative error of its moments of inertia.
-    pub inertia_error: f64,
-    /// True if the block cannot move.
-    pub fixed: bool,
-}
-
-/// Predicted cost of a collision with adaptivity: the heaviest block that moves hits a block like
-/// itself with a corner.
-#[derive(Clone, Debug)]
-pub struct CollisionOverview {
-    /// Name of the block.
-    pub block: String,
-    /// Impact speed, m/s.
-    pub speed: f64,
-    /// Number of elements of the refined block; `None` if the block cannot be refined.
-    pub elements: Option<usize>,
-    /// Element updates of the block in a coarse step: refined, and now.
-    pub updates_per_step: [u64; 2],
-}
-
 /// A simulation, made from a scene and its mesh.
+///
+/// # Example
+///
+/// ```
+/// # use cdem::{AnyMesh, Simulation, mesh::assemble, scene::from_value};
+/// # let scene = from_value(serde_json::json!({
+/// #     "version": 1, "dimension": 2, "time": { "end": 0.01 },
+/// #     "material": [{ "name": "rock", "young_modulus": 1e9, "poisson_ratio": 0.2, "density": 2e3 }],
+/// #     "block": [{
+/// #         "name": "stone", "material": "rock", "element": "quad4", "velocity": [2.0, 0.0],
+/// #         "shape": { "box": { "min": [0.0, 0.0], "max": [1.0, 1.0], "divisions": [2, 2] } }
+/// #     }]
+/// # })).unwrap();
+/// # let start = || -> Result<Simulation, Box<dyn std::error::Error>> {
+/// #     let mesh = assemble::<2>(&scene, &mut |_| unreachable!())?;
+/// #     Ok(Simulation::new(&scene, AnyMesh::Plane(mesh))?)
+/// # };
+/// let mut simulation = start()?;
+/// simulation.step()?;
+/// assert_eq!(simulation.step_index(), 1);
+/// // Rows of blocks.csv: mass in kg, velocity in m/s.
+/// let stone = &simulation.blocks()[0];
+/// assert!((stone.mass - 2000.0).abs() < 1e-9 && (stone.velocity[0] - 2.0).abs() < 1e-12);
+/// // A checkpoint goes on with the same bits.
+/// let mut resumed = start()?.resumed(&simulation.checkpoint())?;
+/// simulation.step()?;
+/// resumed.step()?;
+/// assert_eq!(simulation.positions(), resumed.positions());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Simulation {
     pub(crate) scene: Scene,
     pub(crate) run: AnyRun,
@@ -117,22 +78,6 @@ pub struct Simulation {
 pub(crate) enum AnyRun {
     Plane(Box<TypedSimulation<2>>),
     Solid(Box<TypedSimulation<3>>),
-}
-
-/// A run, with the data that only its reports need.
-pub(crate) struct TypedSimulation<const D: usize> {
-    pub(crate) run: Run<D>,
-    /// Kinetic plus strain energy at t = 0, J.
-    start_energy: f64,
-    exchange: ExchangedEnergy,
-    pub(crate) last_block_rows: f64,
-    probes: Vec<FollowedNode>,
-    pub(crate) instant: Option<Arc<SynchronisedInstant<D>>>,
-    validity: ValidityGuard,
-    /// The stopping criterion of the scene, if it has one.
-    rest: Option<Rest>,
-    /// True for the blocks that have rows in `blocks.csv`.
-    has_rows: Vec<bool>,
 }
 
 /// Evaluates an expression for the simulation of either dimension.
@@ -400,207 +345,3 @@ impl Simulation {
         each!(self, driven => driven.overview(&self.scene))
     }
 }
-
-impl<const D: usize> TypedSimulation<D> {
-    fn new(mut run: Run<D>, scene: &Scene) -> Self {
-        let mesh = run.base_mesh();
-        let probe = |probe: &scene::Probe| {
-            let point: [f64; D] = std::array::from_fn(|c| probe.point[c]);
-            let blocks = parts(scene, mesh, &probe.block);
-            FollowedNode::new(&probe.name, mesh, blocks, &point)
-        };
-        let probes = scene.probe.iter().filter_map(probe).collect();
-        let mut listed = vec![scene.output.block_list.is_none(); mesh.blocks.len()];
-        for name in scene.output.block_list.iter().flatten() {
-            parts(scene, mesh, name).for_each(|block| listed[block] = true);
-        }
-        let instant = run.instant();
-        let start_energy = run.energy(&instant);
-        Self {
-            validity: ValidityGuard::new(&run, scene),
-            exchange: ExchangedEnergy::new(&run, scene, start_energy),
-            rest: rest_of(&run, scene),
-            run,
-            start_energy,
-            last_block_rows: 0.0,
-            probes,
-            instant: Some(instant),
-            has_rows: listed,
-        }
-    }
-
-    fn set_initial_velocities(&mut self, scene: &Scene, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
-        self.run.set_velocities(field);
-        self.validity = ValidityGuard::new(&self.run, scene);
-        self.rest = rest_of(&self.run, scene);
-        self.instant = None;
-        let instant = self.instant();
-        self.start_energy = self.run.energy(&instant);
-        self.exchange = ExchangedEnergy::new(&self.run, scene, self.start_energy);
-    }
-
-    fn saved(&self) -> SavedSimulation<'_, D> {
-        SavedSimulation {
-            run: self.run.saved(),
-            start_energy: self.start_energy,
-            exchange: self.exchange,
-            last_block_rows: self.last_block_rows,
-            health: Cow::Borrowed(&self.validity),
-            at_rest_since: self.rest.as_ref().and_then(Rest::since),
-        }
-    }
-
-    fn restore(&mut self, saved: SavedSimulation<D>) -> Result<(), ResumeError> {
-        self.run.restore(saved.run)?;
-        self.start_energy = saved.start_energy;
-        self.exchange = saved.exchange;
-        self.last_block_rows = saved.last_block_rows;
-        self.validity = saved.health.into_owned();
-        if let Some(rest) = &mut self.rest {
-            rest.restore(saved.at_rest_since);
-        }
-        self.instant = None;
-        self.validity.is_of(self.run.model.blocks.len())
-    }
-
-    /// Returns the synchronised state at the current time, made once a step.
-    pub(crate) fn instant(&mut self) -> Arc<SynchronisedInstant<D>> {
-        let number = self.run.state.number;
-        match &self.instant {
-            Some(instant) if instant.number == number => Arc::clone(instant),
-            _ => {
-                let instant = self.run.instant();
-                self.instant = Some(Arc::clone(&instant));
-                instant
-            }
-        }
-    }
-
-    pub(crate) fn history(&mut self) -> HistoryRow {
-        let instant = self.instant();
-        self.run.history(&instant, self.start_energy)
-    }
-
-    fn block_rows(&mut self) -> Vec<BlockRow> {
-        let instant = self.instant();
-        let time = self.run.time();
-        let since = time - self.last_block_rows;
-        self.last_block_rows = time;
-        let listed = &self.has_rows;
-        self.run.block_rows(&instant, since, |block| listed[block])
-    }
-
-    fn step(&mut self, watch_energy: bool) -> Result<(), StepError> {
-        self.instant = None;
-        self.run.step();
-        let checked = self.check(watch_energy);
-        self.run.watch.lap(Stage::Checks);
-        checked
-    }
-
-    /// Checks that the run is still valid after the step.
-    fn check(&mut self, watch_energy: bool) -> Result<(), StepError> {
-        if let Some(rest) = &mut self.rest {
-            rest.update(&self.run);
-        }
-        let ledger = &self.run.ledger;
-        self.exchange
-            .count(ledger.external_work, ledger.gravity_work);
-        self.validity.check_motion(&self.run)?;
-        self.validity.check_overlap(&mut self.run)?;
-        let number = self.run.state.number;
-        if !number.is_multiple_of(CHECK_INTERVAL) && number != self.run.model.step_count {
-            return Ok(());
-        }
-        self.validity.check_elements(&self.run)?;
-        let row = self.history();
-        self.exchange.count(row.external_work, row.gravity_work);
-        ValidityGuard::check_energy(&row, &self.exchange, watch_energy)
-    }
-
-    fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
-        let mut warnings = self.validity.warnings.clone();
-        let contacts = self.run.contacts.as_ref();
-        warnings.extend(
-            contacts
-                .into_iter()
-                .flat_map(|contacts| contacts.energies().warnings()),
-        );
-        warnings.extend(self.run.corrections.warning());
-        let second = self.run.adaptivity.as_ref();
-        warnings.extend(second.map(Adaptivity::warnings).unwrap_or_default());
-        let row = self.history();
-        warnings.extend(ValidityGuard::ledger_warning(
-            &row,
-            &self.exchange,
-            watch_energy,
-        ));
-        warnings
-    }
-
-    fn foresee_collision(&self) -> Option<CollisionOverview> {
-        let foreseen = self.run.adaptivity.as_ref()?.foresee()?;
-        Some(CollisionOverview {
-            block: self.run.model.mesh.blocks[foreseen.block].name.clone(),
-            speed: ASSUMED_SPEED,
-            elements: foreseen.elements,
-            updates_per_step: foreseen.updates,
-        })
-    }
-
-    fn overview(&self, scene: &Scene) -> Overview {
-        let model = &self.run.model;
-        let levels = self.run.schedule.histogram();
-        let updates = levels
-            .iter()
-            .enumerate()
-            .map(|(level, count)| count << level)
-            .sum();
-        let block = |(number, block): (usize, &crate::mesh::Block)| BlockOverview {
-            name: block.name.clone(),
-            material: scene.block[block.source].material.clone(),
-            elements: model.elements(number).len(),
-            nodes: model.nodes(number).len(),
-            mass: model
-                .nodes(number)
-                .map(|node| model.inertia.mass()[node])
-                .sum(),
-            mass_kind: model.blocks[number].mass_kind,
-            inertia_error: model.blocks[number].inertia_error,
-            fixed: model.blocks[number].fixed,
-        };
-        let in_sets: usize = model.sets.iter().map(|set| set.memory()).sum();
-        Overview {
-            blocks: model.mesh.blocks.iter().enumerate().map(block).collect(),
-            nodes: model.mesh.nodes.len(),
-            elements: model.mesh.elements.len(),
-            stable_step: [model.limits[1], model.limits[0]],
-            step: model.step,
-            step_count: model.step_count,
-            levels,
-            updates_per_step: updates,
-            memory_bytes: (in_sets
-                + model.inertia.dense_memory()
-                + model.mesh.elements.len() * BYTES_PER_ELEMENT
-                + model.mesh.nodes.len() * BYTES_PER_NODE * D) as u64,
-            contacts: self
-                .run
-                .contacts
-                .iter()
-                .flat_map(|contacts| contacts.contact_points())
-                .count(),
-            warnings: model.warnings.clone(),
-        }
-    }
-}
-
-fn rest_of<const D: usize>(run: &Run<D>, scene: &Scene) -> Option<Rest> {
-    let stop_when = scene.time.stop_when.as_ref();
-    stop_when.map(|stop_when| Rest::new(run, stop_when))
-}
-
-/// Memory of mesh, levels and schedules for each element, bytes.
-const BYTES_PER_ELEMENT: usize = 64;
-
-/// Memory of the arrays for each node and dimension, bytes: positions, motion, impulses.
-const BYTES_PER_NODE: usize = 120;
