@@ -230,11 +230,11 @@ impl<const D: usize> Contacts<D> {
         });
         self.model_data.initial_overlaps =
             InitialOverlaps::of(&self.model_data.context(inertia), &pairs, at);
-        let setting = self.model_data.context(inertia);
-        pairs.retain(|&pair| setting.surface.can_transmit_load(pair, at, within));
+        let context = self.model_data.context(inertia);
+        pairs.retain(|&pair| context.surface.can_transmit_load(pair, at, within));
         let mut island = Island::default();
         self.energies.touch_count +=
-            island.activate_pairs(&setting, DriftInterval::at_rest(at), &pairs, 0.0);
+            island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, 0.0);
         for contact in &mut island.contact_points {
             contact.is_joint = contact.law.cohesion > 0.0 || contact.law.tensile_strength > 0.0;
         }
@@ -283,9 +283,9 @@ impl<const D: usize> Contacts<D> {
             return;
         }
         self.energies.watch.skip();
-        let setting = self.model_data.context(inertia);
+        let context = self.model_data.context(inertia);
         for island in &mut self.islands {
-            island.solve_initial_impact(&setting, motion, step, on_impulse, &mut self.energies);
+            island.solve_initial_impact(&context, motion, step, on_impulse, &mut self.energies);
         }
         self.energies.watch.lap(Stage::Geometry);
     }
@@ -303,18 +303,18 @@ impl<const D: usize> Contacts<D> {
     ) {
         self.energies.watch.skip();
         let contacts = self.contact_points().count();
-        let setting = self.model_data.context(inertia);
+        let context = self.model_data.context(inertia);
         let kick = (before, time, timing);
-        let (islands, books) = (
+        let (islands, energies) = (
             (&mut *self.islands, &self.velocity_copies),
             &mut self.energies,
         );
-        self.geometry_cache = setting
+        self.geometry_cache = context
             .surface
             .geometry_cache(contacts, self.geometry_cache.take());
         let motion = &mut KickedView::new(motion, self.geometry_cache.as_ref());
         let ended = kick_islands(
-            self.model, islands, &setting, motion, kick, on_impulse, books,
+            self.model, islands, &context, motion, kick, on_impulse, energies,
         );
         self.ended
             .extend(ended.into_iter().map(|history| history.ended(time)));
@@ -331,27 +331,27 @@ impl<const D: usize> Contacts<D> {
         timing: KickTiming,
         on_impulse: ImpulseReceiver<D>,
     ) -> ContactEnergies {
-        let setting = self.model_data.context(inertia);
-        let mut books = ContactEnergies {
+        let context = self.model_data.context(inertia);
+        let mut energies = ContactEnergies {
             at: WorkVelocity::Before,
             ..ContactEnergies::default()
         };
         let islands = &mut self.islands.clone();
         let kick = (before, 0.0, timing);
-        let cache = setting
+        let cache = context
             .surface
             .geometry_cache(self.contact_points().count(), None);
         let motion = &mut KickedView::new(motion, cache.as_ref());
         kick_islands(
             self.model,
             (islands, &self.velocity_copies),
-            &setting,
+            &context,
             motion,
             kick,
             on_impulse,
-            &mut books,
+            &mut energies,
         );
-        books
+        energies
     }
 
     /// Moves the islands that are due through their drift, from one first touch to the next.
@@ -365,10 +365,17 @@ impl<const D: usize> Contacts<D> {
         receivers: &mut ImpulseReceivers<D>,
     ) {
         self.energies.watch.skip();
-        let setting = &self.model_data.context(inertia);
+        let context = &self.model_data.context(inertia);
         let bodies = (interior, &*self.in_island);
-        let (islands, books) = (&mut self.islands, &mut self.energies);
-        parallel::drift(islands, setting, motion, (bodies, timing), receivers, books);
+        let (islands, energies) = (&mut self.islands, &mut self.energies);
+        parallel::drift(
+            islands,
+            context,
+            motion,
+            (bodies, timing),
+            receivers,
+            energies,
+        );
         self.energies.watch.lap(Stage::Geometry);
     }
 
@@ -407,7 +414,7 @@ impl<const D: usize> Contacts<D> {
         }
         // The next kick can no longer measure this penetration.
         self.energies.penetration = self.max_penetration(at);
-        let setting = self.model_data.context(inertia);
+        let context = self.model_data.context(inertia);
         for island in &mut self.islands {
             let deepest = island
                 .contact_points
@@ -415,7 +422,7 @@ impl<const D: usize> Contacts<D> {
                 .map(ContactPoint::penetration)
                 .fold(0.0, f64::max);
             if deepest > limit {
-                moves.extend(island.project_positions(&setting, at));
+                moves.extend(island.project_positions(&context, at));
             }
         }
         if !moves.is_empty() {
@@ -503,22 +510,36 @@ impl<const D: usize> Contacts<D> {
 fn kick_islands<const D: usize>(
     model: ContactModel,
     (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
-    setting: &ContactContext<D>,
+    context: &ContactContext<D>,
     motion: &mut KickedView<D>,
     (before, time, timing): (&[[f64; D]], f64, KickTiming),
     on_impulse: ImpulseReceiver<D>,
-    books: &mut ContactEnergies,
+    energies: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
     if model == ContactModel::Penalty {
         let press = |island: &mut Island<D>| {
             let (interval, _) = island.timing(timing)?;
             let interval = (time, interval);
-            Some(island.kick_penalty(setting, motion, before, interval, &mut *on_impulse, books))
+            Some(island.kick_penalty(
+                context,
+                motion,
+                before,
+                interval,
+                &mut *on_impulse,
+                energies,
+            ))
         };
         return islands.iter_mut().filter_map(press).flatten().collect();
     }
     let kick = (before, time, timing);
-    parallel::hold((islands, copies), setting, motion, kick, on_impulse, books)
+    parallel::kick(
+        (islands, copies),
+        context,
+        motion,
+        kick,
+        on_impulse,
+        energies,
+    )
 }
 
 /// Returns the mass-proportional damping of a block of the scene, 1/s.

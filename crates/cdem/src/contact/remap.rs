@@ -6,9 +6,7 @@ use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::island::Island;
 use crate::contact::surface::{Configuration, Pair, Surface};
-use crate::contact::tolerances::LIFT_STEPS;
-
-use crate::contact::tolerances::SLIGHT_OVERLAP;
+use crate::contact::tolerances::{LIFT_STEPS, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;

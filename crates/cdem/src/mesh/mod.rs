@@ -21,12 +21,12 @@ pub(crate) mod tests;
 pub(crate) mod validate;
 pub(crate) mod vector;
 
+use serde::{Deserialize, Serialize};
+
 pub(crate) use crate::mesh::simplex::distance_to;
 
 use std::borrow::Cow;
 use std::ops::Range;
-
-use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::assemble::assemble;
 pub(crate) use crate::mesh::error::coordinates;

@@ -12,8 +12,9 @@ pub(crate) mod positions;
 pub(crate) mod time_levels;
 pub(crate) mod time_step;
 
-pub use crate::model::error::ModelError;
 use serde::{Deserialize, Serialize};
+
+pub use crate::model::error::ModelError;
 
 use crate::element::mass::MassKind;
 use crate::element::{BlockProperties, ElementNumbering, ElementSet};

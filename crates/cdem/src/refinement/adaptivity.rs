@@ -78,13 +78,13 @@ type RefineBlock<const D: usize> = fn(
 
 impl<const D: usize> Adaptivity<D> {
     /// Returns the adaptivity of blocks without refinement.
-    pub(crate) fn new(foundation: BaseModel<D>) -> Self {
-        let contact = &foundation.scene.contact;
-        let count = foundation.mesh.blocks.len();
+    pub(crate) fn new(base_model: BaseModel<D>) -> Self {
+        let contact = &base_model.scene.contact;
+        let count = base_model.mesh.blocks.len();
         let width = |block: &Block| {
             let nodes = block.nodes.start as usize..block.nodes.end as usize;
             let extent = |c: usize| {
-                let along = foundation.mesh.nodes[nodes.clone()].iter().map(|x| x[c]);
+                let along = base_model.mesh.nodes[nodes.clone()].iter().map(|x| x[c]);
                 let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
                     [a.min(x), b.max(x)]
                 });
@@ -93,7 +93,7 @@ impl<const D: usize> Adaptivity<D> {
             norm(&std::array::from_fn::<f64, D, _>(extent))
         };
         Self {
-            widths: foundation.mesh.blocks.iter().map(width).collect(),
+            widths: base_model.mesh.blocks.iter().map(width).collect(),
             energy_loss: contact.energy_loss,
             max_level: contact.max_level,
             extent: contact.zone,
@@ -107,7 +107,7 @@ impl<const D: usize> Adaptivity<D> {
             energy_debts: vec![0.0; count],
             is_prescribed: vec![false; count],
             impact_history: ImpactHistory::default(),
-            base_model: foundation,
+            base_model,
         }
     }
 
@@ -119,7 +119,11 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns the mesh of all blocks with their overlays.
     pub(crate) fn mesh(&self) -> Mesh<D> {
         let overlays = self.refined_blocks.iter();
-        let overlays = overlays.map(|cover| cover.as_ref().map(|cover| &cover.overlay));
+        let overlays = overlays.map(|refined_block| {
+            refined_block
+                .as_ref()
+                .map(|refined_block| &refined_block.overlay)
+        });
         refined(&self.base_model.mesh, &overlays.collect::<Vec<_>>())
     }
 
@@ -399,15 +403,15 @@ impl<const D: usize> Adaptivity<D> {
         make: RefineBlock<D>,
     ) -> (Vec<BlockChange<D>>, BTreeMap<usize, RefinementLimit>) {
         let change = |(block, zones): (usize, Vec<Zone<D>>)| {
-            let cover = make(
+            let refined_block = make(
                 &self.base_model,
                 block,
                 &zones,
                 self.refined_blocks[block].as_ref(),
             );
-            let change = cover.map(|cover| BlockChange {
+            let change = refined_block.map(|refined_block| BlockChange {
                 block,
-                refined_block: cover,
+                refined_block,
                 displacement: None,
                 zones,
             });
@@ -442,8 +446,8 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns true if the overlay of a block changes.
     fn differs(&self, change: &BlockChange<D>) -> bool {
         let old = self.refined_blocks[change.block].as_ref();
-        let [old, new] =
-            [old, change.refined_block.as_ref()].map(|cover| cover.map(|c| &c.overlay.elements));
+        let [old, new] = [old, change.refined_block.as_ref()]
+            .map(|refined_block| refined_block.map(|c| &c.overlay.elements));
         old != new
     }
 

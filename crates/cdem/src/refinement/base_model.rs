@@ -1,5 +1,7 @@
 //! The base model, over which overlays are built.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::contact::surface::Surface;
 use crate::element::mass::Masses;
 use crate::element::material::Elastic;
@@ -18,7 +20,6 @@ use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::zone::size;
 use crate::refinement::{BaseMesh, composite_mesh};
 use crate::scene::Scene;
-use nalgebra::{DMatrix, DVector};
 
 /// The blocks before refinement.
 pub(crate) struct BaseModel<const D: usize> {

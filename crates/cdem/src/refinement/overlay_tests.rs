@@ -1,5 +1,7 @@
 //! Quantities that a change of mesh preserves.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::element::tests::kinds;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, pad, sub};
 use crate::mesh::{Facet, Group, GroupInterior, Mesh};
@@ -11,7 +13,6 @@ use crate::refinement::rigid_momenta::MovingBody;
 use crate::refinement::tests::{Ground, size, volume};
 use crate::refinement::{BisectedSimplex, BisectedTetrahedron, BisectedTriangle, Forest};
 use fastrand::Rng;
-use nalgebra::{DMatrix, DVector};
 
 /// A simplex of density 1 with its consistent mass, and an overlay over it.
 struct Case<const D: usize> {

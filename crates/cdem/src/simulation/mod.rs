@@ -310,8 +310,8 @@ impl Simulation {
     pub fn live_contacts(&self) -> Vec<ContactRow> {
         each!(self, driven => {
             let run = &driven.run;
-            let live = run.contacts.iter().flat_map(|contacts| contacts.contact_points());
-            live.map(|live| run.contact_row(&live.history)).collect()
+            let contacts = run.contacts.iter().flat_map(|contacts| contacts.contact_points());
+            contacts.map(|contact| run.contact_row(&contact.history)).collect()
         })
     }
 

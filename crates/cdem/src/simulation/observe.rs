@@ -183,24 +183,24 @@ impl<const D: usize> Run<D> {
             return frame;
         };
         let at = self.model.positions(&self.state);
-        for live in contacts.contact_points() {
-            let operator = live.jacobian(contacts.surface(), at.into());
+        for contact in contacts.contact_points() {
+            let jacobian = contact.jacobian(contacts.surface(), at.into());
             let mut force = [0.0; D];
             for r in 0..D {
-                let share = if live.interval > 0.0 {
-                    live.impulse[r] / live.interval
+                let share = if contact.interval > 0.0 {
+                    contact.impulse[r] / contact.interval
                 } else {
                     0.0
                 };
-                add_scaled(&mut force, share, &operator.frame[r]);
+                add_scaled(&mut force, share, &jacobian.frame[r]);
             }
             frame
                 .points
-                .push(pad(&contacts.surface().point(live.pair, at.into())));
-            frame.normals.push(pad(&operator.frame[0]));
+                .push(pad(&contacts.surface().point(contact.pair, at.into())));
+            frame.normals.push(pad(&jacobian.frame[0]));
             frame.forces.push(pad(&force));
-            frame.slips.push(live.history.slip);
-            frame.areas.push(live.history.area);
+            frame.slips.push(contact.history.slip);
+            frame.areas.push(contact.history.area);
         }
         frame
     }

@@ -91,7 +91,7 @@ pub struct ContactRow {
     pub shear_impulse: f64,
     /// Path length of the slip, m.
     pub slip: f64,
-    /// Time level of the element at the contact.
+    /// Number of halvings of the elements at the contact point, on the finer side.
     pub level: u32,
 }
 

@@ -299,7 +299,7 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
-        let mut books = std::mem::take(&mut impulses.ledgers);
+        let mut ledgers = std::mem::take(&mut impulses.ledgers);
         let kick = &*impulses;
         let end = match at {
             WorkVelocity::Mean => after,
@@ -321,8 +321,8 @@ impl<const D: usize> Model<D> {
             // With many levels the node ranges are short.
             let at_once = (rows.len() * NODES_AT_ONCE / (2 * nodes)).max(1);
             let rows = rows.par_iter().with_min_len(at_once);
-            rows.map(book).collect_into_vec(&mut books);
-            books.iter().for_each(|book| ledger.add(1.0, book));
+            rows.map(book).collect_into_vec(&mut ledgers);
+            ledgers.iter().for_each(|part| ledger.add(1.0, part));
         }
         for (_, energy) in kick.made_by_levels(after) {
             ledger.remesh_loss -= energy;
@@ -346,7 +346,7 @@ impl<const D: usize> Model<D> {
                 [&kick.before[n], &end[n]],
             );
         }
-        impulses.ledgers = books;
+        impulses.ledgers = ledgers;
     }
 
     /// Books the impulses of a kick on a node, except those of elements, with its velocities before

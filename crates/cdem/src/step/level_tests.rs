@@ -3,6 +3,8 @@
 
 #![allow(clippy::print_stdout)] // the tests report figures
 
+use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
+
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
 use crate::refinement::dimension::PLANE;
@@ -12,7 +14,6 @@ use crate::scene::{
 };
 use crate::step::Run;
 use fastrand::Rng;
-use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
 
 /// Builds a scene in which the wave speed, m/s, and the length of the blocks, m, are 1.
 fn scene(blocks: Vec<Block>, safety: f64) -> Scene {

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::contact::detection::grid::{self};
+use crate::contact::detection::grid;
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{CLUSTERS_PER_TASK, MOST_FEATURES_OF_CLUSTER};

@@ -73,7 +73,7 @@ impl<const D: usize> KickWorkspace<D> {
     }
 
     /// Returns the energies of the kick.
-    pub(super) fn books(&self) -> &ContactEnergies {
+    pub(super) fn energies(&self) -> &ContactEnergies {
         &self.energies
     }
 

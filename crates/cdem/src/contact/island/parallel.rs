@@ -36,7 +36,7 @@ impl<const D: usize> VelocityCopies<D> {
 
 /// Kicks all islands that are due at `time`, s. `before` are the velocities before the kick.
 /// Returns the contacts that have ended.
-pub(crate) fn hold<const D: usize>(
+pub(crate) fn kick<const D: usize>(
     (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
     context: &ContactContext<D>,
     motion: &mut KickedView<D>,
@@ -51,7 +51,7 @@ pub(crate) fn hold<const D: usize>(
         motion.velocity.len(),
     );
     let of_all = &*energies;
-    let hold = |island: &mut Island<D>, motion: &mut KickedView<D>| {
+    let kick_island = |island: &mut Island<D>, motion: &mut KickedView<D>| {
         if let Some((interval, drift)) = island.timing(timing) {
             let timing = (time, interval, drift);
             island.kick(context, motion, before, timing, of_all.empty_copy());
@@ -66,15 +66,18 @@ pub(crate) fn hold<const D: usize>(
             if part.iter().any(is_due) {
                 copies.lend(now.velocity, |velocity| {
                     let mut motion = now.with(velocity);
-                    part.iter_mut().for_each(|island| hold(island, &mut motion));
+                    part.iter_mut()
+                        .for_each(|island| kick_island(island, &mut motion));
                 });
             }
         });
     } else {
-        islands.iter_mut().for_each(|island| hold(island, motion));
+        islands
+            .iter_mut()
+            .for_each(|island| kick_island(island, motion));
     }
     let due = islands.iter().filter(|island| is_due(island));
-    energies.add(due.clone().map(|island| island.kick_workspace.books()));
+    energies.add(due.clone().map(|island| island.kick_workspace.energies()));
     for hold in due.map(|island| &island.kick_workspace) {
         hold.redo(motion.velocity);
         for solved in hold.solved() {
@@ -121,7 +124,7 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
         }
     }
     for outcomes in &outcomes {
-        energies.impact_loss -= outcomes.trail.redo(motion, context.inertia.mass());
+        energies.impact_loss -= outcomes.rollback.redo(motion, context.inertia.mass());
         for (node, impulse) in &outcomes.of_contacts {
             (receivers.of_contacts)(*node, impulse);
         }
@@ -141,7 +144,7 @@ struct DriftTask<'a, const D: usize> {
 /// Result of a [`DriftTask`].
 struct DriftOutcome<const D: usize> {
     number: usize,
-    trail: Rollback<D>,
+    rollback: Rollback<D>,
     /// Impulses of contacts, and of elements on nodes with prescribed components, N·s.
     of_contacts: Vec<(u32, [f64; D])>,
     on_prescribed: Vec<(u32, [f64; D])>,
@@ -163,7 +166,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
         let island = &mut *meeting.island;
         let mut outcomes = DriftOutcome {
             number: meeting.number,
-            trail: Rollback::new(&island.nodes, motion),
+            rollback: Rollback::new(&island.nodes, motion),
             of_contacts: Vec::new(),
             on_prescribed: Vec::new(),
             energies: of_all.empty_copy(),
@@ -172,7 +175,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             coupling: interior,
             touch: I::Touch::default(),
             in_island: taken,
-            rollback: &mut outcomes.trail,
+            rollback: &mut outcomes.rollback,
         };
         let receivers = &mut ImpulseReceivers {
             of_contacts: &mut |node, impulse| outcomes.of_contacts.push((node, *impulse)),
@@ -188,7 +191,7 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
             &mut outcomes.energies,
         );
         outcomes.energies.watch.lap(Stage::Geometry);
-        outcomes.trail.undo(motion);
+        outcomes.rollback.undo(motion);
         outcomes
     };
     let outcomes: Vec<DriftOutcome<D>> = if parts > 1 {

@@ -1,5 +1,8 @@
 //! Boundaries of the blocks, as contact uses them, in any dimension.
 
+use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
+
 use crate::contact::tolerances::FLUSH;
 
 pub(crate) mod aabb;
@@ -15,9 +18,6 @@ pub(crate) mod material_point;
 mod material_point_tests;
 pub(crate) mod traits;
 pub(crate) mod triangulation;
-
-use serde::{Deserialize, Serialize};
-use smallvec::SmallVec;
 
 pub(crate) use crate::contact::surface::configuration::Configuration;
 pub(crate) use crate::contact::surface::jacobian::ContactJacobian;

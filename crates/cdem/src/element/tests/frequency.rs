@@ -1,8 +1,9 @@
 //! Highest frequencies and stable steps.
 
+use nalgebra::DMatrix;
+
 use crate::element::tests::*;
 use crate::element::{highest_frequency, stable_step};
-use nalgebra::DMatrix;
 
 /// Returns the highest eigenfrequency of the assembled mesh with nodal masses.
 fn assembled_frequency<const D: usize>(

@@ -262,7 +262,7 @@ impl<'a> MapAccess<'a> for Entries<'a, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::input::{self};
+    use crate::scene::input;
     use serde_json::json;
 
     fn problems(value: Value) -> Vec<String> {

@@ -31,6 +31,9 @@ mod study;
 #[cfg(test)]
 mod tests;
 
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
 pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
@@ -45,9 +48,6 @@ use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::serde_pod;
 use crate::math::vector::{dot, norm, sub};
 use crate::model::block_max::BlockMax;
-
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]

@@ -61,7 +61,7 @@ fn stones() -> impl Strategy<Value = Vec<Stone>> {
 /// The stones, and their data for a search.
 struct Crowd {
     stones: Vec<Stone>,
-    outline: Boundary2d,
+    boundary: Boundary2d,
     patches: Clusters,
     block_of: Vec<u32>,
     fixed: Vec<bool>,
@@ -87,12 +87,12 @@ impl Crowd {
                 elements: number..number + 1,
             });
         }
-        let outline = Boundary2d::new(&mesh, 1.0);
+        let boundary = Boundary2d::new(&mesh, 1.0);
         let block_of: Vec<u32> = (0..mesh.nodes.len() as u32).map(|node| node / 3).collect();
         let speeds: Vec<f64> = stones.iter().map(Stone::speed).collect();
         Self {
-            patches: Clusters::new(&outline, &block_of, &mesh.nodes),
-            outline,
+            patches: Clusters::new(&boundary, &block_of, &mesh.nodes),
+            boundary,
             block_of,
             fixed,
             speeds,
@@ -107,7 +107,7 @@ impl Crowd {
 
     fn blocks(&self) -> SearchContext<'_, 2> {
         SearchContext {
-            surface: &self.outline,
+            surface: &self.boundary,
             clusters: &self.patches,
             block_of: &self.block_of,
             fixed: &self.fixed,
@@ -133,7 +133,7 @@ impl Crowd {
             self.may_meet(blocks.of(pair))
                 && blocks.surface.distance_lower_bound(pair, at)
                     <= DISTANCE_CHECKED * (reach + TOLERANCE)
-                && self.outline.cull(pair, at, reach, TOLERANCE) == CullingResult::Near
+                && self.boundary.cull(pair, at, reach, TOLERANCE) == CullingResult::Near
         })
         .collect()
     }

@@ -13,12 +13,12 @@ use crate::math::vector;
 
 /// The features of a pair. The normal of two edges is the cross product of their directions.
 fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
-    let skin = &boundary.triangulation;
-    let path = |corner: u32| query.path(skin.nodes_of_corner(corner)[0]);
+    let triangulation = &boundary.triangulation;
+    let path = |corner: u32| query.path(triangulation.nodes_of_corner(corner)[0]);
     match boundary.feature_pair(pair) {
         FeaturePair::Facing { vertex, triangle } => {
             let p = path(vertex);
-            let abc = skin.triangles[triangle as usize].corners.map(path);
+            let abc = triangulation.triangles[triangle as usize].corners.map(path);
             let sides = [1, 2].map(|k| difference(&abc[k], &abc[0]));
             let normal = cross(&sides[0], &sides[1]);
             let from = difference(&p, &abc[0]);
@@ -34,7 +34,8 @@ fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
             }
         }
         FeaturePair::Crossing { main, target } => {
-            let [one, other] = [main, target].map(|e| skin.edges[e as usize].ends.map(path));
+            let [one, other] =
+                [main, target].map(|e| triangulation.edges[e as usize].ends.map(path));
             let along = [&one, &other].map(|[a, b]| difference(b, a));
             let area = cross(&along[0], &along[1]);
             let from = difference(&one[0], &other[0]);
