@@ -15,6 +15,7 @@ pub(crate) mod prediction;
 pub(crate) mod remap;
 pub(crate) mod rollback;
 pub(crate) mod solver;
+pub(crate) mod state;
 pub(crate) mod surface;
 pub(crate) mod tolerances;
 #[cfg(test)]
@@ -24,13 +25,13 @@ use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, Dr
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::InitialOverlaps;
 use crate::contact::constraint::law::ContactLaws;
-use crate::contact::detection::candidates::{CandidateSearch, SearchContext};
+use crate::contact::detection::candidates::SearchContext;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
 use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
 use crate::contact::island::Island;
 use crate::contact::island::parallel::{self, VelocityCopies};
-use crate::contact::surface::geometry_cache::GeometryCache;
+use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
 use crate::contact::tolerances::CORRECTED_PENETRATION;
@@ -44,55 +45,13 @@ use crate::scene::{ContactModel, Scene};
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {
     model_data: ContactModelData<D>,
-    model: ContactModel,
-    /// True for each block that never moves.
-    fixed: Vec<bool>,
-    search: CandidateSearch<D>,
-    /// True if nodes have moved farther in a coarse step than their motion bound, in any step
-    /// since the flag was last taken.
-    search_overrun: bool,
-    /// Candidate pairs of this coarse step, sorted.
-    candidates: Vec<Pair>,
-    /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
-    /// contact tolerance, or more where a test wants all pairs examined.
-    examined_distance: f64,
-    /// Pairs whose nodes share a time level, with the last coarse step that needed it.
-    joins: Vec<(Pair, u64)>,
-    lists: StepLists,
-    islands: Vec<Island<D>>,
-    /// True if all candidate and joined pairs are in islands; and the first coarse step since
-    /// the islands were made in which a candidate pair dropped out.
-    grouped: bool,
-    first_dropout_step: Option<u64>,
-    /// For each node: true if it moves with an island, and the index of that island.
-    in_island: Vec<bool>,
-    island_of: Vec<u32>,
-    /// Index of each island node in the sorted list of all island nodes.
-    island_node_index: Vec<u32>,
-    ended: Vec<ContactHistory>,
-    /// The number of entries of `ended` from before this coarse step.
-    ended_before: usize,
-    energies: ContactEnergies,
-    /// Copies of the velocities, one for each thread in a kick. Kept to reuse their memory.
-    velocity_copies: VelocityCopies<D>,
-    /// Geometry cache of the surface in a kick. Kept to reuse its memory.
-    geometry_cache: Option<GeometryCache<D>>,
-}
-
-/// Lists of a coarse step. Kept to reuse their memory.
-#[derive(Default)]
-struct StepLists {
-    /// Candidate pairs from the broad phase, until [`Contacts::regroup`] takes them.
-    near: Vec<Pair>,
-    near_or_closed: Vec<Pair>,
-    closed_beyond: Vec<Pair>,
-    joins: Vec<(Pair, u64)>,
-    /// Index of the island of each candidate pair.
-    islands: Vec<Option<usize>>,
+    state: ContactState<D>,
+    workspace: ContactWorkspace<D>,
 }
 
 /// Data that change only with the mesh, once contacts are closed at t = 0.
 struct ContactModelData<const D: usize> {
+    model: ContactModel,
     surface: Box<dyn Surface<D>>,
     clusters: Clusters,
     laws: ContactLaws,
@@ -103,26 +62,60 @@ struct ContactModelData<const D: usize> {
     damping: Vec<f64>,
     /// d_tol, m.
     tolerance: f64,
+    /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
+    /// contact tolerance, or more where a test wants all pairs examined.
+    examined_distance: f64,
+    /// True for each block that never moves.
+    fixed: Vec<bool>,
     /// Overlaps of the blocks at t = 0.
     initial_overlaps: InitialOverlaps,
 }
 
 impl<const D: usize> ContactModelData<D> {
-    fn blocks<'a>(&'a self, fixed: &'a [bool]) -> SearchContext<'a, D> {
+    fn search_context(&self) -> SearchContext<'_, D> {
         SearchContext {
             surface: &*self.surface,
             clusters: &self.clusters,
             block_of: &self.block_of,
-            fixed,
+            fixed: &self.fixed,
             tolerance: self.tolerance,
         }
     }
 
-    /// Returns a test for two blocks: true if contact between them is enabled.
-    fn may_touch<'a>(&'a self, fixed: &'a [bool]) -> impl Fn([u32; 2]) -> bool + 'a {
-        move |[a, b]| {
-            a != b && !(fixed[a as usize] && fixed[b as usize]) && self.laws.between(a, b).enabled
-        }
+    /// True if two blocks may touch: contact between them is enabled and one can move.
+    fn may_touch(&self, [a, b]: [u32; 2]) -> bool {
+        let are_fixed = self.fixed[a as usize] && self.fixed[b as usize];
+        a != b && !are_fixed && self.laws.between(a, b).enabled
+    }
+
+    /// Returns the nodes of a pair.
+    fn nodes_of(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
+        let main = self.surface.main_nodes(pair.main).iter();
+        main.chain(self.surface.target_nodes(pair.target)).copied()
+    }
+
+    /// Returns the nodes of a pair that can move.
+    fn moving_nodes(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
+        let moves = |node: &u32| !self.fixed[self.block_of[*node as usize] as usize];
+        self.nodes_of(pair).filter(moves)
+    }
+
+    /// Returns the pairs within the contact tolerance of each other, in their normal cones,
+    /// between blocks that `may_meet` selects.
+    fn touching_pairs(
+        &self,
+        at: Configuration<D>,
+        may_meet: &dyn Fn([u32; 2]) -> bool,
+    ) -> Vec<Pair> {
+        let (within, surface) = (self.tolerance, &*self.surface);
+        let mut pairs = self.search_context().pairs_within(at, within, may_meet);
+        pairs.retain(|&pair| {
+            let projection = surface.project(pair, at);
+            projection.gap.abs() <= within
+                && projection.outside <= within
+                && surface.in_normal_cone(pair, at)
+        });
+        pairs
     }
 
     fn context<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
@@ -187,58 +180,43 @@ impl<const D: usize> Contacts<D> {
                     .map(|block| damping_of(scene, block.source))
                     .collect(),
                 tolerance,
+                examined_distance: tolerance,
+                model: scene.contact.model,
+                fixed: mesh
+                    .blocks
+                    .iter()
+                    .map(|block| scene.block[block.source].fixed)
+                    .collect(),
                 initial_overlaps: InitialOverlaps::default(),
             },
-            model: scene.contact.model,
-            fixed: mesh
-                .blocks
-                .iter()
-                .map(|block| scene.block[block.source].fixed)
-                .collect(),
-            search: CandidateSearch::default(),
-            search_overrun: false,
-            lists: StepLists::default(),
-            candidates: Vec::new(),
-            examined_distance: tolerance,
-            joins: Vec::new(),
-            islands: Vec::new(),
-            grouped: false,
-            first_dropout_step: None,
-            in_island: vec![false; mesh.nodes.len()],
-            island_of: vec![0; mesh.nodes.len()],
-            island_node_index: vec![0; mesh.nodes.len()],
-            ended: Vec::new(),
-            ended_before: 0,
-            energies: ContactEnergies::default(),
-            velocity_copies: VelocityCopies::default(),
-            geometry_cache: None,
+            workspace: ContactWorkspace {
+                islands_outdated: true,
+                ..ContactWorkspace::new(mesh.nodes.len(), &[])
+            },
+            state: ContactState::default(),
         }
     }
 
     /// Closes the pairs within the contact tolerance at t = 0. Pairs with cohesion or tensile
     /// strength become joints. Each keeps its gap.
     pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &InverseMass<D>) {
-        let within = self.model_data.tolerance;
-        let blocks = self.model_data.blocks(&self.fixed);
-        let mut pairs = blocks.pairs_within(at, within, &self.model_data.may_touch(&self.fixed));
-        let surface = &*self.model_data.surface;
-        pairs.retain(|&pair| {
-            let projection = surface.project(pair, at);
-            projection.gap.abs() <= within
-                && projection.outside <= within
-                && surface.in_normal_cone(pair, at)
-        });
+        let may_meet = |blocks| self.model_data.may_touch(blocks);
+        let mut pairs = self.model_data.touching_pairs(at, &may_meet);
         self.model_data.initial_overlaps =
             InitialOverlaps::of(&self.model_data.context(inertia), &pairs, at);
         let context = self.model_data.context(inertia);
-        pairs.retain(|&pair| context.surface.can_transmit_load(pair, at, within));
+        pairs.retain(|&pair| {
+            context
+                .surface
+                .can_transmit_load(pair, at, context.tolerance)
+        });
         let mut island = Island::default();
-        self.energies.touch_count +=
+        self.state.energies.touch_count +=
             island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, 0.0);
         for contact in &mut island.contact_points {
             contact.is_joint = contact.law.cohesion > 0.0 || contact.law.tensile_strength > 0.0;
         }
-        self.islands = vec![island];
+        self.state.islands = vec![island];
     }
 
     /// Finds the candidate pairs of a coarse step, before it. Returns true if the set of nodes
@@ -249,26 +227,25 @@ impl<const D: usize> Contacts<D> {
         speeds: &[f64],
         (step, number): (f64, u64),
     ) -> bool {
-        let blocks = self.model_data.blocks(&self.fixed);
-        {
-            let may_meet = self.model_data.may_touch(&self.fixed);
-            let near = &mut self.lists.near;
-            let with = (speeds, step);
-            self.search.find_near(&blocks, at, with, &may_meet, near);
-        }
-        self.search_overrun |= self.search.exceeded_bounds();
+        let blocks = self.model_data.search_context();
+        let may_meet = |blocks| self.model_data.may_touch(blocks);
+        let near = &mut self.workspace.lists.near;
+        self.state
+            .search
+            .find_near(&blocks, at, (speeds, step), &may_meet, near);
+        self.state.search_overrun |= self.state.search.exceeded_bounds();
         self.regroup(number);
         self.join(number)
     }
 
     /// Marks the islands as out of date, because the time levels of nodes have changed.
     pub(crate) fn ungroup(&mut self) {
-        self.grouped = false;
+        self.workspace.islands_outdated = true;
     }
 
     /// True if [`Self::drift`] moves this node.
     pub(crate) fn moves_node(&self, node: u32) -> bool {
-        self.in_island[node as usize]
+        self.workspace.index.in_island[node as usize]
     }
 
     /// Solves the impacts of pairs that are closed at t = 0 and approach.
@@ -279,15 +256,21 @@ impl<const D: usize> Contacts<D> {
         step: f64,
         on_impulse: ImpulseReceiver<D>,
     ) {
-        if self.model == ContactModel::Penalty {
+        if self.model_data.model == ContactModel::Penalty {
             return;
         }
-        self.energies.watch.skip();
+        self.state.energies.watch.skip();
         let context = self.model_data.context(inertia);
-        for island in &mut self.islands {
-            island.solve_initial_impact(&context, motion, step, on_impulse, &mut self.energies);
+        for island in &mut self.state.islands {
+            island.solve_initial_impact(
+                &context,
+                motion,
+                step,
+                on_impulse,
+                &mut self.state.energies,
+            );
         }
-        self.energies.watch.lap(Stage::Geometry);
+        self.state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Applies the contact impulses of the islands that are due, after the kick by elements and
@@ -301,24 +284,31 @@ impl<const D: usize> Contacts<D> {
         timing: KickTiming,
         on_impulse: ImpulseReceiver<D>,
     ) {
-        self.energies.watch.skip();
+        self.state.energies.watch.skip();
         let contacts = self.contact_points().count();
         let context = self.model_data.context(inertia);
         let kick = (before, time, timing);
         let (islands, energies) = (
-            (&mut *self.islands, &self.velocity_copies),
-            &mut self.energies,
+            (&mut *self.state.islands, &self.workspace.velocity_copies),
+            &mut self.state.energies,
         );
-        self.geometry_cache = context
+        self.workspace.geometry_cache = context
             .surface
-            .geometry_cache(contacts, self.geometry_cache.take());
-        let motion = &mut KickedView::new(motion, self.geometry_cache.as_ref());
+            .geometry_cache(contacts, self.workspace.geometry_cache.take());
+        let motion = &mut KickedView::new(motion, self.workspace.geometry_cache.as_ref());
         let ended = kick_islands(
-            self.model, islands, &context, motion, kick, on_impulse, energies,
+            self.model_data.model,
+            islands,
+            &context,
+            motion,
+            kick,
+            on_impulse,
+            energies,
         );
-        self.ended
+        self.state
+            .ended
             .extend(ended.into_iter().map(|history| history.ended(time)));
-        self.energies.watch.lap(Stage::Geometry);
+        self.state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Computes a kick as [`Self::kick`] does, but on a copy of the islands. Returns the
@@ -336,15 +326,15 @@ impl<const D: usize> Contacts<D> {
             at: WorkVelocity::Before,
             ..ContactEnergies::default()
         };
-        let islands = &mut self.islands.clone();
+        let islands = &mut self.state.islands.clone();
         let kick = (before, 0.0, timing);
         let cache = context
             .surface
             .geometry_cache(self.contact_points().count(), None);
         let motion = &mut KickedView::new(motion, cache.as_ref());
         kick_islands(
-            self.model,
-            (islands, &self.velocity_copies),
+            self.model_data.model,
+            (islands, &self.workspace.velocity_copies),
             &context,
             motion,
             kick,
@@ -364,10 +354,10 @@ impl<const D: usize> Contacts<D> {
         interior: &impl BodyCoupling<D>,
         receivers: &mut ImpulseReceivers<D>,
     ) {
-        self.energies.watch.skip();
+        self.state.energies.watch.skip();
         let context = &self.model_data.context(inertia);
-        let bodies = (interior, &*self.in_island);
-        let (islands, energies) = (&mut self.islands, &mut self.energies);
+        let bodies = (interior, &*self.workspace.index.in_island);
+        let (islands, energies) = (&mut self.state.islands, &mut self.state.energies);
         parallel::drift(
             islands,
             context,
@@ -376,18 +366,19 @@ impl<const D: usize> Contacts<D> {
             receivers,
             energies,
         );
-        self.energies.watch.lap(Stage::Geometry);
+        self.state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Ends a coarse step: updates the peak normal forces, which are means over the step.
     pub(crate) fn end_step(&mut self, step: f64) {
-        for history in &mut self.ended[self.ended_before..] {
+        for history in &mut self.state.ended[self.state.ended_before..] {
             if history.step_impulse != 0.0 {
                 history.end_step(step);
             }
         }
-        self.ended_before = self.ended.len();
+        self.state.ended_before = self.state.ended.len();
         for contact in self
+            .state
             .islands
             .iter_mut()
             .flat_map(|island| &mut island.contact_points)
@@ -409,13 +400,13 @@ impl<const D: usize> Contacts<D> {
         let is_deep = self
             .contact_points()
             .any(|contact| contact.penetration() > limit);
-        if self.model == ContactModel::Penalty || !is_deep {
+        if self.model_data.model == ContactModel::Penalty || !is_deep {
             return moves;
         }
         // The next kick can no longer measure this penetration.
-        self.energies.penetration = self.max_penetration(at);
+        self.state.energies.penetration = self.max_penetration(at);
         let context = self.model_data.context(inertia);
-        for island in &mut self.islands {
+        for island in &mut self.state.islands {
             let deepest = island
                 .contact_points
                 .iter()
@@ -426,7 +417,7 @@ impl<const D: usize> Contacts<D> {
             }
         }
         if !moves.is_empty() {
-            for island in &mut self.islands {
+            for island in &mut self.state.islands {
                 island.separation_bounds.forget();
             }
         }
@@ -435,28 +426,24 @@ impl<const D: usize> Contacts<D> {
 
     /// Returns all contact points.
     pub(crate) fn contact_points(&self) -> impl Iterator<Item = &ContactPoint<D>> {
-        self.islands
-            .iter()
-            .flat_map(|island| &island.contact_points)
+        self.state.contact_points()
     }
 
     /// Returns the contacts that have ended since the last call.
     pub(crate) fn take_ended(&mut self) -> Vec<ContactHistory> {
-        self.ended_before = 0;
-        std::mem::take(&mut self.ended)
+        self.state.ended_before = 0;
+        std::mem::take(&mut self.state.ended)
     }
 
     /// True if nodes have moved farther in a coarse step than their motion bound, in any step
     /// since the last call.
     pub(crate) fn take_search_overrun(&mut self) -> bool {
-        std::mem::take(&mut self.search_overrun)
+        std::mem::take(&mut self.state.search_overrun)
     }
 
     /// True if two blocks must never overlap.
     pub(crate) fn keeps_apart(&self, a: u32, b: u32) -> bool {
-        self.model != ContactModel::Penalty
-            && !(self.fixed[a as usize] && self.fixed[b as usize])
-            && self.model_data.laws.between(a, b).enabled
+        self.model_data.model != ContactModel::Penalty && self.model_data.may_touch([a, b])
     }
 
     /// Returns d_tol, m.
@@ -466,17 +453,17 @@ impl<const D: usize> Contacts<D> {
 
     /// Returns the energies so far, J.
     pub(crate) fn energies(&self) -> &ContactEnergies {
-        &self.energies
+        &self.state.energies
     }
 
     /// Starts to measure the time that contact takes.
     pub(crate) fn time_stages(&mut self) {
-        self.energies.watch.start();
+        self.state.energies.watch.start();
     }
 
     /// Returns the number of contacts that have begun so far.
     pub(crate) fn contacts_begun(&self) -> u64 {
-        self.energies.touch_count
+        self.state.energies.touch_count
     }
 
     /// Returns the deepest penetration, m, over the starts of all kicks so far and over now.
@@ -485,7 +472,7 @@ impl<const D: usize> Contacts<D> {
         let depths = self
             .contact_points()
             .map(|contact| contact.initial_gap - surface.project(contact.pair, now).gap);
-        depths.fold(self.energies.penetration, f64::max)
+        depths.fold(self.state.energies.penetration, f64::max)
     }
 
     /// Returns the surfaces.
@@ -495,7 +482,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Returns the energy of the penalty springs, J.
     pub(crate) fn spring_energy(&self, at: Configuration<D>) -> f64 {
-        match self.model {
+        match self.model_data.model {
             ContactModel::Penalty => self
                 .contact_points()
                 .map(|contact| contact.spring_energy(&*self.model_data.surface, at))

@@ -77,6 +77,7 @@ impl<const D: usize> Contacts<D> {
             surface.time_of_impact(pair, at, velocity, duration, self.model_data.tolerance)
         };
         let near = self
+            .state
             .candidates
             .par_iter()
             .with_min_len(PREDICTIONS_PER_TASK);
@@ -92,7 +93,7 @@ impl<const D: usize> Contacts<D> {
                 ..self.impact_at(pair, &foot, (then, rest), jacobian.frame[0])
             }
         };
-        let near = self.candidates.iter().zip(&predicted.waits);
+        let near = self.state.candidates.iter().zip(&predicted.waits);
         predicted.touching.clear();
         let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
         predicted.touching.extend(touching);

@@ -5,6 +5,7 @@ use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::island::Island;
+use crate::contact::state::IslandIndex;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{LIFT_STEPS, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
@@ -18,15 +19,14 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn nodes_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
         let tolerance = self.model_data.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
-        let mut margins = vec![tolerance; self.fixed.len()];
+        let mut margins = vec![tolerance; self.model_data.fixed.len()];
         for (way, &block) in ways.iter().zip(&self.model_data.block_of) {
             let margin = &mut margins[block as usize];
             *margin = margin.max(way + tolerance);
         }
         let margin = |block: u32| margins[block as usize];
-        let may_meet = self.model_data.may_touch(&self.fixed);
         let goes = |block: u32| margin(block) > tolerance;
-        let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
+        let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && self.model_data.may_touch([a, b]);
         let surface = &*self.model_data.surface;
         let patches = &self.model_data.clusters;
         let mut closed: Vec<Pair> = self.contact_points().map(|contact| contact.pair).collect();
@@ -116,13 +116,13 @@ impl<const D: usize> Contacts<D> {
         time: f64,
     ) {
         // The next kick sees another surface.
-        self.energies.penetration = self.max_penetration(old.at);
+        self.state.energies.penetration = self.max_penetration(old.at);
         let before = self.exchange_surface(mesh, surface);
-        self.search = CandidateSearch::default();
-        self.candidates.clear();
-        self.joins.clear();
-        self.grouped = false;
-        let all = self.islands.iter_mut();
+        self.state.search = CandidateSearch::default();
+        self.state.candidates.clear();
+        self.state.joins.clear();
+        self.workspace.islands_outdated = true;
+        let all = self.state.islands.iter_mut();
         let all: Vec<ContactPoint<D>> = all
             .flat_map(|island| island.contact_points.drain(..))
             .collect();
@@ -145,11 +145,11 @@ impl<const D: usize> Contacts<D> {
         kept.dedup_by(|next, first| {
             let same = next.pair == first.pair;
             if same {
-                self.ended.push(next.history.ended(time));
+                self.state.ended.push(next.history.ended(time));
             }
             same
         });
-        self.islands = vec![Island {
+        self.state.islands = vec![Island {
             contact_points: kept,
             ..Island::default()
         }];
@@ -163,7 +163,6 @@ impl<const D: usize> Contacts<D> {
         surface: Box<dyn Surface<D>>,
     ) -> Box<dyn Surface<D>> {
         let before = std::mem::replace(&mut self.model_data.surface, surface);
-        self.geometry_cache = None;
         let nodes = mesh.nodes.len();
         self.model_data.block_of = vec![0; nodes];
         for (number, block) in (0..).zip(&mesh.blocks) {
@@ -176,8 +175,8 @@ impl<const D: usize> Contacts<D> {
             &self.model_data.block_of,
             &mesh.nodes,
         );
-        self.in_island = vec![false; nodes];
-        (self.island_node_index, self.island_of) = (vec![0; nodes], vec![0; nodes]);
+        self.workspace.geometry_cache = None;
+        self.workspace.index = IslandIndex::new::<D>(nodes, &[]);
         before
     }
 
@@ -199,32 +198,23 @@ impl<const D: usize> Contacts<D> {
             .collect();
         blocks.sort_unstable();
         blocks.dedup();
-        let within = self.model_data.tolerance;
         let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
-        let mut pairs = self
-            .model_data
-            .blocks(&self.fixed)
-            .pairs_within(at, within, &wanted);
+        let mut pairs = self.model_data.touching_pairs(at, &wanted);
         let context = self.model_data.context(inertia);
         let surface = context.surface;
-        pairs.retain(|&pair| {
-            let projection = surface.project(pair, at);
-            projection.gap.abs() <= within
-                && projection.outside <= within
-                && surface.in_normal_cone(pair, at)
-                && surface.can_transmit_load(pair, at, within)
-        });
-        let island = &mut self.islands[0];
+        pairs.retain(|&pair| surface.can_transmit_load(pair, at, context.tolerance));
+        let island = &mut self.state.islands[0];
         let kept = island.contact_points.len();
         island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, time);
         for contact in &mut island.contact_points[kept..] {
             contact.is_new = false;
             match LostContact::nearest(&lost, contact, surface.point(contact.pair, at)) {
                 Some(nearest) => contact.follow_on(&lost.swap_remove(nearest).contact),
-                None => self.energies.touch_count += 1,
+                None => self.state.energies.touch_count += 1,
             }
         }
-        self.ended
+        self.state
+            .ended
             .extend(lost.into_iter().map(|of| of.contact.history.ended(time)));
     }
 }

@@ -9,12 +9,13 @@ use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::vector::{add_scaled, dot, scale, sub};
 use crate::model::boundary::PrescribedMotion;
 use crate::model::ledger::{ImpulseAccount, Ledger, WorkVelocity};
+use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::scene::Damping;
 use crate::step::assembly::Assembly;
 use crate::step::schedule::Substep;
 
-/// Nodal impulses, N·s, and velocities before the kick, m/s, both of the last kick of each node.
+/// Nodal impulses of a kick, N·s.
 /// Impulses of loads and contact are zero between kicks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KickImpulses<const D: usize> {
@@ -25,12 +26,9 @@ pub(crate) struct KickImpulses<const D: usize> {
     pub(crate) damping: Vec<[f64; D]>,
     /// Contact impulses on prescribed nodes.
     pub(crate) contact: Vec<[f64; D]>,
-    pub(crate) before: Vec<[f64; D]>,
     /// For elements whose interval changes: their impulse over the last interval minus that over
     /// the next, by node.
     pub(crate) level_changes: Vec<(u32, [f64; D])>,
-    /// Kick interval of each node, s.
-    pub(crate) interval: Vec<f64>,
     /// Elastic and viscous impulses of the element groups on their nodes.
     pub(super) shares: [Vec<[f64; D]>; 2],
     /// Nodes with loads.
@@ -49,9 +47,7 @@ impl<const D: usize> KickImpulses<D> {
             load: zero(),
             damping: zero(),
             contact: zero(),
-            before: zero(),
             level_changes: Vec::new(),
-            interval: vec![0.0; nodes],
             shares: [Vec::new(), Vec::new()],
             loaded: Vec::new(),
             ledgers: Vec::new(),
@@ -61,27 +57,16 @@ impl<const D: usize> KickImpulses<D> {
     /// Returns the energy that level changes make in a kick to the velocities `after`, J, by node.
     /// ½v⁻·M·v⁺ depends on the interval of an element. Where that changes, the energy made is a
     /// quarter of the difference of its impulses times the velocity change of the kick.
-    pub(crate) fn made_by_levels(&self, after: &[[f64; D]]) -> impl Iterator<Item = (u32, f64)> {
+    pub(crate) fn made_by_levels(
+        &self,
+        before: &[[f64; D]],
+        after: &[[f64; D]],
+    ) -> impl Iterator<Item = (u32, f64)> {
         self.level_changes.iter().map(|(node, less)| {
             let n = *node as usize;
-            let change = sub(&after[n], &self.before[n]);
+            let change = sub(&after[n], &before[n]);
             (*node, 0.25 * dot(less, &change))
         })
-    }
-
-    /// Sets the kick interval of each node that is due.
-    fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep, purpose: KickPurpose) {
-        let intervals = [&mut *self.interval, &mut state.node_interval];
-        substep.each_node(intervals, &|n, [interval, last]| {
-            let next = substep.duration(n as u32);
-            *interval = match purpose {
-                KickPurpose::Advance => 0.5 * (*last + next),
-                KickPurpose::Report => *last,
-            };
-            if purpose == KickPurpose::Advance {
-                *last = next;
-            }
-        });
     }
 
     /// Allocates the element impulses; viscous ones only if stiffness damping acts.
@@ -101,6 +86,31 @@ impl<const D: usize> KickImpulses<D> {
             self.load[node as usize] = [0.0; D];
         }
     }
+}
+
+/// Sets the kick interval of each node that is due.
+fn take_intervals<const D: usize>(state: &mut State<D>, substep: &Substep, purpose: KickPurpose) {
+    let intervals = [&mut *state.last_kick.interval, &mut state.node_interval];
+    substep.each_node(intervals, &|n, [interval, last]| {
+        let next = substep.duration(n as u32);
+        *interval = match purpose {
+            KickPurpose::Advance => 0.5 * (*last + next),
+            KickPurpose::Report => *last,
+        };
+        if purpose == KickPurpose::Advance {
+            *last = next;
+        }
+    });
+}
+
+/// The velocities of a kick, and the one at which the work of its impulses is taken.
+#[derive(Clone, Copy)]
+pub(crate) struct KickVelocities<'a, const D: usize> {
+    /// The velocities before the kick, m/s, and its intervals, s.
+    pub(crate) last_kick: &'a LastKick<D>,
+    /// The velocities after all impulses, m/s.
+    pub(crate) after: &'a [[f64; D]],
+    pub(crate) work_at: WorkVelocity,
 }
 
 /// The forces that act beside elements and contact; those absent are skipped.
@@ -144,7 +154,7 @@ impl<const D: usize> Model<D> {
         purpose: KickPurpose,
     ) {
         if !substep.plan.is_steady {
-            impulses.take_intervals(state, substep, purpose);
+            take_intervals(state, substep, purpose);
         }
         let acting = self.acting(substep.time);
         impulses.size_shares(&substep.plan.assembly, acting);
@@ -224,7 +234,7 @@ impl<const D: usize> Model<D> {
                 |node, force| {
                     let n = node as usize;
                     if substep.is_due(node) {
-                        add_scaled(&mut impulses.load[n], impulses.interval[n], &force);
+                        add_scaled(&mut impulses.load[n], state.last_kick.interval[n], &force);
                         impulses.loaded.push(node);
                     }
                 },
@@ -290,20 +300,25 @@ impl<const D: usize> Model<D> {
         self.gravity.vector(time)
     }
 
-    /// Books the work of a kick once contact is solved. `after` are the velocities after all
-    /// impulses.
+    /// Books the work of a kick once contact is solved.
     pub(crate) fn book_kick(
         &self,
-        (after, at): (&[[f64; D]], WorkVelocity),
+        velocities: KickVelocities<D>,
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
         let mut ledgers = std::mem::take(&mut impulses.ledgers);
         let kick = &*impulses;
-        let end = match at {
+        let KickVelocities {
+            last_kick,
+            after,
+            work_at,
+        } = velocities;
+        let before = &*last_kick.velocity_before;
+        let end = match work_at {
             WorkVelocity::Mean => after,
-            WorkVelocity::Before => &kick.before,
+            WorkVelocity::Before => before,
         };
         let acting = self.acting(substep.time);
         if acting.anything() {
@@ -311,8 +326,9 @@ impl<const D: usize> Model<D> {
             let book = |row: &Range<u32>| {
                 let mut ledger = Ledger::default();
                 for n in row.start as usize..row.end as usize {
-                    let velocities = [&kick.before[n], &end[n]];
-                    self.book_node((n, velocities), kick, (acting, &gravity), &mut ledger);
+                    let weight = self.inertia.mass()[n] * last_kick.interval[n];
+                    let weight = scale(weight, &gravity);
+                    self.book_node(n, [&before[n], &end[n]], kick, acting, &weight, &mut ledger);
                 }
                 ledger
             };
@@ -324,13 +340,13 @@ impl<const D: usize> Model<D> {
             rows.map(book).collect_into_vec(&mut ledgers);
             ledgers.iter().for_each(|part| ledger.add(1.0, part));
         }
-        for (_, energy) in kick.made_by_levels(after) {
+        for (_, energy) in kick.made_by_levels(before, after) {
             ledger.remesh_loss -= energy;
         }
         // Reactions of prescribed nodes: the momentum that neither these impulses nor contact give.
         for node in substep.prescribed() {
             let n = node as usize;
-            let [old, new] = [&*kick.before, after].map(|v| self.inertia.momentum(n, v));
+            let [old, new] = [before, after].map(|v| self.inertia.momentum(n, v));
             let holds = self.inertia.prescribed(n);
             let reaction = std::array::from_fn(|c| {
                 let given = kick.total[n][c] + kick.contact[n][c];
@@ -340,27 +356,24 @@ impl<const D: usize> Model<D> {
                     0.0
                 }
             });
-            ledger.book(
-                ImpulseAccount::External,
-                &reaction,
-                [&kick.before[n], &end[n]],
-            );
+            ledger.book(ImpulseAccount::External, &reaction, [&before[n], &end[n]]);
         }
         impulses.ledgers = ledgers;
     }
 
     /// Books the impulses of a kick on a node, except those of elements, with its velocities before
-    /// and at the end.
+    /// and at the end, m/s. `weight` is the impulse of gravity, N·s.
     fn book_node(
         &self,
-        (n, velocities): (usize, [&[f64; D]; 2]),
+        n: usize,
+        velocities: [&[f64; D]; 2],
         impulses: &KickImpulses<D>,
-        (acting, gravity): (ActiveLoads, &[f64; D]),
+        acting: ActiveLoads,
+        weight: &[f64; D],
         ledger: &mut Ledger,
     ) {
         if acting.gravity {
-            let weight = self.inertia.mass()[n] * impulses.interval[n];
-            ledger.book(ImpulseAccount::Gravity, &scale(weight, gravity), velocities);
+            ledger.book(ImpulseAccount::Gravity, weight, velocities);
         }
         if acting.loads {
             ledger.book(ImpulseAccount::External, &impulses.load[n], velocities);

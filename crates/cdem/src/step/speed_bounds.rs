@@ -36,11 +36,11 @@ impl<const D: usize> Run<D> {
     /// Bounds the speeds by those of now, or the prescribed ones, plus the gain over the step from
     /// the last acceleration and the changes of gravity and loads.
     pub(crate) fn bound_speeds(&mut self) {
-        let mut outlook = std::mem::take(&mut self.speed_bounds);
+        let mut outlook = std::mem::take(&mut self.workspace.speed_bounds);
         let step = self.model.step;
         let heavier = self.change_of_gravity();
-        let (velocity, before) = (&self.state.velocity, &self.impulses.before);
-        let interval = &self.impulses.interval;
+        let (velocity, before) = (&self.state.velocity, &self.state.last_kick.velocity_before);
+        let interval = &self.state.last_kick.interval;
         let of_node = |node: u32| {
             let n = node as usize;
             let change = sub(&velocity[n], &before[n]);
@@ -62,7 +62,7 @@ impl<const D: usize> Run<D> {
         for (ahead, ([_, gain], pushed)) in outlook.ahead.iter_mut().zip(added) {
             *ahead += step * (gain.sqrt() + heavier + pushed);
         }
-        self.speed_bounds = outlook;
+        self.workspace.speed_bounds = outlook;
     }
 
     /// Raises the speeds to those that prescribed motions require over the step.
@@ -103,7 +103,7 @@ impl<const D: usize> Run<D> {
         let (start, end) = (self.time(), self.time() + self.model.step);
         let begins = self.state.number == 0;
         let at = self.model.positions(&self.state);
-        let (load, mass) = (&mut self.impulses.load, self.model.inertia.mass());
+        let (load, mass) = (&mut self.workspace.impulses.load, self.model.inertia.mass());
         loaded.clear();
         for surface in &self.model.loads {
             if !begins && !surface.changes(start, end) {

@@ -69,6 +69,13 @@ impl<const D: usize> Island<D> {
         }
     }
 
+    /// Drops all that can be rebuilt between two steps.
+    pub(super) fn drop_workspace(&mut self) {
+        self.solver = Solver::default();
+        self.touch_events = TouchEvents::default();
+        self.kick_workspace = KickWorkspace::default();
+    }
+
     /// Moves the island through the drift of a substep, after its kick: separate up to each
     /// first touch (time stage 1), then as unified nodes (time stage 2).
     pub(crate) fn drift(

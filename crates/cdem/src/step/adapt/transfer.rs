@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use crate::contact::remap::MeshConfiguration;
 use crate::element::{ElementNumbering, ElementSet, StressHistory};
-use crate::math::adjacency::Adjacency;
 use crate::math::vector::sub;
-use crate::mesh::{Element, Mesh};
+use crate::mesh::Mesh;
 use crate::model::positions::Positions;
+use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::refinement::{Adaptivity, BlockChange, MeshTransfer, RefinedBlock, predecessors};
 use crate::step::Run;
@@ -16,6 +16,7 @@ use crate::step::adapt::conserve::BlockBefore;
 use crate::step::adapt::when::ROUND_OFF;
 use crate::step::kick::KickImpulses;
 use crate::step::schedule::KickSchedule;
+use crate::step::workspace::elements_around_nodes;
 
 impl<const D: usize> Run<D> {
     /// Exchanges the overlays of blocks and transfers all data to the new nodes and elements.
@@ -35,7 +36,7 @@ impl<const D: usize> Run<D> {
             .collect();
         for (&block, before) in blocks.iter().zip(&before) {
             let work = self.work_of_gravity(block, before);
-            self.ledger.gravity_work += work;
+            self.state.ledger.gravity_work += work;
             second.add_energy_debt(block, -work);
         }
         self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
@@ -45,12 +46,13 @@ impl<const D: usize> Run<D> {
         }
         // The change of velocity by a remesh is no acceleration.
         for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
-            self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
+            self.state.last_kick.velocity_before[node] =
+                sub(&self.state.velocity[node], &kicks[node]);
         }
         let mesh = &self.model.mesh;
-        self.adjacency = Adjacency::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
-        self.touched_nodes = (0..mesh.nodes.len() as u32).collect();
-        self.schedule = KickSchedule::default();
+        self.workspace.adjacency = elements_around_nodes(mesh);
+        self.workspace.touched_nodes = (0..mesh.nodes.len() as u32).collect();
+        self.workspace.schedule = KickSchedule::default();
     }
 
     /// Exchanges overlays and transfers model and state. Velocities of coarsened blocks follow from
@@ -102,12 +104,13 @@ impl<const D: usize> Run<D> {
         };
         let origins = carry.origins();
         let mut state = carry.state(&old_state, &origins, &coarser);
-        let kicks = old_state.velocity.iter().zip(&self.impulses.before);
+        let kicks = old_state
+            .velocity
+            .iter()
+            .zip(&old_state.last_kick.velocity_before);
         let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
         let kicks = carry.values(&kicks);
-        self.impulses = carry.impulses(&self.impulses);
-        self.node_impulse =
-            carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
+        self.workspace.impulses = KickImpulses::new(self.model.mesh.nodes.len());
         for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
             let nodes = self.model.nodes(*block);
             let bound = transfer.velocities(&bound[block]);
@@ -279,7 +282,6 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
         coarser: &BTreeMap<usize, Vec<[f64; D]>>,
     ) -> State<D> {
         State {
-            number: old.number,
             displacement: self.vectors(&old.displacement, |block, transfer, of| {
                 let known = coarser.get(&block).cloned();
                 known.unwrap_or_else(|| transfer.grown(of))
@@ -290,15 +292,16 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
             node_interval: self.scalars(&old.node_interval),
             contact_force: self
                 .vectors(&old.contact_force, |_, transfer, of| transfer.impulses(of)),
+            last_kick: LastKick {
+                velocity_before: self.vectors(&old.last_kick.velocity_before, |_, transfer, of| {
+                    transfer.velocities(of)
+                }),
+                interval: self.scalars(&old.last_kick.interval),
+            },
+            node_impulse: self.vectors(&old.node_impulse, |_, transfer, of| transfer.impulses(of)),
+            block_impulse: old.block_impulse.clone(),
+            ..*old
         }
-    }
-
-    /// Returns the data of the last kick that a report between two steps needs.
-    fn impulses(&self, old: &KickImpulses<D>) -> KickImpulses<D> {
-        let mut impulses = KickImpulses::new(self.new.nodes.len());
-        impulses.before = self.vectors(&old.before, |_, transfer, of| transfer.velocities(of));
-        impulses.interval = self.scalars(&old.interval);
-        impulses
     }
 
     /// Returns, for each new element, the old elements that it comes from.

@@ -345,8 +345,8 @@ impl<const D: usize> CandidateSearch<D> {
                 .all(|&number| (number as usize) < self.candidates.len())
     }
 
-    /// Computes the data that a checkpoint does not contain.
-    pub(crate) fn restore(&mut self) {
+    /// Makes all anew that a checkpoint does not contain.
+    pub(crate) fn rebuild_workspace(&mut self) {
         self.list_candidates();
         self.is_near = vec![false; self.candidates.len()];
         for &number in &self.found {
