@@ -19,6 +19,8 @@ pub(crate) mod schedule;
 pub(crate) mod speed_bounds;
 pub(crate) mod synchronise;
 pub(crate) mod workspace;
+#[cfg(test)]
+mod workspace_tests;
 
 use std::collections::BTreeSet;
 

@@ -16,7 +16,7 @@ const MAGIC: &str = "cdem checkpoint ";
 
 /// Format number; to be raised with every change of the content, also of the state that `cdem`
 /// saves.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 /// Number of bytes of the checksum.
 const SUM: usize = 4;
@@ -51,7 +51,8 @@ fn parse<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, &[u8]), String> {
     let format = first.strip_prefix(MAGIC).ok_or("is no checkpoint")?;
     if format != FORMAT.to_string() {
         return Err(format!(
-            "is of format {format}, of another version of cdem: this one reads format {FORMAT}"
+            "is of format {format}, and this version of cdem reads format {FORMAT}: resume the run with \
+             the version that wrote it, or run the scene again"
         ));
     }
     let (whole, sum) = bytes
