@@ -1,4 +1,4 @@
-//! Energies of contact, and receivers of impulses.
+//! Energies of contact, and impulses of a drift.
 
 use serde::{Deserialize, Serialize};
 
@@ -127,12 +127,10 @@ impl ContactEnergies {
     }
 }
 
-/// Receiver of each impulse on a node, N·s.
-pub(crate) type ImpulseReceiver<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
-
-/// Receivers of the impulses of a drift.
-pub(crate) struct ImpulseReceivers<'a, const D: usize> {
-    pub(crate) of_contacts: ImpulseReceiver<'a, D>,
-    /// Receives the impulses of elements on nodes with prescribed components.
-    pub(crate) on_prescribed: ImpulseReceiver<'a, D>,
+/// Impulses of a drift on nodes, N·s.
+#[derive(Debug, Default)]
+pub(crate) struct DriftImpulses<const D: usize> {
+    pub(crate) of_contacts: Vec<(u32, [f64; D])>,
+    /// Impulses of elements on nodes with prescribed components.
+    pub(crate) on_prescribed: Vec<(u32, [f64; D])>,
 }

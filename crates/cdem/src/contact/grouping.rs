@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::detection::separation_bounds::SeparationBounds;
-use crate::contact::interior::NeighbourNodes;
 use crate::contact::island::Island;
 use crate::contact::state::IslandIndex;
 use crate::contact::surface::Pair;
+use crate::contact::timing::ElementNeighbours;
 use crate::contact::tolerances::{JOIN_STEPS, PAIRS_PER_TASK};
 use crate::contact::{ContactModelData, Contacts};
 use crate::math::disjoint_sets::DisjointSets;
@@ -16,12 +16,11 @@ use crate::model::inverse_mass::InverseMass;
 
 impl<const D: usize> Contacts<D> {
     /// Builds the islands of candidate and closed pairs, if these or the time levels have
-    /// changed. `beside` visits the nodes that share an element and their time level with a
-    /// node.
-    pub(crate) fn group(&mut self, inertia: &InverseMass<D>, beside: NeighbourNodes) {
+    /// changed.
+    pub(crate) fn group(&mut self, inertia: &InverseMass<D>, neighbours: ElementNeighbours) {
         if self.workspace.islands_outdated {
             let contact_points = self.state.take_contact_points();
-            self.build_islands(contact_points, inertia, beside);
+            self.build_islands(contact_points, inertia, neighbours);
             self.workspace.islands_outdated = false;
             self.state.first_dropout_step = None;
         }
@@ -136,7 +135,7 @@ impl<const D: usize> Contacts<D> {
         &mut self,
         contact_points: Vec<ContactPoint<D>>,
         inertia: &InverseMass<D>,
-        beside: NeighbourNodes,
+        neighbours: ElementNeighbours,
     ) {
         for node in self.state.islands.iter().flat_map(|island| &island.nodes) {
             self.workspace.index.in_island[*node as usize] = false;
@@ -145,7 +144,7 @@ impl<const D: usize> Contacts<D> {
         let closed = contact_points.iter().map(|point| point.pair);
         let pairs = self.state.candidates.iter().copied().chain(closed);
         let nodes = index.set_nodes(pairs.clone(), &self.model_data, inertia);
-        let sets = index.coupled_sets(&nodes, pairs, &self.model_data, inertia, beside);
+        let sets = index.coupled_sets(&nodes, pairs, &self.model_data, inertia, neighbours);
         // An island often inherits the solver and memory of the one before with the same first
         // node.
         let before = std::mem::take(&mut self.state.islands).into_iter();
@@ -251,7 +250,7 @@ impl IslandIndex {
         pairs: impl Iterator<Item = Pair>,
         data: &ContactModelData<D>,
         inertia: &InverseMass<D>,
-        beside: NeighbourNodes,
+        neighbours: ElementNeighbours,
     ) -> DisjointSets {
         let index_of = &self.island_node_index;
         let mut sets = DisjointSets::new(nodes.len());
@@ -265,11 +264,11 @@ impl IslandIndex {
             }
         }
         for (place, &node) in (0..).zip(nodes) {
-            beside(node, &mut |other| {
+            for other in neighbours.of(node) {
                 if self.in_island[other as usize] {
                     sets.join(place, index_of[other as usize]);
                 }
-            });
+            }
         }
         sets.flatten();
         sets

@@ -17,6 +17,7 @@ pub(crate) mod rollback;
 pub(crate) mod solver;
 pub(crate) mod state;
 pub(crate) mod surface;
+pub(crate) mod timing;
 pub(crate) mod tolerances;
 #[cfg(test)]
 mod verification;
@@ -27,13 +28,14 @@ use crate::contact::constraint::initial_overlap::InitialOverlaps;
 use crate::contact::constraint::law::ContactLaws;
 use crate::contact::detection::candidates::SearchContext;
 use crate::contact::detection::clusters::Clusters;
-use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
-use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
-use crate::contact::island::Island;
-use crate::contact::island::parallel::{self, VelocityCopies};
+use crate::contact::energy::{ContactEnergies, DriftImpulses};
+use crate::contact::interior::BodyCoupling;
+use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
+use crate::contact::island::{Bodies, Island};
 use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
+use crate::contact::timing::DriftStart;
 use crate::contact::tolerances::CORRECTED_PENETRATION;
 use crate::math::profile::Stage;
 use crate::mesh::Mesh;
@@ -225,7 +227,8 @@ impl<const D: usize> Contacts<D> {
         &mut self,
         at: Configuration<D>,
         speeds: &[f64],
-        (step, number): (f64, u64),
+        step: f64,
+        number: u64,
     ) -> bool {
         let blocks = self.model_data.search_context();
         let may_meet = |blocks| self.model_data.may_touch(blocks);
@@ -254,7 +257,7 @@ impl<const D: usize> Contacts<D> {
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
         step: f64,
-        on_impulse: ImpulseReceiver<D>,
+        received: &mut Vec<(u32, [f64; D])>,
     ) {
         if self.model_data.model == ContactModel::Penalty {
             return;
@@ -262,53 +265,44 @@ impl<const D: usize> Contacts<D> {
         self.state.energies.watch.skip();
         let context = self.model_data.context(inertia);
         for island in &mut self.state.islands {
-            island.solve_initial_impact(
-                &context,
-                motion,
-                step,
-                on_impulse,
-                &mut self.state.energies,
-            );
+            island.solve_initial_impact(&context, motion, step, received, &mut self.state.energies);
         }
         self.state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Applies the contact impulses of the islands that are due, after the kick by elements and
-    /// loads. `timing` returns the kick interval and the drift of a node that is due, s.
+    /// loads. Adds them to a list, N·s.
     pub(crate) fn kick(
         &mut self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
-        before: &[[f64; D]],
-        time: f64,
-        timing: KickTiming,
-        on_impulse: ImpulseReceiver<D>,
+        kick: &IslandKicks<D>,
+        received: &mut Vec<(u32, [f64; D])>,
     ) {
-        self.state.energies.watch.skip();
-        let contacts = self.contact_points().count();
-        let context = self.model_data.context(inertia);
-        let kick = (before, time, timing);
-        let (islands, energies) = (
-            (&mut *self.state.islands, &self.workspace.velocity_copies),
-            &mut self.state.energies,
-        );
-        self.workspace.geometry_cache = context
-            .surface
-            .geometry_cache(contacts, self.workspace.geometry_cache.take());
-        let motion = &mut KickedView::new(motion, self.workspace.geometry_cache.as_ref());
+        let Self {
+            model_data: data,
+            state,
+            workspace,
+        } = self;
+        state.energies.watch.skip();
+        let contacts = state.contact_points().count();
+        let context = data.context(inertia);
+        let cache = &mut workspace.geometry_cache;
+        *cache = context.surface.geometry_cache(contacts, cache.take());
+        let motion = &mut KickedView::new(motion, cache.as_ref());
+        let islands = IslandsInKick {
+            islands: &mut state.islands,
+            copies: &workspace.velocity_copies,
+        };
+        let energies = &mut state.energies;
         let ended = kick_islands(
-            self.model_data.model,
-            islands,
-            &context,
-            motion,
-            kick,
-            on_impulse,
-            energies,
+            data.model, islands, &context, motion, kick, received, energies,
         );
-        self.state
+        let ended = ended.into_iter();
+        state
             .ended
-            .extend(ended.into_iter().map(|history| history.ended(time)));
-        self.state.energies.watch.lap(Stage::Geometry);
+            .extend(ended.map(|history| history.ended(kick.times.time)));
+        state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Computes a kick as [`Self::kick`] does, but on a copy of the islands. Returns the
@@ -317,55 +311,52 @@ impl<const D: usize> Contacts<D> {
         &self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
-        before: &[[f64; D]],
-        timing: KickTiming,
-        on_impulse: ImpulseReceiver<D>,
+        kick: &IslandKicks<D>,
+        received: &mut Vec<(u32, [f64; D])>,
     ) -> ContactEnergies {
         let context = self.model_data.context(inertia);
         let mut energies = ContactEnergies {
             at: WorkVelocity::Before,
             ..ContactEnergies::default()
         };
-        let islands = &mut self.state.islands.clone();
-        let kick = (before, 0.0, timing);
-        let cache = context
-            .surface
-            .geometry_cache(self.contact_points().count(), None);
+        let contacts = self.contact_points().count();
+        let cache = context.surface.geometry_cache(contacts, None);
         let motion = &mut KickedView::new(motion, cache.as_ref());
+        let (model, islands) = (self.model_data.model, &mut self.state.islands.clone());
+        let islands = IslandsInKick {
+            islands,
+            copies: &self.workspace.velocity_copies,
+        };
         kick_islands(
-            self.model_data.model,
-            (islands, &self.workspace.velocity_copies),
+            model,
+            islands,
             &context,
             motion,
             kick,
-            on_impulse,
+            received,
             &mut energies,
         );
         energies
     }
 
-    /// Moves the islands that are due through their drift, from one first touch to the next.
-    /// `timing` gives the start, s, and the duration of the drift of each node, s.
+    /// Moves the islands that are due through their drift, from one first touch to the next. Adds
+    /// the impulses on nodes to lists.
     pub(crate) fn drift(
         &mut self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
-        timing: (f64, DriftDurations),
-        interior: &impl BodyCoupling<D>,
-        receivers: &mut ImpulseReceivers<D>,
+        start: DriftStart,
+        coupling: &impl BodyCoupling<D>,
+        received: &mut DriftImpulses<D>,
     ) {
         self.state.energies.watch.skip();
         let context = &self.model_data.context(inertia);
-        let bodies = (interior, &*self.workspace.index.in_island);
+        let bodies = &Bodies {
+            coupling,
+            in_island: &self.workspace.index.in_island,
+        };
         let (islands, energies) = (&mut self.state.islands, &mut self.state.energies);
-        parallel::drift(
-            islands,
-            context,
-            motion,
-            (bodies, timing),
-            receivers,
-            energies,
-        );
+        parallel::drift(islands, context, motion, bodies, start, received, energies);
         self.state.energies.watch.lap(Stage::Geometry);
     }
 
@@ -492,41 +483,30 @@ impl<const D: usize> Contacts<D> {
     }
 }
 
-/// Applies the contact impulses of the islands that are due in a kick. Takes the velocities
-/// before the kick, m/s, its time, s, and its timing. Returns the contacts that have ended.
+/// Applies the contact impulses of the islands that are due in a kick. Adds them to a list, N·s.
+/// Returns the contacts that have ended.
 fn kick_islands<const D: usize>(
     model: ContactModel,
-    (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
+    islands: IslandsInKick<D>,
     context: &ContactContext<D>,
     motion: &mut KickedView<D>,
-    (before, time, timing): (&[[f64; D]], f64, KickTiming),
-    on_impulse: ImpulseReceiver<D>,
+    kick: &IslandKicks<D>,
+    received: &mut Vec<(u32, [f64; D])>,
     energies: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
-    if model == ContactModel::Penalty {
-        let press = |island: &mut Island<D>| {
-            let (interval, _) = island.timing(timing)?;
-            let interval = (time, interval);
-            Some(island.kick_penalty(
-                context,
-                motion,
-                before,
-                interval,
-                &mut *on_impulse,
-                energies,
-            ))
-        };
-        return islands.iter_mut().filter_map(press).flatten().collect();
+    if model != ContactModel::Penalty {
+        return parallel::kick(islands, context, motion, kick, received, energies);
     }
-    let kick = (before, time, timing);
-    parallel::kick(
-        (islands, copies),
-        context,
-        motion,
-        kick,
-        on_impulse,
-        energies,
-    )
+    let press = |island: &mut Island<D>| {
+        let span = island.kick_span(kick.times)?;
+        Some(island.kick_penalty(context, motion, kick, span.interval, received, energies))
+    };
+    islands
+        .islands
+        .iter_mut()
+        .filter_map(press)
+        .flatten()
+        .collect()
 }
 
 /// Returns the mass-proportional damping of a block of the scene, 1/s.

@@ -25,7 +25,9 @@ mod workspace_tests;
 use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
-use crate::contact::energy::ImpulseReceivers;
+use crate::contact::energy::DriftImpulses;
+use crate::contact::island::parallel::IslandKicks;
+use crate::contact::timing::{DriftStart, KickTimes};
 use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::model::kinematics::{NodalMotion, drift_node};
@@ -173,17 +175,8 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
-        let (levels, around) = (
-            &self.workspace.schedule.levels.node,
-            &self.workspace.adjacency,
-        );
-        let elements = &self.model.mesh.elements;
-        contacts.group(&self.model.inertia, &|node, visit| {
-            let nodes = around.of(node).iter();
-            let nodes = nodes.flat_map(|&e| elements[e as usize].nodes());
-            let same = |other: &&u32| levels[**other as usize] == levels[node as usize];
-            nodes.filter(same).for_each(|&other| visit(other));
-        });
+        let neighbours = self.workspace.neighbours(&self.model.mesh);
+        contacts.group(&self.model.inertia, neighbours);
     }
 
     /// Section 4: finds the candidate pairs. Returns true if the levels must be assigned again.
@@ -197,9 +190,9 @@ impl<const D: usize> Run<D> {
         }
         let speeds = self.workspace.speed_bounds.speeds();
         let at = self.model.positions(&self.state);
-        let instant = (self.model.step, self.state.number);
+        let (step, number) = (self.model.step, self.state.number);
         let contacts = self.contacts.as_mut();
-        let join = contacts.is_some_and(|contacts| contacts.find(at.into(), speeds, instant));
+        let join = contacts.is_some_and(|contacts| contacts.find(at.into(), speeds, step, number));
         self.watch.lap(Stage::Search);
         join
     }
@@ -277,8 +270,8 @@ impl<const D: usize> Run<D> {
         };
         let mut received: Vec<(u32, [f64; D])> = Vec::new();
         let mut motion = self.model.motion(&mut self.state);
-        let receive = &mut |node, impulse: &[f64; D]| received.push((node, *impulse));
-        contacts.collide_initial(&mut motion, &self.model.inertia, self.model.step, receive);
+        let step = self.model.step;
+        contacts.collide_initial(&mut motion, &self.model.inertia, step, &mut received);
         // Contact measures its own time.
         self.watch.skip();
         self.book_reactions(first, &received);
@@ -336,27 +329,24 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
-        let mut received = std::mem::take(&mut self.workspace.received);
-        received.clear();
         let state = &mut self.state;
-        let interval = &state.last_kick.interval;
         let mut motion = NodalMotion {
             rest: &self.model.mesh.nodes,
             displacement: &mut state.displacement,
             compensation: &mut state.compensation,
             velocity: &mut state.velocity,
         };
-        contacts.kick(
-            &mut motion,
-            &self.model.inertia,
-            &state.last_kick.velocity_before,
-            substep.time,
-            &|node| {
-                let timing = || (interval[node as usize], substep.duration(node));
-                substep.is_due(node).then(timing)
+        let kick = IslandKicks {
+            before: &state.last_kick.velocity_before,
+            times: KickTimes {
+                time: substep.time,
+                interval: &state.last_kick.interval,
+                drift: substep.drifts(),
             },
-            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
-        );
+        };
+        let mut received = std::mem::take(&mut self.workspace.received);
+        received.clear();
+        contacts.kick(&mut motion, &self.model.inertia, &kick, &mut received);
         self.watch.skip();
         for (node, impulse) in &received {
             if self
@@ -394,7 +384,6 @@ impl<const D: usize> Run<D> {
         if self.contacts.is_some() {
             self.note_prescribed(substep);
         }
-        let mut received = Vec::new();
         let (model, state) = (&mut self.model, &mut self.state);
         let contacts = self.contacts.as_ref();
         let is_free = |node| !contacts.is_some_and(|contacts| contacts.moves_node(node));
@@ -427,19 +416,17 @@ impl<const D: usize> Run<D> {
             compensation: &mut state.compensation,
             velocity: &mut state.velocity,
         };
-        let mut given = Vec::new();
-        let duration = |node| substep.is_due(node).then(|| substep.duration(node));
-        contacts.drift(
-            &mut motion,
-            &model.inertia,
-            (substep.time, &duration),
-            &split,
-            &mut ImpulseReceivers {
-                of_contacts: &mut |node, impulse| received.push((node, *impulse)),
-                on_prescribed: &mut |node, impulse| given.push((node, *impulse)),
-            },
-        );
+        let mut impulses = DriftImpulses::default();
+        let start = DriftStart {
+            time: substep.time,
+            durations: substep.drifts(),
+        };
+        contacts.drift(&mut motion, &model.inertia, start, &split, &mut impulses);
         self.watch.skip();
+        let DriftImpulses {
+            of_contacts: received,
+            on_prescribed: mut given,
+        } = impulses;
         if received.is_empty() {
             return;
         }

@@ -1,6 +1,8 @@
 //! The synchronised state: the state at an instant, in the middle of the kick that is due then.
 
 use crate::contact::energy::ContactEnergies;
+use crate::contact::island::parallel::IslandKicks;
+use crate::contact::timing::{KickTimes, NodeDrifts};
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
 use crate::model::kinematics::NodalMotion;
 use crate::model::ledger::{Ledger, WorkVelocity};
@@ -95,20 +97,22 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = self.contacts.as_ref().filter(|_| self.state.number > 0) else {
             return (ContactEnergies::default(), received);
         };
-        let interval = &self.state.last_kick.interval;
         let mut motion = NodalMotion {
             rest: &self.model.mesh.nodes,
             displacement: &mut self.state.displacement,
             compensation: &mut self.state.compensation,
             velocity,
         };
-        let ledgers = contacts.preview_kick(
-            &mut motion,
-            &self.model.inertia,
-            &self.state.last_kick.velocity_before,
-            &|node| Some((interval[node as usize], interval[node as usize])),
-            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
-        );
+        let interval = &self.state.last_kick.interval;
+        let kick = IslandKicks {
+            before: &self.state.last_kick.velocity_before,
+            times: KickTimes {
+                time: 0.0,
+                interval,
+                drift: NodeDrifts::OfNodes(interval),
+            },
+        };
+        let ledgers = contacts.preview_kick(&mut motion, &self.model.inertia, &kick, &mut received);
         (ledgers, received)
     }
 

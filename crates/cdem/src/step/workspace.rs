@@ -1,6 +1,7 @@
 //! Workspace of the step loop, which can be rebuilt from model and state between any two steps.
 
 use crate::contact::prediction::PredictedImpacts;
+use crate::contact::timing::ElementNeighbours;
 use crate::math::adjacency::Adjacency;
 use crate::mesh::{Element, Mesh};
 use crate::model::{Model, State};
@@ -48,6 +49,15 @@ impl<const D: usize> Workspace<D> {
                 Adjacency::default()
             },
             active_boundaries: model.active_boundaries(time).collect(),
+        }
+    }
+
+    /// Returns the elements around the nodes of the mesh, with the time levels of the nodes.
+    pub(crate) fn neighbours<'a>(&'a self, mesh: &'a Mesh<D>) -> ElementNeighbours<'a> {
+        ElementNeighbours {
+            elements: &mesh.elements,
+            around: &self.adjacency,
+            levels: &self.schedule.levels.node,
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
+use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{
     CCD_SAMPLES, FOOT_ROUND_OFF, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
@@ -256,13 +257,13 @@ impl<const D: usize> ContactPoint<D> {
                         return TargetTracking::Beyond;
                     };
                     projection = surface.project(next, at);
-                    self.rotate_frame(surface, (next, is_swapped), at);
+                    self.rotate_frame(surface, next, is_swapped, at);
                 }
                 break;
             };
             let before = projection.outside;
             projection = surface.project(next, at);
-            self.rotate_frame(surface, (next, false), at);
+            self.rotate_frame(surface, next, false, at);
             // Deep in a re-entrant edge, the point lies outside the faces on both sides.
             if projection.outside >= before {
                 break;
@@ -281,7 +282,8 @@ impl<const D: usize> ContactPoint<D> {
     fn rotate_frame(
         &mut self,
         surface: &dyn Surface<D>,
-        (next, is_swapped): (Pair, bool),
+        next: Pair,
+        is_swapped: bool,
         at: Configuration<D>,
     ) {
         let frame = |pair| {
@@ -358,15 +360,14 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// Sets target, bounds and start impulse of a constraint whose Jacobian is assembled. It
-    /// keeps the pair together over a drift of `drift` seconds, after a kick of `interval`
-    /// seconds: g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along ∇g(x_n), with g the
+    /// keeps the pair together over the drift after a kick: g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along ∇g(x_n), with g the
     /// deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, if the contact
     /// sticks, for the tangents. A contact that is open and carried no normal impulse only
     /// keeps g ≥ 0.
     pub(crate) fn set_constraint(
         &self,
         constraint: &mut Constraint<D>,
-        (drift, interval): (f64, f64),
+        KickSpan { interval, drift }: KickSpan,
         tolerance: f64,
     ) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
@@ -417,11 +418,16 @@ impl<const D: usize> ContactPoint<D> {
         &self,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
-        (drift, tolerance): (f64, f64),
+        drift: f64,
+        tolerance: f64,
     ) -> Constraint<D> {
         let mut constraint = Constraint::default();
         self.assemble_jacobian(&mut constraint.jacobian, surface, at);
-        self.set_constraint(&mut constraint, (drift, 0.0), tolerance);
+        let span = KickSpan {
+            interval: 0.0,
+            drift,
+        };
+        self.set_constraint(&mut constraint, span, tolerance);
         if self.is_new {
             constraint.impulse = [0.0; D];
             constraint.target = [0.0; D];

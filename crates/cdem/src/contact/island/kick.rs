@@ -16,14 +16,26 @@ use crate::contact::constraint::contact_point::{
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
-use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
+use crate::contact::island::touch_events::{ClosureRule, Event, TouchEvents};
 use crate::contact::rollback::change;
+use crate::contact::solver::Precision;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
+use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
     CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE, RESIDUAL,
 };
 use crate::math::profile::Stage;
+
+/// A kick of an island.
+#[derive(Clone, Copy)]
+pub(super) struct Kick<'a, const D: usize> {
+    /// Velocities of all nodes before it, m/s.
+    pub(super) before: &'a [[f64; D]],
+    /// Its time, s.
+    pub(super) time: f64,
+    pub(super) span: KickSpan,
+}
 
 /// Constraints of the closed pairs in a kick, and their results. Its memory is reused.
 #[derive(Debug, Default)]
@@ -117,41 +129,35 @@ impl<const D: usize> KickWorkspace<D> {
 
 impl<const D: usize> Island<D> {
     /// Finds the impulses of a substep that keep closed pairs together, (11), or open them,
-    /// (6)–(10). `before` are the velocities before the kick of `interval` seconds at `time`; a
-    /// drift of `drift` seconds follows. `energies` must be empty. Velocities are not changed:
+    /// (6)–(10). `energies` must be empty. Velocities are not changed:
     /// the results stay in the [workspace](KickWorkspace).
     pub(super) fn kick(
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
-        before: &[[f64; D]],
-        (time, interval, drift): (f64, f64, f64),
+        kick: Kick<D>,
         mut energies: ContactEnergies,
     ) {
         let mut hold = std::mem::take(&mut self.kick_workspace);
         let mut ended = std::mem::take(&mut hold.ended);
-        let followed = (&mut hold.followed, &mut hold.moved);
-        self.track_contacts(
-            context,
-            motion.positions(),
-            followed,
-            &mut ended,
-            &mut energies,
-        );
-        let timing = (time, interval, drift);
+        let at = motion.positions();
+        self.track_contacts(context, at, &mut hold, &mut ended, &mut energies);
         let mut touches = std::mem::take(&mut self.touch_events);
         self.solve_closed(
             context,
             motion,
-            (&mut hold, &mut touches),
-            timing,
+            &mut hold,
+            &mut touches,
+            kick,
             &mut energies,
         );
+        let KickSpan { interval, drift } = kick.span;
         let constraints = &hold.constraints;
         let least = context.least_speed(drift);
         for (contact, constraint) in self.contact_points.iter_mut().zip(constraints) {
             let jacobian = &constraint.jacobian;
-            let [old, new] = [before, motion.velocity].map(|v| jacobian.relative_velocities(v));
+            let [old, new] =
+                [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
             energies.book_work(&constraint.impulse, &old, &new, contact.is_new);
             energies.penetration = energies.penetration.max(contact.depth(jacobian));
             (contact.is_new, contact.normal) = (false, jacobian.frame[0]);
@@ -178,7 +184,7 @@ impl<const D: usize> Island<D> {
             }
             !parts
         });
-        touches.reexamine(self, context, motion, (drift, !ended.is_empty()));
+        touches.reexamine(self, context, motion, drift, !ended.is_empty());
         self.touch_events = touches;
         hold.end(motion.velocity);
         hold.undo(motion);
@@ -193,7 +199,7 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
-        (pairs, moved): (&mut Vec<Pair>, &mut Vec<bool>),
+        hold: &mut KickWorkspace<D>,
         ended: &mut Vec<ContactHistory>,
         energies: &mut ContactEnergies,
     ) {
@@ -204,6 +210,7 @@ impl<const D: usize> Island<D> {
         {
             return;
         }
+        let (pairs, moved) = (&mut hold.followed, &mut hold.moved);
         pairs.clear();
         pairs.extend(self.contact_points.iter().map(|contact| contact.pair));
         pairs.sort_unstable();
@@ -251,22 +258,31 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
-        (hold, touches): (&mut KickWorkspace<D>, &mut TouchEvents<D>),
-        (time, interval, drift): (f64, f64, f64),
+        hold: &mut KickWorkspace<D>,
+        touches: &mut TouchEvents<D>,
+        kick: Kick<D>,
         energies: &mut ContactEnergies,
     ) {
         hold.begin(self.contact_points.len());
-        let precision = (RESIDUAL, self.precision(context, motion.positions(), drift));
+        let drift = kick.span.drift;
+        let precision = Precision {
+            residual: RESIDUAL,
+            velocity: self.precision(context, motion.positions(), drift),
+        };
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
             if hold.asked < self.contact_points.len() {
-                self.set_new_constraints(context, motion, hold, (interval, drift), energies);
+                self.set_new_constraints(context, motion, hold, kick.span, energies);
             }
-            self.solve_for_gaps(context, motion, hold, (precision, drift), energies);
+            self.solve_for_gaps(context, motion, hold, precision, drift, energies);
             let least = match &before {
                 Some(before) => {
-                    let interval = (ClosureRule::InKick, (0.0, drift));
-                    touches.update(self, context, motion, (before, true), interval);
+                    let event = Event {
+                        before,
+                        has_begun: true,
+                        now: DriftProgress::start(drift),
+                    };
+                    touches.update(self, context, motion, &event, ClosureRule::InKick);
                     self.contact_points.len() / PAIRS_WORTH_A_SOLVE
                 }
                 None => {
@@ -274,9 +290,10 @@ impl<const D: usize> Island<D> {
                     0
                 }
             };
+            let pairs = touches.take_due_now();
             let closes =
-                self.close_touching(context, motion, touches, (time, drift, least), energies);
-            if !closes && !self.break_joints(context, motion, hold, (interval, drift)) {
+                pairs.len() > least && self.close_touching(context, motion, &pairs, kick, energies);
+            if !closes && !self.break_joints(context, motion, hold, kick.span) {
                 return;
             }
             before = Some(self.velocities(motion.velocity));
@@ -290,7 +307,7 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (interval, drift): (f64, f64),
+        span: KickSpan,
         energies: &mut ContactEnergies,
     ) {
         let at = motion.positions();
@@ -303,12 +320,15 @@ impl<const D: usize> Island<D> {
             .with_min_len(CONTACTS_PER_TASK);
         pairs.for_each(|(constraint, contact)| {
             contact.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
-            contact.set_constraint(constraint, (drift, interval), context.tolerance);
+            contact.set_constraint(constraint, span, context.tolerance);
         });
         hold.asked = count;
         hold.missed.resize(count, 0.0);
         let constraints = &hold.constraints;
-        energies.time_solution(|| self.solver.load(constraints, context.mobility(interval)));
+        energies.time_solution(|| {
+            self.solver
+                .load(constraints, context.mobility(span.interval))
+        });
         hold.start(self.solver.nodes(), motion.velocity);
     }
 
@@ -319,7 +339,8 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (precision, drift): ((f64, f64), f64),
+        precision: Precision,
+        drift: f64,
         energies: &mut ContactEnergies,
     ) {
         if self.contact_points.is_empty() {
@@ -343,23 +364,19 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Closes the open pairs that touch already, if they are more than `least`. Returns true if
-    /// any contact has begun.
+    /// Closes open pairs that touch already. Returns true if any contact has begun.
     fn close_touching(
         &mut self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        touches: &mut TouchEvents<D>,
-        (time, drift, least): (f64, f64, usize),
+        pairs: &[Pair],
+        kick: Kick<D>,
         energies: &mut ContactEnergies,
     ) -> bool {
-        let pairs = touches.take_due_now();
-        if pairs.len() <= least {
-            return false;
-        }
+        let remaining = [0.0, kick.span.drift];
         let drift_interval =
-            DriftInterval::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let begun = self.activate_pairs(context, drift_interval, &pairs, time);
+            DriftInterval::in_drift(motion.positions(), motion.velocity, remaining);
+        let begun = self.activate_pairs(context, drift_interval, pairs, kick.time);
         energies.touch_count += begun;
         begun > 0
     }
@@ -371,9 +388,9 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (interval, drift): (f64, f64),
+        span: KickSpan,
     ) -> bool {
-        let least = context.least_speed(drift);
+        let least = context.least_speed(span.drift);
         let mut breaks = false;
         for (contact, constraint) in self.contact_points.iter_mut().zip(&hold.constraints) {
             breaks |= contact.breaks(constraint, motion.velocity, least);
@@ -381,8 +398,8 @@ impl<const D: usize> Island<D> {
         if breaks {
             let known = self.contact_points.iter().zip(&hold.missed);
             for (constraint, (contact, missed)) in hold.constraints.iter_mut().zip(known) {
-                contact.set_constraint(constraint, (drift, interval), context.tolerance);
-                constraint.target[0] -= missed / drift;
+                contact.set_constraint(constraint, span, context.tolerance);
+                constraint.target[0] -= missed / span.drift;
             }
         }
         breaks

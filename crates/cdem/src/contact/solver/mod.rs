@@ -18,6 +18,15 @@ use crate::contact::solver::system::ContactSystem;
 use crate::contact::tolerances::SMALL_BLOCK_NODES;
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
+/// Precision of a solve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Precision {
+    /// Relative residual at which it stops.
+    pub(crate) residual: f64,
+    /// Change of a relative velocity that counts as none, m/s.
+    pub(crate) velocity: f64,
+}
+
 /// Contacts that share nodes, solved together.
 #[derive(Clone, Debug)]
 pub(crate) enum Solver<const D: usize> {
@@ -91,7 +100,7 @@ impl<const D: usize> Solver<D> {
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
-        precision: (f64, f64),
+        precision: Precision,
     ) -> f64 {
         with!(self, system => system.solve(constraints, velocity, precision))
     }
@@ -100,9 +109,9 @@ impl<const D: usize> Solver<D> {
     pub(crate) fn solve_from_rest(
         &mut self,
         constraints: &[Constraint<D>],
-        least: f64,
+        precision: Precision,
     ) -> Vec<(u32, [f64; D])> {
-        with!(self, system => system.solve_from_rest(constraints, least))
+        with!(self, system => system.solve_from_rest(constraints, precision))
     }
 
     /// Returns the nodes that may move, and all that mass matrices couple to them, sorted.

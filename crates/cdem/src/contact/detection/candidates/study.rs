@@ -110,9 +110,8 @@ impl Cost {
         self.joins += time(3, || assert!(!contacts.join(number)));
         self.grouping += time(3, || {
             contacts.workspace.islands_outdated = true;
-            contacts.group(&run.model.inertia, &|node, visit| {
-                (node / 3 * 3..node / 3 * 3 + 3).for_each(visit);
-            });
+            let neighbours = run.workspace.neighbours(&run.model.mesh);
+            contacts.group(&run.model.inertia, neighbours);
         });
         run.contacts = Some(contacts);
     }
