@@ -202,7 +202,7 @@ fn interrupted(scene: &str) -> Place {
     assert_eq!(ended.status.code(), Some(130));
     let told = String::from_utf8_lossy(&ended.stdout).into_owned();
     assert!(
-        told.contains("go on     cdem resume scene-results"),
+        told.contains("resume    cdem resume scene-results"),
         "{told}"
     );
     place
@@ -220,7 +220,7 @@ fn an_interrupted_run_goes_on() {
     );
     // Its tables list contacts in the order of their start, as those of any run.
     let told = place.cdem("resume scene-results --threads 1").done();
-    assert!(told.stderr().contains("going on at t ="), "{}", told.told());
+    assert!(told.stderr().contains("resuming at t ="), "{}", told.told());
     assert_same(&whole, &place);
     let again = place.cdem("resume scene-results").done();
     assert!(

@@ -11,12 +11,12 @@ use super::scan::{COUNTS, COUNTS_LINE, DAMAGED, Scanner};
 /// Group set of each geometric entity, by dimension and number.
 pub(super) type EntitySets = BTreeMap<(i32, i32), u32>;
 
-const PLACE_LINE: &str = "a line holds the three coordinates of a node, in the plane too; numbers \
-     of nodes come before";
+const PLACE_LINE: &str = "a line consists of the three coordinates of a node, in 2-D too; the \
+     numbers of the nodes come before";
 const ELEMENT_LINE: &str =
-    "a line holds the number of an element and as many nodes as its type has";
-const UNKNOWN_ENTITY: &str = "entities tell which physical groups elements lie in: list this one \
-     in $Entities, or write the file again with Gmsh";
+    "a line consists of the number of an element and as many nodes as its type has";
+const UNKNOWN_ENTITY: &str = "$Entities gives the physical groups of each entity: add this one, or \
+     write the file again with Gmsh";
 
 /// Reads `$Entities`: the physical groups of each entity.
 pub(super) fn entities(
@@ -32,7 +32,7 @@ pub(super) fn entities(
             rest_of_entity(scanner, collector, sets, (dimension, tag))?;
             if before.is_some_and(|before| before != sets[&(dimension, tag)]) {
                 let problem = format!(
-                    "entity {tag} of dimension {dimension} is there twice, in other physical groups"
+                    "entity {tag} of dimension {dimension} occurs twice, with different groups"
                 );
                 return Err(scanner.fault(problem, "leave one of them out"));
             }
@@ -170,8 +170,8 @@ pub(super) fn elements(
             None if sets.is_empty() => 0,
             None => {
                 let problem = format!(
-                    "elements of entity {entity} of dimension {dimension}, which $Entities does \
-                     not have"
+                    "entity {entity} of dimension {dimension} has elements, but is missing in \
+                     $Entities"
                 );
                 return Err(scanner.fault(problem, UNKNOWN_ENTITY));
             }
@@ -218,7 +218,7 @@ fn refuse_more(
     if count <= left {
         return Ok(());
     }
-    let problem = format!("{count} {things} of an entity, where the section has {left} more");
+    let problem = format!("an entity has {count} {things}, but the section has only {left} left");
     Err(scanner.fault(problem, COUNTS))
 }
 
@@ -231,6 +231,7 @@ fn check_total(
     if found == announced {
         return Ok(());
     }
-    let problem = format!("{announced} {things} are announced, but {found} are there");
+    let problem =
+        format!("the section gives {announced} as its number of {things}, but has {found}");
     Err(scanner.section_fault(problem, COUNTS))
 }

@@ -78,7 +78,7 @@ function colourKey(field, blocks, numbers) {
   const moving = blocks.map(({ name }, i) => [name, numbers[i]]).filter(([, n]) => n !== null);
   const items = moving.length <= BLOCK_COLOURS.length
     ? moving.map(([name, number]) => item(blockColour(number), name))
-    : [htmlElement("span", {}, "Each block has a colour of its own; colours repeat.")];
+    : [htmlElement("span", {}, "Each block has one colour; colours repeat.")];
   if (numbers.includes(null)) items.push(item(rgb(FIXED_COLOUR), "fixed"));
   return htmlElement("div", { class: "key" }, ...items);
 }

@@ -45,16 +45,16 @@ impl ContactEnergies {
     pub(crate) fn warnings(&self) -> impl Iterator<Item = String> {
         let unsolved = (self.unsolved_count > 0).then(|| {
             format!(
-                "contact impulses: solves that ended with a relative residual above {UNSOLVED:e}: {}, \
-                 the worst {:.1e}; contacts press on each other through very different masses, or \
-                 wedge: judge forces there with care",
+                "number of solves for contact impulses that ended with a residual above \
+                 {UNSOLVED:e}: {}; largest residual: {:.1e}; the contacts there join very \
+                 different masses, or a block is wedged: their forces may be inaccurate",
                 self.unsolved_count, self.residual
             )
         });
         let hurried = (self.overtravel_count > 0).then(|| {
             format!(
-                "contacts that slid farther in a step than the face is across that they were on: {} \
-                 times; where such faces bend, contacts may be lost: try a smaller `time.step`",
+                "number of contacts that slid farther in one step than the width of their face: \
+                 {}; at bends of the surface such contacts may be lost: try a smaller `time.step`",
                 self.overtravel_count
             )
         });

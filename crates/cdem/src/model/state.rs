@@ -115,9 +115,9 @@ impl Corrections {
         let [x, y, z] = self.angular_momentum;
         (self.count > 0).then(|| {
             format!(
-                "blocks that lay too deep in each other were moved apart at the end of {} steps, \
-                 which has added ({x:.1e}, {y:.1e}, {z:.1e}) N·m·s of angular momentum: judge spins \
-                 with care, or try a smaller `time.step`",
+                "position corrections moved overlapping blocks apart (number of steps: {}), and \
+                 added ({x:.1e}, {y:.1e}, {z:.1e}) N·m·s of angular momentum: angular velocities \
+                 may be inaccurate; try a smaller `time.step`",
                 self.count
             )
         })

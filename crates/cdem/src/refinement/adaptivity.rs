@@ -299,48 +299,54 @@ impl<const D: usize> Adaptivity<D> {
     /// the reasons.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let name = |block: usize| &self.base_model.mesh.blocks[block].name;
-        let limited = self.state.impact_history.limited().into_iter().map(|(limit, found)| {
-            let why = match limit {
+        let limited = self
+            .state
+            .impact_history
+            .limited()
+            .into_iter()
+            .map(|(limit, found)| {
+                let why = match limit {
                 RefinementLimit::Speed => {
-                    "so fast that smaller elements would leave what is elastic".to_owned()
+                    "at these speeds, strains of smaller elements would leave the elastic range"
+                        .to_owned()
                 }
                 RefinementLimit::Damping => {
-                    "smaller elements would need far shorter steps for their \
-                                   damping in proportion to stiffness"
+                    "stiffness-proportional damping of smaller elements would need much shorter \
+                     steps"
                         .to_owned()
                 }
                 RefinementLimit::Level => format!("`max_level` is {}", self.max_level),
                 RefinementLimit::Step => format!(
-                    "smaller elements need finer steps than 1/{} of the coarse one: try a smaller \
-                     `time.step`",
+                    "smaller elements need shorter steps than 1/{} of the coarse step: try a \
+                     smaller `time.step`",
                     1 << MAX_LEVEL
                 ),
                 RefinementLimit::Crowd => {
-                    "long or wide touches would take too many elements".to_owned()
+                    "long or wide touches would need too many elements".to_owned()
                 }
                 RefinementLimit::Masses if self.max_level < 2 => format!(
-                    "with `max_level` = {} blocks have too few nodes to keep their moments of \
-                     inertia: raise it to 2, mesh them, or set mass = \"lumped\"",
+                    "with `max_level` = {}, refined blocks have too few nodes to keep their \
+                     moments of inertia: set it to 2, use finer meshes, or set mass = \"lumped\"",
                     self.max_level
                 ),
                 RefinementLimit::Masses => {
-                    "masses of finer elements could not keep the moments of \
-                                  inertia: mesh these blocks"
+                    "the masses of smaller elements could not keep the moments of inertia: use \
+                     finer meshes of these blocks"
                         .to_owned()
                 }
             };
-            let [a, b] = found.blocks.map(|block| name(block as usize));
-            format!(
-                "collisions that were foreseen to lose more than `energy_loss` = {} at the first \
-                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {}, at {} m/s, to \
-                 lose {} at most)",
-                short(self.energy_loss),
-                found.count,
-                quantity(found.time, "s"),
-                significant(found.speed, 3),
-                significant(found.share, 2)
-            )
-        });
+                let [a, b] = found.blocks.map(|block| name(block as usize));
+                format!(
+                    "number of impacts with a predicted loss above `energy_loss` = {} at the first \
+                 touch: {}; {why} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, with \
+                 a loss of at most {})",
+                    short(self.energy_loss),
+                    found.count,
+                    quantity(found.time, "s"),
+                    significant(found.speed, 3),
+                    significant(found.share, 2)
+                )
+            });
         limited.collect()
     }
 

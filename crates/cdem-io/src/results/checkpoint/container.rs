@@ -51,18 +51,17 @@ fn parse<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, &[u8]), String> {
     let format = first.strip_prefix(MAGIC).ok_or("is no checkpoint")?;
     if format != FORMAT.to_string() {
         return Err(format!(
-            "is of format {format}, and this version of cdem reads format {FORMAT}: resume the run with \
-             the version that wrote it, or run the scene again"
+            "has format {format}; this version of cdem reads format {FORMAT}: resume with the \
+             version that wrote it, or run the scene again"
         ));
     }
-    let (whole, sum) = bytes
-        .split_last_chunk::<SUM>()
-        .ok_or("ends in the middle")?;
+    let (whole, sum) = bytes.split_last_chunk::<SUM>().ok_or("is incomplete")?;
     if crc32fast::hash(whole) != u32::from_le_bytes(*sum) {
         return Err("is damaged: its checksum is wrong".to_owned());
     }
-    let (head, body) = line(rest).ok_or("has no head")?;
-    let head = serde_json::from_str(head).map_err(|error| format!("has a wrong head: {error}"))?;
+    let (head, body) = line(rest).ok_or("has no header")?;
+    let head =
+        serde_json::from_str(head).map_err(|error| format!("has a wrong header: {error}"))?;
     let body = &body[..body.len().saturating_sub(SUM)];
     Ok((head, body))
 }
