@@ -11,7 +11,7 @@ use crate::contact::constraint::context::ContactContext;
 use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::{Island, IslandBodies};
-use crate::contact::solver::Solver;
+use crate::contact::solver::{Precision, Solver};
 use crate::contact::tolerances::{
     CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MOST_REPEATED_SOLVES, RESIDUAL,
 };
@@ -58,8 +58,10 @@ impl<const D: usize> ImpactSolve<D> {
                 .apply_impulse(*node as usize, &impulse, motion.velocity);
         }
         let is_small = self.constraints.len() <= FEW_CONTACTS;
-        let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
-        let precision = (done, self.precision);
+        let precision = Precision {
+            residual: if is_small { RESIDUAL } else { CROWD_RESIDUAL },
+            velocity: self.precision,
+        };
         energies.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
     }
 }

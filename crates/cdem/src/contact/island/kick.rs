@@ -18,6 +18,7 @@ use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
 use crate::contact::rollback::change;
+use crate::contact::solver::Precision;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::tolerances::{
@@ -256,7 +257,10 @@ impl<const D: usize> Island<D> {
         energies: &mut ContactEnergies,
     ) {
         hold.begin(self.contact_points.len());
-        let precision = (RESIDUAL, self.precision(context, motion.positions(), drift));
+        let precision = Precision {
+            residual: RESIDUAL,
+            velocity: self.precision(context, motion.positions(), drift),
+        };
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
             if hold.asked < self.contact_points.len() {
@@ -319,7 +323,7 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (precision, drift): ((f64, f64), f64),
+        (precision, drift): (Precision, f64),
         energies: &mut ContactEnergies,
     ) {
         if self.contact_points.is_empty() {
