@@ -1,14 +1,17 @@
 //! Solver of an island. The type of its SIMD blocks depends on how mass matrices couple nodes.
 
 pub(crate) mod active_set_cg;
+pub(crate) mod coloured_pass;
 pub(crate) mod colouring;
 pub(crate) mod contact_rows;
 pub(crate) mod dof_map;
 pub(crate) mod gauss_seidel;
 pub(crate) mod inverse_mass_columns;
 pub(crate) mod nonlinear_cg;
+pub(crate) mod row_assembly;
 pub(crate) mod simd_block;
 pub(crate) mod system;
+pub(crate) mod system_visits;
 #[cfg(test)]
 mod tests;
 
@@ -17,15 +20,6 @@ use crate::contact::solver::simd_block::{CoupledBlock, NodeBlock};
 use crate::contact::solver::system::ContactSystem;
 use crate::contact::tolerances::SMALL_BLOCK_NODES;
 use crate::model::inverse_mass::{InverseMass, KickMobility};
-
-/// Precision of a solve.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Precision {
-    /// Relative residual at which it stops.
-    pub(crate) residual: f64,
-    /// Change of a relative velocity that counts as none, m/s.
-    pub(crate) velocity: f64,
-}
 
 /// Contacts that share nodes, solved together.
 #[derive(Clone, Debug)]
@@ -36,6 +30,15 @@ pub(crate) enum Solver<const D: usize> {
     Blocks(ContactSystem<D, CoupledBlock<false>>),
     /// A mass matrix couples more than [`SMALL_BLOCK_NODES`] nodes.
     LargeBlocks(ContactSystem<D, CoupledBlock<true>>),
+}
+
+/// Changes of relative velocities at which a solve ends.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Precision {
+    /// Residual to reach.
+    pub(crate) residual: f64,
+    /// Change of a relative velocity that counts as none, m/s.
+    pub(crate) velocity: f64,
 }
 
 /// Evaluates an expression for the system of a solver, for each type of SIMD block.

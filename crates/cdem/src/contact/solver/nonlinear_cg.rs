@@ -80,7 +80,8 @@ impl<P: SimdBlock> NonlinearCg<P> {
     pub(super) fn leave<const D: usize>(
         &mut self,
         simd_blocks: &[u32],
-        (terms, point): (&ConstraintRows<D, P>, &ContactRows<D>),
+        terms: &ConstraintRows<D, P>,
+        point: &ContactRows<D>,
     ) {
         let back = scale(-1.0, &point.direction);
         Arch::new().dispatch(ApplyImpulses {
