@@ -70,7 +70,7 @@ def test_a_time_after_the_end_is_told_of(prisms):
 
 def test_a_callback_stops_the_run(prisms):
     simulation = cdem.Simulation(prisms)
-    # What arrays are compared to is a boolean of NumPy.
+    # Comparisons of arrays give booleans of NumPy.
     simulation.run(callback=lambda s: np.bool_(len(s.contacts) > 0))
     assert 0.333 < simulation.time < 0.335
     contacts = simulation.contacts
@@ -178,7 +178,7 @@ def test_velocities_in_space_have_three_components():
     assert np.array_equal(simulation.velocities, before)
     simulation.set_velocities([1.0, 2.0, 3.0], block="i")
     after, chosen = simulation.velocities, simulation.blocks["i"].points
-    # What is given is half a step from what is kept: round-off.
+    # The stored velocities are half a step away from the given ones: round-off.
     assert np.allclose(after[chosen], [1.0, 2.0, 3.0], rtol=1e-13)
     rest = np.ones(len(after), dtype=bool)
     rest[chosen] = False
@@ -231,7 +231,7 @@ def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
     simulation.record(tmp_path / "results")
     with pytest.raises(cdem.StepError, match="t = .*bar") as first:
         simulation.run()
-    # What has become unphysical neither goes on nor is kept.
+    # An unphysical run cannot continue, and has no checkpoint.
     for more in (
         simulation.step,
         simulation.save,
