@@ -9,7 +9,7 @@ const ROUND_OFF = 1e-9;
 // Rows of the table of blocks, at most.
 const LISTED_BLOCKS = 200;
 
-// What goes wrong after loading is counted, for those who test the page.
+// Errors after loading are counted, for tests of the page.
 function countErrors() {
   root.dataset.errors = "0";
   const another = () => {
@@ -175,7 +175,7 @@ function showEnergies(charts, history) {
   byId("ledger").append(ledger(history, entries, exchanged));
 }
 
-// What was there at the start and is at the end.
+// Energies at the start and at the end.
 function ledger(history, entries, exchanged) {
   const all = [...entries, ["energy_residual", "residual"]];
   const at = (row) => all.map(([column]) => history[column].at(row));
@@ -450,7 +450,7 @@ class AnimationView {
 
   onKey(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || !this.isInView()) return;
-    // What has the focus may want the key for itself.
+    // The element with the focus may need the key.
     const wanting = event.key === " " ? "button, select, input, summary, a"
       : "select, input:not(#scrub), pre, .scroll";
     if (event.target.closest?.(wanting)) return;
@@ -460,7 +460,7 @@ class AnimationView {
     action();
   }
 
-  // What keys do; many keyboards have + only with Shift.
+  // Actions of keys; many keyboards have + only with Shift.
   actions(shifted) {
     const step = (direction) => () => this.player.step(direction);
     const turn = (dx, dy) => () => this.moveCamera("turn", dx, dy);
