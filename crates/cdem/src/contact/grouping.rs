@@ -137,17 +137,17 @@ impl<const D: usize> Contacts<D> {
         inertia: &InverseMass<D>,
         neighbours: ElementNeighbours,
     ) {
-        for node in self.state.islands.iter().flat_map(|island| &island.nodes) {
-            self.workspace.index.in_island[*node as usize] = false;
+        let (data, state, index) = (&self.model_data, &mut self.state, &mut self.workspace.index);
+        for node in state.islands.iter().flat_map(|island| &island.nodes) {
+            index.in_island[*node as usize] = false;
         }
-        let index = &mut self.workspace.index;
         let closed = contact_points.iter().map(|point| point.pair);
-        let pairs = self.state.candidates.iter().copied().chain(closed);
-        let nodes = index.set_nodes(pairs.clone(), &self.model_data, inertia);
-        let sets = index.coupled_sets(&nodes, pairs, &self.model_data, inertia, neighbours);
+        let pairs = state.candidates.iter().copied().chain(closed);
+        let nodes = index.set_nodes(pairs.clone(), data, inertia);
+        let sets = index.coupled_sets(&nodes, pairs, data, inertia, neighbours);
         // An island often inherits the solver and memory of the one before with the same first
         // node.
-        let before = std::mem::take(&mut self.state.islands).into_iter();
+        let before = state.islands.drain(..);
         let before = before.filter_map(|island| Some((*island.nodes.first()?, island)));
         let mut before = before.peekable();
         // The smallest node of a set comes first, and creates its island.
@@ -168,15 +168,16 @@ impl<const D: usize> Contacts<D> {
                 island_of.push(island_of[root as usize]);
             }
             let island = island_of[place as usize];
-            self.workspace.index.island_of[node as usize] = island;
+            index.island_of[node as usize] = island;
             islands[island as usize].nodes.push(node);
         }
         for point in contact_points {
-            if let Some(island) = self.island_of_pair(point.pair) {
+            if let Some(island) = index.common(data.moving_nodes(point.pair)) {
                 islands[island].contact_points.push(point);
             }
         }
-        self.state.islands = islands;
+        drop(before);
+        state.islands = islands;
         self.set_separation_bounds();
     }
 

@@ -355,7 +355,7 @@ impl<const D: usize> Adaptivity<D> {
     /// blocks with zones that are no longer needed.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
         self.state.impact_history.end(number);
-        let mut waiting = std::mem::take(&mut self.state.waiting_blocks);
+        let mut waiting: Vec<usize> = self.state.waiting_blocks.drain(..).collect();
         waiting.sort_unstable();
         waiting.dedup();
         let with = |&block: &usize| (block, self.state.zones[block].clone());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::contact::remap::MeshConfiguration;
-use crate::element::{ElementNumbering, ElementSet, StressHistory};
+use crate::element::StressHistory;
 use crate::math::vector::sub;
 use crate::mesh::Mesh;
 use crate::model::positions::Positions;
@@ -13,6 +13,7 @@ use crate::model::{Model, State};
 use crate::refinement::{Adaptivity, BlockChange, MeshTransfer, RefinedBlock, predecessors};
 use crate::step::Run;
 use crate::step::adapt::conserve::BlockBefore;
+use crate::step::adapt::remesh::MeshElements;
 use crate::step::adapt::when::ROUND_OFF;
 use crate::step::kick::KickImpulses;
 use crate::step::schedule::KickSchedule;
@@ -75,15 +76,10 @@ impl<const D: usize> Run<D> {
             }
             old_covers.insert(block, second.exchange(change));
         }
-        let old_state = std::mem::take(&mut self.state);
-        self.bring_up(&blocks, &old_state);
-        let old_elements = MeshElements {
-            mesh: old_mesh,
-            sets: std::mem::take(&mut self.model.sets),
-            place: std::mem::take(&mut self.model.numbering),
-        };
-        let time = old_state.number as f64 * self.model.step;
-        self.model.remesh(second, time);
+        self.bring_up(&blocks);
+        let time = self.time();
+        let old_elements = self.model.remesh(second, time);
+        let old_state = &self.state;
         let refined_blocks = old_covers.iter().map(|(&block, old)| {
             let refined_blocks = [old.as_ref(), second.refined_blocks()[block].as_ref()];
             (block, refined_blocks)
@@ -103,7 +99,7 @@ impl<const D: usize> Run<D> {
             refined_blocks,
         };
         let origins = carry.origins();
-        let mut state = carry.state(&old_state, &origins, &coarser);
+        let mut state = carry.state(old_state, &origins, &coarser);
         let kicks = old_state
             .velocity
             .iter()
@@ -121,7 +117,7 @@ impl<const D: usize> Run<D> {
         }
         self.model
             .restore_history(&old_elements, &origins, &state.displacement);
-        self.state = state;
+        let old_state = std::mem::replace(&mut self.state, state);
         (old_state, kicks)
     }
 
@@ -165,11 +161,11 @@ impl<const D: usize> Run<D> {
     }
 
     /// Updates the history of the elements of some blocks to the present instant.
-    fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
+    fn bring_up(&mut self, blocks: &[usize]) {
         let model = &mut self.model;
         for &block in blocks {
             for (set, i) in model.elements(block).map(|e| model.numbering.of(e)) {
-                model.sets[set].update_history(i, &state.displacement);
+                model.sets[set].update_history(i, &self.state.displacement);
             }
         }
     }
@@ -191,16 +187,9 @@ impl<const D: usize> Run<D> {
     }
 }
 
-/// The elements of a mesh: sets, and the numbering of elements in them.
-struct MeshElements<'a, const D: usize> {
-    mesh: &'a Mesh<D>,
-    sets: Vec<Box<dyn ElementSet<D>>>,
-    place: ElementNumbering,
-}
-
-impl<const D: usize> MeshElements<'_, D> {
+impl<const D: usize> MeshElements<D> {
     fn past(&self, element: u32) -> Option<StressHistory<D>> {
-        let (set, i) = self.place.of(element as usize);
+        let (set, i) = self.numbering.of(element as usize);
         self.sets[set].stress_history(i)
     }
 
@@ -222,8 +211,8 @@ impl<const D: usize> Model<D> {
             let (set, i) = self.numbering.of(element);
             let set = &mut self.sets[set];
             let own = MeshElements::corners(&self.mesh, element);
-            if own.eq(MeshElements::corners(old.mesh, of[0] as usize)) {
-                let (old_set, old_i) = old.place.of(of[0] as usize);
+            if own.eq(MeshElements::corners(&old.mesh, of[0] as usize)) {
+                let (old_set, old_i) = old.numbering.of(of[0] as usize);
                 set.set_record(i, &old.sets[old_set].record(old_i));
                 continue;
             }
