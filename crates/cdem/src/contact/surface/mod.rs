@@ -16,6 +16,8 @@ pub(crate) mod kicked;
 pub(crate) mod material_point;
 #[cfg(test)]
 mod material_point_tests;
+#[cfg(test)]
+mod trait_tests;
 pub(crate) mod traits;
 pub(crate) mod triangulation;
 
