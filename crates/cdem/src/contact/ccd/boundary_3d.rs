@@ -12,8 +12,8 @@ use crate::math::vector::{cross, dot, norm, sub};
 impl TimeOfImpact<3> for Boundary3d {
     fn may_touch_in_drift(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { .. } => true,
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::PointTriangle { .. } => true,
+            FeaturePair::EdgeEdge { main, target } => {
                 self.may_be_sharp_within([main, target], at, end)
             }
         }
@@ -29,13 +29,13 @@ impl TimeOfImpact<3> for Boundary3d {
     ) -> bool {
         let within = (duration, slack);
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 let p = self.triangulation.point(vertex, at);
                 let gap = || point_triangle::gap(&p, &self.triangulation.triangle(triangle, at));
                 slack.clear.is_finite() && gap() > slack.clear
                     || self.point_triangle_stays((vertex, triangle), at, velocity, within)
             }
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 self.edge_edge_stays([main, target], at, velocity, within)
             }
         }
@@ -50,10 +50,10 @@ impl TimeOfImpact<3> for Boundary3d {
         depth: f64,
     ) -> Option<f64> {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 self.time_of_point_triangle((vertex, triangle), at, velocity, (duration, depth))
             }
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 self.time_of_edge_edge([main, target], at, velocity, (duration, depth))
             }
         }

@@ -109,11 +109,11 @@ impl FeatureSet {
         tolerance: f64,
     ) -> [Self; 2] {
         match boundary.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => [
+            FeaturePair::PointTriangle { vertex, triangle } => [
                 Self::at_vertex(boundary, vertex, at),
                 Self::on_triangle(boundary, (vertex, triangle), at, tolerance),
             ],
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 let foot = boundary
                     .edge_edge(main, target, at)
                     .map_or([0.5; 2], |c| c.foot);

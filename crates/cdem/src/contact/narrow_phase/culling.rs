@@ -25,7 +25,7 @@ impl Boundary3d {
         let facing = self.point_triangle(vertex, triangle, at);
         if facing.gap > range || facing.gap < -range - tolerance || facing.foot_distance().1 > range
         {
-            return CullingResult::Apart;
+            return CullingResult::Far;
         }
         let edges = self.triangulation.edges_at(vertex).iter();
         let lengths = edges.map(|&edge| self.length(edge, at));
@@ -43,13 +43,13 @@ impl Boundary3d {
     ) -> CullingResult {
         let [main, target] = edges.map(|edge| self.triangulation.edge(edge, at));
         if distance(&main, &target) > reach.max(tolerance) + tolerance {
-            return CullingResult::Apart;
+            return CullingResult::Far;
         }
         let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
         let sharpens = |k: usize| self.triangulation.sharpens_after(edges[k], lengths[k], at);
         let sharpens = f64::max(sharpens(0), sharpens(1));
         if reach <= sharpens {
-            return CullingResult::Lacks(sharpens);
+            return CullingResult::ExcludedUntil(sharpens);
         }
         let Some(crossing) = self.edge_edge(edges[0], edges[1], at) else {
             return CullingResult::Near;
@@ -70,6 +70,6 @@ fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> CullingResult {
     } else {
         // Whatever the reach is later: a touch at a corner may belong to any feature there within
         // the tolerance.
-        CullingResult::Lacks(turned - tolerance)
+        CullingResult::ExcludedUntil(turned - tolerance)
     }
 }

@@ -167,8 +167,8 @@ impl Boundary3d {
         );
         let plane = ContactPlane::new(point, &normal, &along);
         let vertex = match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, .. } => Some(vertex),
-            FeaturePair::Crossing { .. } => None,
+            FeaturePair::PointTriangle { vertex, .. } => Some(vertex),
+            FeaturePair::EdgeEdge { .. } => None,
         };
         let mut sum = 0.0;
         for &facet in &main {

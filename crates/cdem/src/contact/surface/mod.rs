@@ -16,6 +16,8 @@ pub(crate) mod kicked;
 pub(crate) mod material_point;
 #[cfg(test)]
 mod material_point_tests;
+#[cfg(test)]
+mod trait_tests;
 pub(crate) mod traits;
 pub(crate) mod triangulation;
 
@@ -47,11 +49,11 @@ pub(crate) enum CullingResult {
     /// They may touch.
     Near,
     /// They are too far from each other, at least by a little.
-    Apart,
+    Far,
     /// Their orientation rules out contact as long as the motion bound and
     /// [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) times the travels of the nodes of
     /// both blocks since the test add up to less than this length, m.
-    Lacks(f64),
+    ExcludedUntil(f64),
 }
 
 /// A main feature against a target feature: in 2-D a vertex and an edge.

@@ -64,7 +64,7 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
         if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
             CullingResult::Near
         } else {
-            CullingResult::Apart
+            CullingResult::Far
         }
     }
     /// Returns true if a pair that touches at rest can press. Edges within a flat face cannot.

@@ -445,13 +445,13 @@ impl<const D: usize> CandidateSearch<D> {
                 let surface = blocks.surface;
                 surface.cull(candidate.pair, at, reach, blocks.tolerance)
             } else {
-                CullingResult::Apart
+                CullingResult::Far
             };
             let lacks = match nearness {
-                CullingResult::Lacks(length) => {
+                CullingResult::ExcludedUntil(length) => {
                     length + CULLING_RATE * way - CULLING_ROUND_OFF * blocks.tolerance
                 }
-                CullingResult::Near | CullingResult::Apart => 0.0,
+                CullingResult::Near | CullingResult::Far => 0.0,
             };
             let held = if nearness == CullingResult::Near {
                 way + f64::max(

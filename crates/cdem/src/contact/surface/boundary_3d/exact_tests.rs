@@ -16,7 +16,7 @@ fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
     let triangulation = &boundary.triangulation;
     let path = |corner: u32| query.path(triangulation.nodes_of_corner(corner)[0]);
     match boundary.feature_pair(pair) {
-        FeaturePair::Facing { vertex, triangle } => {
+        FeaturePair::PointTriangle { vertex, triangle } => {
             let p = path(vertex);
             let abc = triangulation.triangles[triangle as usize].corners.map(path);
             let sides = [1, 2].map(|k| difference(&abc[k], &abc[0]));
@@ -33,7 +33,7 @@ fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
                 bound: bound(&[&from, &sides[0], &sides[1]]),
             }
         }
-        FeaturePair::Crossing { main, target } => {
+        FeaturePair::EdgeEdge { main, target } => {
             let [one, other] =
                 [main, target].map(|e| triangulation.edges[e as usize].ends.map(path));
             let along = [&one, &other].map(|[a, b]| difference(b, a));
@@ -79,13 +79,13 @@ impl Trial<'_> {
     fn is_crossing(&self) -> bool {
         matches!(
             self.boundary.feature_pair(self.pair),
-            FeaturePair::Crossing { .. }
+            FeaturePair::EdgeEdge { .. }
         )
     }
 
     /// True if the normal is the cross product of the directions of the edges; `None` if unclear.
     fn is_forward(&self, time: f64) -> Option<bool> {
-        let FeaturePair::Crossing { main, target } = self.boundary.feature_pair(self.pair) else {
+        let FeaturePair::EdgeEdge { main, target } = self.boundary.feature_pair(self.pair) else {
             return Some(true);
         };
         let then = self.at.after(self.velocity, time);

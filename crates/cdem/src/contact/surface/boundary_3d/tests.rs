@@ -347,7 +347,7 @@ proptest! {
         }
     }
 
-    /// The length of [`CullingResult::Lacks`] shrinks by no more than the given rate.
+    /// The length of [`CullingResult::ExcludedUntil`] shrinks by no more than the given rate.
     #[test]
     fn what_lacks_to_touch_stays_until_nodes_have_moved_far_enough(
         warp in proptest::array::uniform8(vector(0.1)),
@@ -367,7 +367,7 @@ proptest! {
         let still = vec![[0.0; 3]; 16];
         let at = Configuration::new(&mesh.nodes, &still);
         for pair in all_pairs(&boundary) {
-            let CullingResult::Lacks(length) = boundary.cull(pair, at, reach, tolerance) else {
+            let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, reach, tolerance) else {
                 continue;
             };
             if length <= reach {
@@ -466,10 +466,10 @@ fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, tolerance: f64) -> V
         let projection = boundary.project(pair, at);
         let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
         let counts = match boundary.feature_pair(pair) {
-            FeaturePair::Crossing { main, target } => [main, target]
+            FeaturePair::EdgeEdge { main, target } => [main, target]
                 .iter()
                 .all(|&edge| boundary.triangulation.is_sharp(edge, at)),
-            FeaturePair::Facing { .. } => true,
+            FeaturePair::PointTriangle { .. } => true,
         };
         let known = |other: &Pair| boundary.same_contact(*other, pair, at, tolerance);
         if touches && counts && boundary.in_normal_cone(pair, at) && !contacts.iter().any(known) {
