@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::restore::{ResumeError, require};
 use crate::refinement::impact_history::ImpactHistory;
 use crate::refinement::indicator::RefinementLimit;
-use crate::refinement::refined_block::MOST_THROUGHOUT;
+use crate::refinement::refined_block::MOST_UNIFORM_HALVINGS;
 use crate::refinement::zone::Zone;
 
 /// All of the adaptivity that a restart needs. Lists have an entry for each block. Refined blocks
@@ -68,7 +68,7 @@ impl<const D: usize> AdaptivityState<D> {
         let mut made = self.zones_made.iter().zip(&self.zones);
         let mut halvings = self.uniform_halvings.iter().flatten();
         let fits = made.all(|(&made, zones)| made <= zones.len())
-            && halvings.all(|halvings| (0..=MOST_THROUGHOUT).contains(halvings))
+            && halvings.all(|halvings| (0..=MOST_UNIFORM_HALVINGS).contains(halvings))
             && self.waiting_blocks.iter().all(|&block| block < blocks)
             && self.impact_history.are_of(blocks);
         require(fits, "its zones")

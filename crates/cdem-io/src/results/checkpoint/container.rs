@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn another_format_is_told() {
-        let told = parse::<Vec<f64>>(b"cdem checkpoint 7\n[]\n....").expect_err("another");
-        assert!(told.starts_with("is of format 7"), "{told}");
+        let told = parse::<Vec<f64>>(b"cdem checkpoint 6\n[]\n....").expect_err("another");
+        assert!(told.starts_with("has format 6"), "{told}");
     }
 }
