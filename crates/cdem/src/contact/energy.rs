@@ -108,8 +108,7 @@ impl ContactEnergies {
     pub(super) fn book_work<const D: usize>(
         &mut self,
         impulse: &[f64; D],
-        old: &[f64; D],
-        new: &[f64; D],
+        [old, new]: [&[f64; D]; 2],
         impact: bool,
     ) {
         let end = match self.at {

@@ -2,10 +2,9 @@
 //! overlap at the start of a step (section 2 of the paper).
 
 use crate::contact::constraint::contact_constraint::shear_norm;
-use crate::contact::constraint::contact_point::{
-    ContactHistory, ContactPoint, DriftInterval, TargetTracking,
-};
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::target_tracking::TargetTracking;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::parallel::IslandKicks;
@@ -34,7 +33,7 @@ impl<const D: usize> Island<D> {
         received: &mut Vec<(u32, [f64; D])>,
         energies: &mut ContactEnergies,
     ) -> Vec<ContactHistory> {
-        let (surface, tolerance) = (context.surface, context.tolerance);
+        let surface = context.surface;
         let at = motion.positions();
         let overlaps = |&pair: &Pair| {
             let projection = surface.project(pair, at);
@@ -50,7 +49,7 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         self.contact_points.retain_mut(|contact| {
             contact.is_sticking = false; // the foot follows the point; the springs do not
-            let followed = contact.track_target(surface, motion.positions(), tolerance, |_| false);
+            let followed = contact.track_target(context, motion.positions(), |_| false);
             let kick = (followed != TargetTracking::Beyond)
                 .then(|| contact.spring(context, motion, kick.before, interval, energies))
                 .flatten();

@@ -180,7 +180,7 @@ impl<const D: usize> Island<D> {
     ) -> ImpactSolve<D> {
         let constraint = |contact: &ContactPoint<D>| {
             let at = motion.positions().into();
-            contact.impact_constraint(context.surface, at, duration, context.tolerance)
+            contact.impact_constraint(context, at, duration)
         };
         let contact = self
             .contact_points
@@ -244,7 +244,7 @@ impl<const D: usize> Island<D> {
         for (contact, (constraint, old)) in self.contact_points.iter_mut().zip(solved) {
             let new = constraint.jacobian.relative_velocities(motion.velocity);
             let added = constraint.added();
-            energies.book_work(&added, old, &new, true);
+            energies.book_work(&added, [old, &new], true);
             contact
                 .history
                 .count(&constraint.impulse_before, &constraint.impulse);
