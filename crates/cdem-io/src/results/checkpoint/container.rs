@@ -102,6 +102,6 @@ mod tests {
     #[test]
     fn another_format_is_told() {
         let told = parse::<Vec<f64>>(b"cdem checkpoint 7\n[]\n....").expect_err("another");
-        assert!(told.starts_with("is of format 7"), "{told}");
+        assert!(told.starts_with("has format 7"), "{told}");
     }
 }
