@@ -64,7 +64,7 @@ def test_a_folder_of_something_else_is_told_of(tmp_path):
 @pytest.mark.parametrize(
     ("name", "kept", "message"),
     [
-        ("history.csv", 0, "history.csv is that of something else"),
+        ("history.csv", 0, "history.csv is not from a run"),
         ("contacts.csv", 0, "contacts.csv is empty"),
         ("summary.json", 100, r"summary.json:\d+: "),
         ("frames.pvd", 100, "cannot read .*frames.pvd"),

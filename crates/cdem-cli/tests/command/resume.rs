@@ -215,7 +215,9 @@ fn an_interrupted_run_goes_on() {
     let place = interrupted(&heap("1e-9"));
     let kept = place.cdem("run scene.toml").told();
     assert!(
-        kept.contains("interrupted, go on with `cdem resume`; or replace it with --force"),
+        kept.contains(
+            "resume that run with `cdem resume` if it was interrupted, replace it with --force"
+        ),
         "{kept}"
     );
     // Its tables list contacts in the order of their start, as those of any run.

@@ -498,7 +498,7 @@ mod tests {
         assert_eq!(told(-1.9, false), "");
         for enforced in [true, false] {
             let text = told(-2.345, enforced);
-            let start = "-2.35 J of 100 J, 2.3 %, are unaccounted for";
+            let start = "the residual of the energy ledger is -2.35 J of 100 J, 2.3 %";
             assert!(
                 text.starts_with(start) && text.contains("more elements"),
                 "{text}"

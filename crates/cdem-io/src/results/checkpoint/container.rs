@@ -51,8 +51,7 @@ fn parse<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, &[u8]), String> {
     let format = first.strip_prefix(MAGIC).ok_or("is no checkpoint")?;
     if format != FORMAT.to_string() {
         return Err(format!(
-            "has format {format}; this version of cdem reads format {FORMAT}: resume with the \
-             version that wrote it, or run the scene again"
+            "has format {format}, and this version of cdem reads format {FORMAT}"
         ));
     }
     let (whole, sum) = bytes.split_last_chunk::<SUM>().ok_or("is incomplete")?;
