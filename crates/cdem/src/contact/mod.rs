@@ -423,13 +423,13 @@ impl<const D: usize> Contacts<D> {
     /// Returns the contacts that have ended since the last call.
     pub(crate) fn take_ended(&mut self) -> Vec<ContactHistory> {
         self.state.ended_before = 0;
-        std::mem::take(&mut self.state.ended)
+        self.state.ended.drain(..).collect()
     }
 
     /// True if nodes have moved farther in a coarse step than their motion bound, in any step
     /// since the last call.
     pub(crate) fn take_search_overrun(&mut self) -> bool {
-        std::mem::take(&mut self.state.search_overrun)
+        std::mem::replace(&mut self.state.search_overrun, false)
     }
 
     /// True if two blocks must never overlap.

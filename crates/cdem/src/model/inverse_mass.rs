@@ -137,8 +137,7 @@ impl<const D: usize> InverseMass<D> {
         mass: Vec<f64>,
         dense: impl Iterator<Item = ([usize; 2], &'a [f64])>,
     ) {
-        let old = std::mem::take(&mut self.dense).into_iter();
-        let mut old: Vec<Option<Dense<D>>> = old.map(Some).collect();
+        let mut old: Vec<Option<Dense<D>>> = self.dense.drain(..).map(Some).collect();
         let old_of = std::mem::replace(&mut self.dense_of, vec![LUMPED; mass.len()]);
         self.mass = mass;
         self.most_coupled = 1;

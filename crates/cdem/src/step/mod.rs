@@ -275,7 +275,9 @@ impl<const D: usize> Run<D> {
         // Contact measures its own time.
         self.watch.skip();
         self.book_reactions(first, &received);
-        self.receive(&received);
+        let touched_nodes = &mut self.workspace.touched_nodes;
+        self.state
+            .add_impulses(&self.model, &received, touched_nodes);
     }
 
     fn substep(&mut self, substep: &Substep) {
@@ -344,39 +346,25 @@ impl<const D: usize> Run<D> {
                 drift: substep.drifts(),
             },
         };
-        let mut received = std::mem::take(&mut self.workspace.received);
+        let inertia = &self.model.inertia;
+        let Workspace {
+            received,
+            impulses,
+            touched_nodes,
+            ..
+        } = &mut self.workspace;
         received.clear();
-        contacts.kick(&mut motion, &self.model.inertia, &kick, &mut received);
+        contacts.kick(&mut motion, inertia, &kick, received);
         self.watch.skip();
-        for (node, impulse) in &received {
-            if self
-                .model
-                .inertia
-                .prescribed(*node as usize)
-                .contains(&true)
-            {
-                let contact = &mut self.workspace.impulses.contact[*node as usize];
-                add_scaled(contact, 1.0, impulse);
+        for (node, impulse) in &*received {
+            if inertia.prescribed(*node as usize).contains(&true) {
+                add_scaled(&mut impulses.contact[*node as usize], 1.0, impulse);
             }
         }
         if self.model.acting(substep.time).local_damping {
-            self.store_contact_forces(substep, &received);
+            state.store_contact_forces(substep, received);
         }
-        self.receive(&received);
-        self.workspace.received = received;
-    }
-
-    /// Stores the contact forces of a kick for local damping in the next kick.
-    fn store_contact_forces(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
-        let forces = [&mut *self.state.contact_force];
-        substep.each_node(forces, &|_, [force]| *force = [0.0; D]);
-        for (node, impulse) in received {
-            let interval = self.state.last_kick.interval[*node as usize];
-            if interval > 0.0 {
-                let force = &mut self.state.contact_force[*node as usize];
-                add_scaled(force, 1.0 / interval, impulse);
-            }
-        }
+        state.add_impulses(&self.model, received, touched_nodes);
     }
 
     /// Drifts the nodes: those in islands from touch to touch, the others freely.
@@ -432,7 +420,9 @@ impl<const D: usize> Run<D> {
         }
         given.extend(&received);
         self.book_reactions(substep, &given);
-        self.receive(&received);
+        let touched_nodes = &mut self.workspace.touched_nodes;
+        self.state
+            .add_impulses(&self.model, &received, touched_nodes);
     }
 
     /// Stores the momenta of the prescribed nodes before a drift.
@@ -475,20 +465,39 @@ impl<const D: usize> Run<D> {
             self.workspace.impulses.contact[*node as usize] = [0.0; D];
         }
     }
+}
+
+impl<const D: usize> State<D> {
+    /// Stores the contact forces of a kick for local damping in the next kick.
+    fn store_contact_forces(&mut self, substep: &Substep, received: &[(u32, [f64; D])]) {
+        let forces = [&mut *self.contact_force];
+        substep.each_node(forces, &|_, [force]| *force = [0.0; D]);
+        for (node, impulse) in received {
+            let interval = self.last_kick.interval[*node as usize];
+            if interval > 0.0 {
+                let force = &mut self.contact_force[*node as usize];
+                add_scaled(force, 1.0 / interval, impulse);
+            }
+        }
+    }
 
     /// Adds contact impulses to the sums of nodes and blocks; those on fixed blocks go to the
-    /// ledger.
-    fn receive(&mut self, received: &[(u32, [f64; D])]) {
+    /// ledger. Adds their nodes to a list.
+    fn add_impulses(
+        &mut self,
+        model: &Model<D>,
+        received: &[(u32, [f64; D])],
+        touched_nodes: &mut Vec<u32>,
+    ) {
         for (node, impulse) in received {
-            let block = self.model.block_of[*node as usize] as usize;
+            let block = model.block_of[*node as usize] as usize;
             let padded = pad(impulse);
-            add_scaled(&mut self.state.block_impulse[block], 1.0, &padded);
-            if self.model.blocks[block].fixed {
-                self.state.ledger.impulse.add_scaled(-1.0, &padded);
+            add_scaled(&mut self.block_impulse[block], 1.0, &padded);
+            if model.blocks[block].fixed {
+                self.ledger.impulse.add_scaled(-1.0, &padded);
             }
-            let sum = &mut self.state.node_impulse[*node as usize];
-            add_scaled(sum, 1.0, impulse);
-            self.workspace.touched_nodes.push(*node);
+            add_scaled(&mut self.node_impulse[*node as usize], 1.0, impulse);
+            touched_nodes.push(*node);
         }
     }
 }

@@ -358,8 +358,9 @@ impl<const D: usize> ContactPoint<D> {
         velocity: &[[f64; D]],
         least: f64,
     ) {
-        let fresh = std::mem::take(&mut self.is_new);
-        if !fresh {
+        if self.is_new {
+            self.is_new = false;
+        } else {
             self.impulse = solved.impulse;
             self.breaks(solved, velocity, least);
         }

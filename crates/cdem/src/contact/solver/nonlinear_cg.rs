@@ -110,7 +110,7 @@ impl<P: SimdBlock> NonlinearCg<P> {
 
     /// Takes the step that each impulse still has to take, and sets it to 0.
     pub(super) fn take_ratio(&mut self) -> f64 {
-        std::mem::take(&mut self.ratio)
+        std::mem::replace(&mut self.ratio, 0.0)
     }
 }
 
