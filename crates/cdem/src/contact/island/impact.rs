@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::energy::{ContactEnergies, DriftImpulses};
+use crate::contact::energy::ContactEnergies;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::touch_events::Event;
 use crate::contact::island::{Island, IslandBodies};
@@ -94,7 +94,6 @@ impl<const D: usize> Island<D> {
         motion: &mut NodalMotion<D>,
         event: &Event<D>,
         bodies: &mut IslandBodies<D, I>,
-        received: &mut DriftImpulses<D>,
         energies: &mut ContactEnergies,
     ) {
         let (duration, remaining) = (event.now.duration, event.now.remaining());
@@ -137,7 +136,7 @@ impl<const D: usize> Island<D> {
             context,
             motion,
             &impact,
-            &mut received.of_contacts,
+            &mut bodies.received.of_contacts,
             energies,
         );
         energies.impact_loss -= coupling.finish_impact(
@@ -145,7 +144,7 @@ impl<const D: usize> Island<D> {
             motion,
             remaining,
             of_bodies.factor,
-            &mut received.on_prescribed,
+            &mut bodies.received.on_prescribed,
         );
     }
 

@@ -42,6 +42,8 @@ pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
     pub(crate) touch: I::Touch,
     /// Log of the nodes that the island moves in its drift.
     pub(crate) rollback: &'a mut Rollback<D>,
+    /// Impulses on nodes in that drift.
+    pub(crate) received: &'a mut DriftImpulses<D>,
 }
 
 /// Contact points and candidate pairs that share nodes, solved together.
@@ -92,7 +94,6 @@ impl<const D: usize> Island<D> {
         time: f64,
         duration: f64,
         bodies: &mut IslandBodies<D, impl BodyCoupling<D>>,
-        impulses: &mut DriftImpulses<D>,
         energies: &mut ContactEnergies,
     ) {
         let mut touches = std::mem::take(&mut self.touch_events);
@@ -127,7 +128,7 @@ impl<const D: usize> Island<D> {
                 has_begun: begun > 0,
                 now,
             };
-            self.solve_impact(context, motion, &event, bodies, impulses, energies);
+            self.solve_impact(context, motion, &event, bodies, energies);
             let motion = &KickedView::new(motion, None);
             touches.update(self, context, motion, &event, ClosureRule::InDrift);
         }

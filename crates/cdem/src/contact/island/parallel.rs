@@ -193,6 +193,7 @@ fn drift_with_touches<const D: usize, I: BodyCoupling<D>>(
             of_all: bodies,
             touch: I::Touch::default(),
             rollback: &mut outcomes.rollback,
+            received: &mut outcomes.impulses,
         };
         island.drift(
             context,
@@ -200,7 +201,6 @@ fn drift_with_touches<const D: usize, I: BodyCoupling<D>>(
             time,
             meeting.duration,
             bodies,
-            &mut outcomes.impulses,
             &mut outcomes.energies,
         );
         outcomes.energies.watch.lap(Stage::Geometry);
