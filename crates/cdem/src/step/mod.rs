@@ -31,11 +31,11 @@ use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Element;
 use crate::model::kinematics::{NodalMotion, drift_node};
-use crate::model::ledger::{ImpulseAccount, Ledger, WorkVelocity};
+use crate::model::ledger::{ImpulseAccount, Ledger};
 use crate::model::time_levels::{self, Levels};
 use crate::model::{Model, State};
 use crate::refinement::Adaptivity;
-use crate::step::kick::{KickImpulses, KickPurpose};
+use crate::step::kick::KickImpulses;
 use crate::step::mid_step_impact::MidStepImpact;
 use crate::step::schedule::{KickSchedule, Substep};
 use crate::step::speed_bounds::SpeedBounds;
@@ -351,13 +351,8 @@ impl<const D: usize> Run<D> {
 
     fn substep(&mut self, substep: &Substep) {
         let mut velocity = std::mem::take(&mut self.state.velocity);
-        self.model.kick(
-            &mut self.state,
-            &mut velocity,
-            &mut self.impulses,
-            substep,
-            KickPurpose::Advance,
-        );
+        self.model
+            .kick(&mut self.state, &mut velocity, &mut self.impulses, substep);
         self.state.velocity = velocity;
         self.watch.lap(Stage::Forces);
         self.kick_contacts(substep);
@@ -365,9 +360,8 @@ impl<const D: usize> Run<D> {
         self.model
             .book_damping(velocity, &mut self.impulses, substep);
         let ledger = &mut self.ledger;
-        let after = (&*self.state.velocity, WorkVelocity::Mean);
         let impulses = &mut self.impulses;
-        self.model.book_kick(after, impulses, substep, ledger);
+        self.model.book_kick(velocity, impulses, substep, ledger);
         if let Some(second) = &mut self.adaptivity {
             for (node, energy) in self.impulses.made_by_levels(&self.state.velocity) {
                 second.add_energy_debt(self.model.block_of[node as usize] as usize, energy);

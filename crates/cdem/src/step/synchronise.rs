@@ -3,9 +3,8 @@
 use crate::contact::energy::ContactEnergies;
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
 use crate::model::kinematics::NodalMotion;
-use crate::model::ledger::{Ledger, WorkVelocity};
+use crate::model::ledger::Ledger;
 use crate::step::Run;
-use crate::step::kick::KickPurpose;
 
 /// The state at an instant, with half of the due kick in it.
 pub(crate) struct Synchronised<const D: usize> {
@@ -27,15 +26,10 @@ impl<const D: usize> Run<D> {
     pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
         let plan = std::mem::take(&mut self.schedule);
         let time = self.time();
-        let substep = plan.all(self.model.step, time);
+        let substep = plan.report(self.model.step, time);
         let mut velocity = self.state.velocity.clone();
-        self.model.kick(
-            &mut self.state,
-            &mut velocity,
-            &mut self.impulses,
-            &substep,
-            KickPurpose::Report,
-        );
+        self.model
+            .kick(&mut self.state, &mut velocity, &mut self.impulses, &substep);
         let mut half = Ledger::default();
         let (ledgers, received) = self.peek_contacts(&mut velocity);
         for (node, impulse) in &received {
@@ -46,9 +40,8 @@ impl<const D: usize> Run<D> {
         }
         self.model
             .book_damping(&velocity, &mut self.impulses, &substep);
-        let after = (&*velocity, WorkVelocity::Before);
         self.model
-            .book_kick(after, &mut self.impulses, &substep, &mut half);
+            .book_kick(&velocity, &mut self.impulses, &substep, &mut half);
         let kinetic_energy = self.kinetic_energy(&velocity);
         substep.each_node([&mut *velocity], &|n, [after]| {
             *after = scale(0.5, &add(&self.state.velocity[n], after));

@@ -1,19 +1,25 @@
 //! The model of a refined mesh.
 
-use crate::element::ElementNumbering;
+use crate::element::{ElementNumbering, ElementSet};
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
 use crate::model::{Model, block_of};
 use crate::refinement::{Adaptivity, BaseModel, RefinedBlock};
 
 impl<const D: usize> Model<D> {
-    /// Rebuilds the model for a refined mesh of the same blocks, at `time`.
-    pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) {
+    /// Rebuilds the model for a refined mesh of the same blocks, at `time`. Returns the elements
+    /// before, and their numbering.
+    pub(crate) fn remesh(
+        &mut self,
+        second_scale: &Adaptivity<D>,
+        time: f64,
+    ) -> (Vec<Box<dyn ElementSet<D>>>, ElementNumbering) {
         let (base_model, refined_blocks) =
             (&second_scale.base_model, second_scale.refined_blocks());
         let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
-        self.sets = base_model.all_sets(&self.mesh);
-        self.numbering = ElementNumbering::new(&self.sets, self.mesh.elements.len());
+        let sets = std::mem::replace(&mut self.sets, base_model.all_sets(&self.mesh));
+        let numbering = ElementNumbering::new(&self.sets, self.mesh.elements.len());
+        let numbering = std::mem::replace(&mut self.numbering, numbering);
         self.block_of = block_of(&self.mesh);
         let meshes = [&old, &self.mesh];
         remesh_inertia(&mut self.inertia, base_model, refined_blocks, meshes);
@@ -22,6 +28,7 @@ impl<const D: usize> Model<D> {
         self.loads = self.surface_loads(&base_model.scene).expect(had);
         self.boundaries = self.prescribed_motions(&base_model.scene).expect(had);
         self.set_prescribed_nodes(time);
+        (sets, numbering)
     }
 }
 

@@ -8,6 +8,7 @@ use crate::element::{ElementNumbering, ElementSet, StressHistory};
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::sub;
 use crate::mesh::{Element, Mesh};
+use crate::model::inverse_mass::SplitMotion;
 use crate::model::positions::Positions;
 use crate::model::{Model, State};
 use crate::refinement::{Adaptivity, BlockChange, MeshTransfer, RefinedBlock, predecessors};
@@ -38,7 +39,11 @@ impl<const D: usize> Run<D> {
             self.ledger.gravity_work += work;
             second.add_energy_debt(block, -work);
         }
-        self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
+        let old = MeshConfiguration {
+            at: Positions::new(&old_mesh.nodes, &old_state.displacement).into(),
+            rest: Positions::at_rest(&old_mesh.nodes).into(),
+        };
+        self.remesh_contacts(second, &blocks, old);
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
             let unpaid = self.repay_from_deformation(second, block, unpaid);
             second.add_energy_debt(block, unpaid);
@@ -73,15 +78,14 @@ impl<const D: usize> Run<D> {
             }
             old_covers.insert(block, second.exchange(change));
         }
-        let old_state = std::mem::take(&mut self.state);
-        self.bring_up(&blocks, &old_state);
+        self.bring_up(&blocks);
+        let time = self.time();
+        let (sets, place) = self.model.remesh(second, time);
         let old_elements = MeshElements {
             mesh: old_mesh,
-            sets: std::mem::take(&mut self.model.sets),
-            place: std::mem::take(&mut self.model.numbering),
+            sets,
+            place,
         };
-        let time = old_state.number as f64 * self.model.step;
-        self.model.remesh(second, time);
         let refined_blocks = old_covers.iter().map(|(&block, old)| {
             let refined_blocks = [old.as_ref(), second.refined_blocks()[block].as_ref()];
             (block, refined_blocks)
@@ -101,8 +105,8 @@ impl<const D: usize> Run<D> {
             refined_blocks,
         };
         let origins = carry.origins();
-        let mut state = carry.state(&old_state, &origins, &coarser);
-        let kicks = old_state.velocity.iter().zip(&self.impulses.before);
+        let mut state = carry.state(&self.state, &origins, &coarser);
+        let kicks = self.state.velocity.iter().zip(&self.impulses.before);
         let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
         let kicks = carry.values(&kicks);
         self.impulses = carry.impulses(&self.impulses);
@@ -114,12 +118,15 @@ impl<const D: usize> Run<D> {
             let gathered = transfer.gather(momenta[block].clone());
             let own = &mut state.velocity[nodes.clone()];
             let inertia = &self.model.inertia;
-            inertia.solve(nodes.start, (&gathered, &bound), own);
+            let motion = SplitMotion {
+                bound: &bound,
+                loose_momenta: &gathered,
+            };
+            inertia.solve(nodes.start, motion, own);
         }
         self.model
             .restore_history(&old_elements, &origins, &state.displacement);
-        self.state = state;
-        (old_state, kicks)
+        (std::mem::replace(&mut self.state, state), kicks)
     }
 
     /// Removes `energy`, J, from the deformation of a refined block; returns the excess energy that
@@ -134,21 +141,17 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Transfers the contacts of blocks from the old mesh and displacements, m, to the new ones.
+    /// Transfers the contacts of blocks from the old mesh to the new one.
     fn remesh_contacts(
         &mut self,
         second: &Adaptivity<D>,
         blocks: &[usize],
-        (old_mesh, old_displacement): (&Mesh<D>, &[[f64; D]]),
+        old: MeshConfiguration<D>,
     ) {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
         let mesh = &self.model.mesh;
-        let old = MeshConfiguration {
-            at: Positions::new(&old_mesh.nodes, old_displacement).into(),
-            rest: Positions::at_rest(&old_mesh.nodes).into(),
-        };
         let new = MeshConfiguration {
             at: Positions::new(&mesh.nodes, &self.state.displacement).into(),
             rest: Positions::at_rest(&mesh.nodes).into(),
@@ -162,8 +165,8 @@ impl<const D: usize> Run<D> {
     }
 
     /// Updates the history of the elements of some blocks to the present instant.
-    fn bring_up(&mut self, blocks: &[usize], state: &State<D>) {
-        let model = &mut self.model;
+    fn bring_up(&mut self, blocks: &[usize]) {
+        let Self { model, state, .. } = self;
         for &block in blocks {
             for (set, i) in model.elements(block).map(|e| model.numbering.of(e)) {
                 model.sets[set].update_history(i, &state.displacement);
