@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use cdem::scene::{
-    Cadence, ContactModel, Geometry, LoadKind, Motion, Rotation, Scene, Schedule, Strength, Zone,
-    from_value, json_schema,
+    Cadence, ContactModel, Geometry, LoadKind, Motion, Rotation, Scene, Schedule, Strength,
+    ZoneExtent, from_value, json_schema,
 };
 use cdem_io::scene::{SceneFile, parse, read, write};
 use proptest::prelude::*;
@@ -79,7 +79,7 @@ fn forms_of_a_3d_scene_are_understood() {
     assert_eq!(scene.contact.model, ContactModel::TwoScale);
     assert_eq!(scene.contact.energy_loss, 0.005);
     assert_eq!(scene.contact.max_level, 3);
-    assert_eq!(scene.contact.zone, Zone::Wavefront);
+    assert_eq!(scene.contact.zone, ZoneExtent::Wavefront);
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub(super) type Columns = BTreeMap<String, Vec<f32>>;
 #[derive(Default, Serialize)]
 pub(super) struct Blocks {
     time: Vec<f32>,
-    blocks: Vec<Motion>,
+    blocks: Vec<BlockMotion>,
     /// Names and masses, kg, of all blocks with rows, in their order.
     #[serde(skip)]
     pub(super) all: Vec<(String, f64)>,
@@ -34,7 +34,7 @@ pub(super) struct Blocks {
 
 /// Speed, m/s, and force, N, of one block.
 #[derive(Serialize)]
-struct Motion {
+struct BlockMotion {
     name: String,
     speed: Vec<f32>,
     force: Vec<f32>,
@@ -110,7 +110,7 @@ pub(super) fn blocks(path: &Path) -> Result<Blocks, ResultsError> {
     chosen.retain(|(_, energy)| *energy > 0.0);
     chosen.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     chosen.truncate(BLOCKS);
-    let motion = |(name, _)| Motion {
+    let motion = |(name, _)| BlockMotion {
         name,
         speed: Vec::new(),
         force: Vec::new(),

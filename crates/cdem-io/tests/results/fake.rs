@@ -8,7 +8,7 @@ use cdem::output::{
     ProbeRow,
 };
 use cdem::scene::{
-    Cadence, Contact, ContactModel, Output, Plane, Scene, Schedule, Strength, Time, Zone,
+    Cadence, Contact, ContactModel, Output, Plane, Scene, Schedule, Strength, Time, ZoneExtent,
 };
 use cdem_io::results::{Folder, Observed, Recorder, Status, Summary};
 
@@ -176,7 +176,7 @@ pub(crate) fn scene(history: Cadence, frames: Cadence) -> Scene {
             strength: Strength::default(),
             energy_loss: 0.01,
             max_level: 5,
-            zone: Zone::Graded,
+            zone: ZoneExtent::Graded,
             normal_stiffness: None,
             shear_stiffness: None,
             pair: vec![],

@@ -8,7 +8,7 @@ use crate::{Balance, Case, load, run};
 const RADIUS: f64 = 0.1;
 
 /// Results of an impact with some speed along the wall, and 1 m/s normal to it.
-struct Impact {
+struct ObliqueImpact {
     restitution: f64,
     /// Loss of speed along the wall, m/s.
     slowed: f64,
@@ -19,7 +19,7 @@ struct Impact {
     balance: Balance,
 }
 
-fn meet(mut case: Case, along: f64) -> Impact {
+fn meet(mut case: Case, along: f64) -> ObliqueImpact {
     case.block("ball").velocity = vec![along, 0.0, -1.0];
     let mut simulation = case.start();
     let energy = simulation.history().kinetic_energy;
@@ -29,7 +29,7 @@ fn meet(mut case: Case, along: f64) -> Impact {
     });
     let ball = &simulation.block_rows()[0];
     let way = along.signum();
-    Impact {
+    ObliqueImpact {
         restitution: ball.velocity[2],
         slowed: way * (along - ball.velocity[0]),
         spin: way * ball.angular_velocity[1],
@@ -66,7 +66,7 @@ pub(super) fn oblique_ball() -> Findings {
         // The mesh's centre of mass is not exactly above the contact point. The error changes sign
         // with the direction along the wall, so the mean of both directions is taken.
         let both = [along, -along].map(|along| meet(case.clone(), along));
-        let mean = |of: fn(&Impact) -> f64| 0.5 * (of(&both[0]) + of(&both[1]));
+        let mean = |of: fn(&ObliqueImpact) -> f64| 0.5 * (of(&both[0]) + of(&both[1]));
         let restitution = mean(|impact| impact.restitution);
         let (slowed, spin) = (mean(|impact| impact.slowed), mean(|impact| impact.spin));
         let of = |what: &str| format!("{angle}°: {what}");

@@ -1,7 +1,7 @@
 //! Two-scale impact of flush bars of unequal impedance, compared with the force of wave theory.
 
 use cdem::mesh::ElementKind;
-use cdem::scene::{ContactModel, Mass, Time, Zone};
+use cdem::scene::{ContactModel, Mass, Time, ZoneExtent};
 use cdem_verify::{Balance, Case, load, run};
 
 const DENSITY: f64 = 2700.0;
@@ -26,7 +26,7 @@ struct Bars {
     ratio: f64,
     rows: usize,
     element: ElementKind,
-    zone: Zone,
+    zone: ZoneExtent,
 }
 
 impl Bars {
@@ -38,7 +38,7 @@ impl Bars {
             (10.0, 1, ElementKind::Quad4),
             (10.0, 2, ElementKind::Tri3),
         ];
-        [Zone::Graded, Zone::Wavefront]
+        [ZoneExtent::Graded, ZoneExtent::Wavefront]
             .into_iter()
             .flat_map(move |zone| {
                 pairs.into_iter().map(move |(ratio, rows, element)| Self {
@@ -179,7 +179,7 @@ fn on_one_time_level_the_ledger_lacks_nothing() {
         ratio: 2.0,
         rows: 2,
         element: ElementKind::Quad4,
-        zone: Zone::Graded,
+        zone: ZoneExtent::Graded,
     };
     let residual = bars.residual(|time| time.step = Some(0.05 * bars.transit()));
     println!("{bars:?}: residual {residual:.1e}");

@@ -100,7 +100,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     /// Returns the geometry of one element.
     pub(super) fn element(&self, element: usize, lame: Lame<f64>) -> ElementGeometry<D, N, Q> {
         let Batch { rest, .. } = self.batch(element / WIDTH, 0);
-        let own = BatchLanes::<Single, D, N, Q>::new(Single, (rest, element % WIDTH), lame);
+        let own = BatchLanes::<Single, D, N, Q>::new(Single, rest, element % WIDTH, lame);
         let points: [_; Q] = std::array::from_fn(|q| own.point(q));
         ElementGeometry {
             gradients: points.map(|(gradients, _)| gradients),
@@ -169,7 +169,7 @@ pub(super) struct BatchLanes<'a, L: Lanes, const D: usize, const N: usize, const
 impl<'a, L: Lanes, const D: usize, const N: usize, const Q: usize> BatchLanes<'a, L, D, N, Q> {
     /// Creates the lanes of the batch at the head of `rest`.
     #[inline(always)]
-    pub(super) fn new(lanes: L, (rest, first): (&'a [SimdRow], usize), lame: Lame<f64>) -> Self {
+    pub(super) fn new(lanes: L, rest: &'a [SimdRow], first: usize, lame: Lame<f64>) -> Self {
         let size = Batches::<D, N, Q>::REST;
         Self {
             lanes,

@@ -47,8 +47,7 @@ pub(super) fn lumped<const D: usize, const N: usize, const Q: usize>(
         return simplex(element, &element.gradients[0], mass);
     }
     let entry = |row: usize, column: usize| {
-        let (a, b) = (row / D, column / D);
-        element.stiffness((a, row % D), (b, column % D)) / (mass[a] * mass[b]).sqrt()
+        element.stiffness(row, column) / (mass[row / D] * mass[column / D]).sqrt()
     };
     highest(DMatrix::from_fn(N * D, N * D, entry))
 }
@@ -58,10 +57,7 @@ pub(super) fn consistent<const D: usize, const N: usize, const Q: usize>(
     element: &ElementGeometry<D, N, Q>,
     mass: &[[f64; N]; N],
 ) -> f64 {
-    let entry = |at: usize| {
-        let (row, column) = (at / (N * D), at % (N * D));
-        element.stiffness((row / D, row % D), (column / D, column % D))
-    };
+    let entry = |at: usize| element.stiffness(at / (N * D), at % (N * D));
     let stiffness: Vec<f64> = (0..N * D * N * D).map(entry).collect();
     highest_frequency(&stiffness, mass.as_flattened(), N)
 }

@@ -5,13 +5,14 @@ use std::marker::PhantomData;
 use crate::element::batch::Batches;
 use crate::element::chunk::{Chunk, ElementSlot, LevelGroup, Member, share};
 use crate::element::geometry::{
-    self, ElementGeometry, IntegrationPoints, Moduli, NodalValues, ReferenceElement,
+    self, ElementGeometry, IntegrationPoints, Lame, Moduli, NodalValues, ReferenceElement,
 };
 use crate::element::internal_force::{GroupImpulses, InternalForceKick, each_chunk};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::element::{
-    Deformation, Due, ElementSet, StressHistory, critical_step, evaluate, op_count,
+    Deformation, Due, ElementSet, GroupNodes, MAX_NODES, PaddedNodal, StressHistory, critical_step,
+    evaluate, op_count,
 };
 use crate::math::vector::sub;
 use crate::mesh::{ElementKind, ElementOrigins, Mesh};
@@ -66,13 +67,33 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         record: &mut (impl ElementHistoryMut<T> + ?Sized),
     ) -> NodalValues<D, N, T>;
 
+    /// Returns the rate of change of the first Piola–Kirchhoff stress by strain rates, Pa/s, for
+    /// gradients of displacement and velocity.
+    fn stress_rate<T: Real>(
+        lame: &Lame<T>,
+        displacement: &Tensor<D, T>,
+        velocity: &Tensor<D, T>,
+    ) -> Tensor<D, T>;
+
     /// Returns the rate of change of the nodal forces by strain rates, N/s. Times β it is the force
     /// of stiffness-proportional damping.
+    #[inline(always)]
     fn force_rate<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         displacement: &NodalValues<D, N, T>,
         velocity: &NodalValues<D, N, T>,
-    ) -> NodalValues<D, N, T>;
+    ) -> NodalValues<D, N, T> {
+        let mut force = geometry::nothing(displacement);
+        for q in 0..Q {
+            let (gradients, volume) = element.point(q);
+            let h = geometry::gradient(&gradients, displacement);
+            let rate = geometry::gradient(&gradients, velocity);
+            let first_piola = Self::stress_rate(&element.lame(), &h, &rate);
+            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
+        }
+        geometry::balance(&mut force);
+        force
+    }
 
     /// Returns the strain energy, J.
     fn strain_energy<T: Real>(
@@ -156,6 +177,13 @@ impl<T: Real> StressIntegral<T> {
         }
         average
     }
+}
+
+/// Returns nodal vectors with zeros for the missing nodes.
+fn padded<const D: usize, const N: usize>(vectors: &NodalValues<D, N>) -> PaddedNodal<D> {
+    let mut padded = [[0.0; D]; MAX_NODES];
+    padded[..N].copy_from_slice(vectors);
+    padded
 }
 
 /// Elements of one shape in one formulation.
@@ -309,18 +337,22 @@ where
         &self.mesh_elements
     }
 
-    fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>) {
+    fn arrange(&mut self, levels: &[Option<u8>]) {
         for part in 0..self.chunks.len() {
-            let of = |number: u32| level(self.mesh_elements[number as usize]);
+            let of = |number: u32| levels[self.mesh_elements[number as usize] as usize];
             if self.chunks[part].arrange(F::RECORD, of) {
                 self.find_places(part);
             }
         }
     }
 
-    fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32])) {
+    fn groups(&self) -> Vec<GroupNodes<'_>> {
         let groups = self.chunks.iter().flat_map(|part| part.groups());
-        groups.for_each(|group| visit(group.level, &group.nodes));
+        let nodes = groups.map(|group| GroupNodes {
+            level: group.level,
+            nodes: &group.nodes,
+        });
+        nodes.collect()
     }
 
     fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>) {
@@ -343,52 +375,57 @@ where
         F::strain_energy(&self.element(i), &self.relative(i, displacement), record)
     }
 
-    fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64)) {
+    fn add_strain_energies(&self, displacement: &[[f64; D]], is_counted: &[bool], sum: &mut f64) {
         evaluate::ask::<evaluate::StrainEnergy<F>, D, N, Q, 1>(
             &self.chunks,
             displacement,
             |_| true,
-            |member, [energy]| tell(self.mesh_elements[member as usize], energy),
+            |member, [energy]| {
+                if is_counted[self.mesh_elements[member as usize] as usize] {
+                    *sum += energy;
+                }
+            },
         );
     }
 
-    fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6])) {
+    fn stresses(&self, displacement: &[[f64; D]], stresses: &mut [[f64; 6]]) {
         evaluate::ask::<evaluate::CauchyStress<F>, D, N, Q, 6>(
             &self.chunks,
             displacement,
             |_| true,
-            |member, stress| tell(self.mesh_elements[member as usize], stress),
+            |member, stress| stresses[self.mesh_elements[member as usize] as usize] = stress,
         );
     }
 
-    fn visit_strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32)) {
+    fn strained(&self, displacement: &[[f64; D]], most: f64) -> Vec<u32> {
+        let mut strained = Vec::new();
         // Within such strains det F is near 1 or near −1. Near −1, `changes` is at least 4.
         let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
         evaluate::ask::<evaluate::Distortion, D, N, Q, 2>(
             &self.chunks,
             displacement,
             |answer| !is_within(answer),
-            |member, _| tell(self.mesh_elements[member as usize]),
+            |member, _| strained.push(self.mesh_elements[member as usize]),
         );
+        strained
     }
 
-    fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]) {
+    fn force(&self, i: usize, displacement: &[[f64; D]]) -> PaddedNodal<D> {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         let found = F::respond(&self.element(i), &self.relative(i, displacement), record);
-        force[..N].copy_from_slice(&found);
+        padded(&found)
     }
 
     fn force_rate(
         &self,
         i: usize,
         displacement: &[[f64; D]],
-        velocity: &[[f64; D]],
-        rate: &mut [[f64; D]],
-    ) {
+        velocity: &PaddedNodal<D>,
+    ) -> PaddedNodal<D> {
         let u = self.relative(i, displacement);
         let velocity = std::array::from_fn(|a| sub(&velocity[a], &velocity[0]));
-        rate[..N].copy_from_slice(&F::force_rate(&self.element(i), &u, &velocity));
+        padded(&F::force_rate(&self.element(i), &u, &velocity))
     }
 
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation {
@@ -440,8 +477,7 @@ where
         let element = self.element(i);
         for row in 0..N * D {
             for column in 0..N * D {
-                out[row * N * D + column] =
-                    element.stiffness((row / D, row % D), (column / D, column % D));
+                out[row * N * D + column] = element.stiffness(row, column);
             }
         }
     }

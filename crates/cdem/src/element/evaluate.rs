@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::element::batch::{Batch, BatchLanes, BatchRecords};
 use crate::element::chunk::{Chunk, MAX_CHUNK};
 use crate::element::element_set::{ElementHistory, Formulation};
-use crate::element::gather_scatter::GatheredFields;
+use crate::element::gather_scatter::{GatheredFields, LaneNodes};
 use crate::element::geometry::{self, IntegrationPoints, Moduli, NodalValues};
 use crate::element::internal_force::SERIAL_WORK;
 use crate::element::simd::{Lanes, Real, Register, SimdRow, WIDTH};
@@ -29,7 +29,7 @@ pub(super) trait Evaluation<const D: usize, const N: usize, const Q: usize, cons
     const RECORD: usize;
 
     /// Usual number of elements of a chunk whose answers are told.
-    const TOLD: usize;
+    const TOLD: usize = MAX_CHUNK;
 
     fn answer<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
@@ -47,8 +47,6 @@ where
     F: Formulation<D, N, Q>,
 {
     const RECORD: usize = F::RECORD;
-
-    const TOLD: usize = MAX_CHUNK;
 
     #[inline(always)]
     fn answer<T: Real>(
@@ -69,8 +67,6 @@ where
     F: Formulation<D, N, Q>,
 {
     const RECORD: usize = F::RECORD;
-
-    const TOLD: usize = MAX_CHUNK;
 
     #[inline(always)]
     fn answer<T: Real>(
@@ -190,8 +186,12 @@ where
                 } = group.batches.batch(batch, W::RECORD);
                 let mut rows = [SimdRow::default(); A];
                 for first in (0..WIDTH).step_by(S::F64_LANES) {
-                    let element = BatchLanes::new(lanes, (rest, first), moduli.lame);
-                    let u = field.relative(lanes, nodes, first);
+                    let element = BatchLanes::new(lanes, rest, first, moduli.lame);
+                    let u = field.relative(LaneNodes {
+                        lanes,
+                        nodes,
+                        first,
+                    });
                     let records = BatchRecords {
                         lanes,
                         rows: records,

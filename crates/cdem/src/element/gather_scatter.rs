@@ -97,15 +97,13 @@ impl GatheredField {
     #[inline(always)]
     pub(super) fn relative<L: Lanes, const D: usize, const N: usize>(
         &self,
-        lanes: L,
-        nodes: &[[u16; WIDTH]; N],
-        first: usize,
+        at: LaneNodes<'_, L, N>,
     ) -> NodalValues<D, N, L::Number> {
         let all = self.all();
-        let mut relative = [[lanes.splat(0.0); D]; N];
-        let origin: [L::Number; D] = gather(all, lanes, &nodes[0], first);
+        let mut relative = [[at.lanes.splat(0.0); D]; N];
+        let origin: [L::Number; D] = at.gather(all, 0);
         for a in 1..N {
-            let own: [L::Number; D] = gather(all, lanes, &nodes[a], first);
+            let own: [L::Number; D] = at.gather(all, a);
             for k in 0..D {
                 relative[a][k] = own[k] - origin[k];
             }
@@ -117,11 +115,15 @@ impl GatheredField {
     #[inline(always)]
     pub(super) fn add<L: Lanes, const D: usize, const N: usize>(
         &mut self,
-        lanes: L,
-        nodes: &[[u16; WIDTH]; N],
-        first: usize,
-        (force, duration): (&NodalValues<D, N, L::Number>, L::Number),
+        at: LaneNodes<'_, L, N>,
+        force: &NodalValues<D, N, L::Number>,
+        duration: L::Number,
     ) {
+        let LaneNodes {
+            lanes,
+            nodes,
+            first,
+        } = at;
         let all = self.all_mut();
         let mut rows = [[SimdRow::default(); D]; N];
         for a in 0..N {
@@ -144,20 +146,27 @@ impl GatheredField {
     }
 }
 
-/// Returns the vectors at one node of each of some elements in SIMD lanes.
-#[inline(always)]
-fn gather<L: Lanes, const D: usize>(
-    all: &[AlignedVector; NODES],
-    lanes: L,
-    nodes: &[u16; WIDTH],
-    first: usize,
-) -> [L::Number; D] {
-    let mut rows = [SimdRow::default(); D];
-    for lane in 0..L::COUNT {
-        let own = &all[nodes[first + lane] as usize];
-        for k in 0..D {
-            rows[k][lane] = own.0[k];
+/// The nodes of the elements in SIMD lanes, from lane `first` of a batch on.
+#[derive(Clone, Copy)]
+pub(super) struct LaneNodes<'a, L, const N: usize> {
+    pub(super) lanes: L,
+    /// Nodes of the batch, by their indices in the group.
+    pub(super) nodes: &'a [[u16; WIDTH]; N],
+    pub(super) first: usize,
+}
+
+impl<L: Lanes, const N: usize> LaneNodes<'_, L, N> {
+    /// Returns the vectors at node `a` of each element.
+    #[inline(always)]
+    fn gather<const D: usize>(&self, all: &[AlignedVector; NODES], a: usize) -> [L::Number; D] {
+        let nodes = &self.nodes[a];
+        let mut rows = [SimdRow::default(); D];
+        for lane in 0..L::COUNT {
+            let own = &all[nodes[self.first + lane] as usize];
+            for k in 0..D {
+                rows[k][lane] = own.0[k];
+            }
         }
+        rows.map(|row| self.lanes.load(&row, 0))
     }
-    rows.map(|row| lanes.load(&row, 0))
 }

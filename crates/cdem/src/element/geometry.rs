@@ -200,10 +200,12 @@ impl<const D: usize, const N: usize, const Q: usize> ElementGeometry<D, N, Q> {
         mass
     }
 
-    /// Returns the entry of the stiffness at rest between component `k` of node `a` and component
-    /// `l` of node `b`, N/m.
-    pub(super) fn stiffness(&self, (a, k): (usize, usize), (b, l): (usize, usize)) -> f64 {
+    /// Returns the entry of the stiffness at rest between two degrees of freedom, N/m. They are
+    /// numbered node by node, the components of a node together.
+    pub(super) fn stiffness(&self, row: usize, column: usize) -> f64 {
         let Lame { lambda, mu } = self.lame;
+        let (a, k) = (row / D, row % D);
+        let (b, l) = (column / D, column % D);
         let at = |(gradients, volume): (&NodalValues<D, N>, &f64)| {
             let (ga, gb) = (gradients[a], gradients[b]);
             let mut entry = lambda * ga[k] * gb[l] + mu * ga[l] * gb[k];

@@ -184,23 +184,9 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
 
     /// σ̇ = C:d with the rate of deformation d.
     #[inline(always)]
-    fn force_rate<T: Real>(
-        element: &impl IntegrationPoints<D, N, Q, T>,
-        u: &NodalValues<D, N, T>,
-        velocity: &NodalValues<D, N, T>,
-    ) -> NodalValues<D, N, T> {
-        let mut force = geometry::nothing(u);
-        for q in 0..Q {
-            let (gradients, volume) = element.point(q);
-            let h = geometry::gradient(&gradients, u);
-            let rate = geometry::gradient(&gradients, velocity);
-            let rate = tensor::product(&rate, &tensor::inverse(&tensor::with_unit(&h)).0);
-            let stress = element.lame().stress_of(&rate);
-            let first_piola = first_piola(&stress, &h);
-            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
-        }
-        geometry::balance(&mut force);
-        force
+    fn stress_rate<T: Real>(lame: &Lame<T>, h: &Tensor<D, T>, rate: &Tensor<D, T>) -> Tensor<D, T> {
+        let rate = tensor::product(rate, &tensor::inverse(&tensor::with_unit(h)).0);
+        first_piola(&lame.stress_of(&rate), h)
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::element::batch::{Batch, BatchLanes, BatchRecords};
 use crate::element::chunk::{Chunk, LevelGroup};
 use crate::element::element_set::Formulation;
-use crate::element::gather_scatter::GatheredFields;
+use crate::element::gather_scatter::{GatheredFields, LaneNodes};
 use crate::element::geometry::Moduli;
 use crate::element::simd::{Lanes, Register, SimdRow, WIDTH};
 use crate::element::{Due, Interval};
@@ -59,6 +59,12 @@ pub(super) fn each_chunk<const D: usize, const N: usize, const Q: usize>(
         || each_chunk(left, of_left, coarsest, work),
         || each_chunk(right, of_right, coarsest, work),
     );
+}
+
+/// A group that is due, and the moduli of its elements.
+struct DueGroup<'a, const D: usize, const N: usize, const Q: usize> {
+    group: &'a mut LevelGroup<D, N, Q>,
+    moduli: &'a Moduli,
 }
 
 /// A kick of elements of one formulation.
@@ -132,7 +138,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
     fn group<L: Lanes, const N: usize, const Q: usize>(
         &self,
         lanes: L,
-        (group, moduli): (&mut LevelGroup<D, N, Q>, &Moduli),
+        DueGroup { group, moduli }: DueGroup<D, N, Q>,
         nearby: &mut GatheredFields,
         [elastic, viscous]: GroupImpulses<D>,
     ) where
@@ -163,8 +169,13 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
                 &mut discarded[..F::RECORD]
             };
             for first in (0..WIDTH).step_by(L::COUNT) {
-                let element = BatchLanes::new(lanes, (rest, first), moduli.lame);
-                let u = nearby.displacement.relative(lanes, nodes, first);
+                let element = BatchLanes::new(lanes, rest, first, moduli.lame);
+                let at = LaneNodes {
+                    lanes,
+                    nodes,
+                    first,
+                };
+                let u = nearby.displacement.relative(at);
                 let mut records = BatchRecords {
                     lanes,
                     rows: &mut *rows,
@@ -173,12 +184,12 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
                 };
                 let force = F::respond(&element, &u, &mut records);
                 let duration = lanes.load(&intervals, first);
-                nearby.elastic.add(lanes, nodes, first, (&force, duration));
+                nearby.elastic.add(at, &force, duration);
                 if is_damped {
-                    let velocity = nearby.velocity.relative(lanes, nodes, first);
+                    let velocity = nearby.velocity.relative(at);
                     let rate = F::force_rate(&element, &u, &velocity);
                     let duration = lanes.splat(moduli.damping) * duration;
-                    nearby.viscous.add(lanes, nodes, first, (&rate, duration));
+                    nearby.viscous.add(at, &rate, duration);
                 }
             }
         }
@@ -212,7 +223,11 @@ where
         for group in self.part.groups_mut() {
             let [own, others] = split(shares, group.nodes.len());
             if group.is_due(self.kick.due.coarsest) {
-                self.kick.group(lanes, (group, &moduli), self.nearby, own);
+                let due = DueGroup {
+                    group,
+                    moduli: &moduli,
+                };
+                self.kick.group(lanes, due, self.nearby, own);
             }
             shares = others;
         }

@@ -111,6 +111,18 @@ pub(crate) enum Interval<'a> {
     OfElement(&'a [f64]),
 }
 
+/// A vector at each node of an element. The entries beyond its nodes are zero.
+pub(crate) type PaddedNodal<const D: usize> = [[f64; D]; MAX_NODES];
+
+/// The nodes of a group of elements.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroupNodes<'a> {
+    /// Level of its elements; `None`: never due.
+    pub(crate) level: Option<u8>,
+    /// Nodes in the mesh, ascending.
+    pub(crate) nodes: &'a [u32],
+}
+
 /// Elements of one shape and one kinematic formulation, as arrays.
 ///
 /// `i` is an index within the set. Displacements and velocities are those of all nodes of the mesh.
@@ -134,12 +146,12 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
         mesh.elements[self.mesh_elements()[i] as usize].nodes()
     }
 
-    /// Sorts the elements into groups by the level of each element of the mesh. Elements without a
+    /// Sorts the elements into groups by `levels`, one for each element of the mesh. Elements without a
     /// level are never due. At first all elements have level 0.
-    fn arrange(&mut self, level: &dyn Fn(u32) -> Option<u8>);
+    fn arrange(&mut self, levels: &[Option<u8>]);
 
-    /// Calls `visit` with level and nodes of each group, in the order of [`GroupImpulses`].
-    fn each_group(&self, visit: &mut dyn FnMut(Option<u8>, &[u32]));
+    /// Returns level and nodes of each group, in the order of [`GroupImpulses`].
+    fn groups(&self) -> Vec<GroupNodes<'_>>;
 
     /// Writes the impulses of the due groups to `shares`: the sums of interval·f over their
     /// elements, N·s, where f is the internal nodal force (minus the energy gradient, N). Updates
@@ -157,33 +169,31 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// to its last kick and from there straight to `displacement`.
     fn strain_energy(&self, i: usize, displacement: &[[f64; D]]) -> f64;
 
-    /// Calls `tell` with the mesh index and the strain energy, J, of every element, in no order.
-    fn strain_energies(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, f64));
+    /// Adds the strain energies of the elements to `sum`, J, element by element in the order of the
+    /// groups. `is_counted` says, for each element of the mesh, if it counts.
+    fn add_strain_energies(&self, displacement: &[[f64; D]], is_counted: &[bool], sum: &mut f64);
 
-    /// Calls `tell` with the mesh index and the Cauchy stress of every element, in no order. The
-    /// stress is averaged over the current volume: xx yy zz xy yz zx, Pa. In 2-D it includes zz of
-    /// plane strain.
-    fn stresses(&self, displacement: &[[f64; D]], tell: &mut dyn FnMut(u32, [f64; 6]));
+    /// Writes the Cauchy stress of every element of the set to `stresses`, which has one entry for
+    /// each element of the mesh. The stress is averaged over the current volume: xx yy zz xy yz zx,
+    /// Pa. In 2-D it includes zz of plane strain.
+    fn stresses(&self, displacement: &[[f64; D]], stresses: &mut [[f64; 6]]);
 
-    /// Writes the nodal forces of element `i`, N, to the head of `force`, one for each of its
-    /// nodes. The history does not change.
-    fn force(&self, i: usize, displacement: &[[f64; D]], force: &mut [[f64; D]]);
+    /// Returns the nodal forces of element `i`, N. The history does not change.
+    fn force(&self, i: usize, displacement: &[[f64; D]]) -> PaddedNodal<D>;
 
-    /// Computes the rate of change of the nodal forces by strain rates, −K·v, N/s, for velocities v
+    /// Returns the rate of change of the nodal forces by strain rates, −K·v, N/s, for velocities v
     /// of the nodes of the element.
     fn force_rate(
         &self,
         i: usize,
         displacement: &[[f64; D]],
-        velocity: &[[f64; D]],
-        rate: &mut [[f64; D]],
-    );
+        velocity: &PaddedNodal<D>,
+    ) -> PaddedNodal<D>;
 
-    /// Calls `tell` with the mesh index of every element that is inverted or strained by more than
-    /// `most`, in no order. `most` is at most 0.1. The strain is the norm of Green's strain at all
-    /// Gauss points together. In all other elements every principal stretch is within √(1 ± 2
-    /// most).
-    fn visit_strained(&self, displacement: &[[f64; D]], most: f64, tell: &mut dyn FnMut(u32));
+    /// Returns the mesh index of every element that is inverted or strained by more than `most`, in
+    /// no order. `most` is at most 0.1. The strain is the norm of Green's strain at all Gauss points
+    /// together. In all other elements every principal stretch is within √(1 ± 2 most).
+    fn strained(&self, displacement: &[[f64; D]], most: f64) -> Vec<u32>;
 
     /// Returns the extremes of the deformation of element `i`.
     fn deformation(&self, i: usize, displacement: &[[f64; D]]) -> Deformation;

@@ -1,7 +1,7 @@
 //! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
 
 use crate::element::element_set::{ElementHistory, ElementHistoryMut, Formulation, StressIntegral};
-use crate::element::geometry::{self, IntegrationPoints, Moduli, NodalValues};
+use crate::element::geometry::{self, IntegrationPoints, Lame, Moduli, NodalValues};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
 use crate::scene::Kinematics;
@@ -35,22 +35,8 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
 
     /// Ṡ = C:sym(Fᵀ Ḟ).
     #[inline(always)]
-    fn force_rate<T: Real>(
-        element: &impl IntegrationPoints<D, N, Q, T>,
-        u: &NodalValues<D, N, T>,
-        velocity: &NodalValues<D, N, T>,
-    ) -> NodalValues<D, N, T> {
-        let mut force = geometry::nothing(u);
-        for q in 0..Q {
-            let (gradients, volume) = element.point(q);
-            let h = geometry::gradient(&gradients, u);
-            let rate = geometry::gradient(&gradients, velocity);
-            let second_piola = element.lame().stress(&green_lagrange_rate(&h, &rate));
-            let first_piola = push_forward(&h, &second_piola);
-            geometry::subtract_divergence(&mut force, &first_piola, &gradients, volume);
-        }
-        geometry::balance(&mut force);
-        force
+    fn stress_rate<T: Real>(lame: &Lame<T>, h: &Tensor<D, T>, rate: &Tensor<D, T>) -> Tensor<D, T> {
+        push_forward(h, &lame.stress(&green_lagrange_rate(h, rate)))
     }
 
     #[inline(always)]

@@ -17,7 +17,7 @@ use crate::mesh::shape::mesh_shape;
 use crate::mesh::source::MeshSource;
 use crate::mesh::split::parts;
 use crate::mesh::vector::{bounds, centre, distance};
-use crate::mesh::{Block, BlockFault, Element, Mesh, MeshError, RawMesh, coordinates};
+use crate::mesh::{BlockFault, Element, Mesh, MeshBlock, MeshError, RawMesh, coordinates};
 use crate::scene::{self, Geometry, Scene, Split};
 
 /// An element with its number and groups in the file.
@@ -149,7 +149,7 @@ fn push<const D: usize>(
         mesh.elements.push(element);
     }
     mesh.nodes.extend(part.nodes);
-    mesh.blocks.push(Block {
+    mesh.blocks.push(MeshBlock {
         name,
         source,
         nodes: first_node as u32..ends[0] as u32,
@@ -384,7 +384,7 @@ fn orient<const D: usize>(cell: &mut SourceCell, places: &[[f64; D]]) -> Result<
 }
 
 /// Checks that all z are equal up to rounding, in 2-D.
-fn check_plane(points: &[[f64; 3]], tag: &dyn Fn(usize) -> u64) -> Result<(), BlockFault> {
+fn check_plane(points: &[[f64; 3]], tag: impl Fn(usize) -> u64) -> Result<(), BlockFault> {
     let plane = points.first().map_or(0.0, |point| point[2]);
     let size = points
         .iter()

@@ -48,7 +48,7 @@ pub struct Mesh<const D: usize> {
     /// Elements, grouped by block.
     pub elements: Vec<Element>,
     /// Blocks in the order of the scene; the parts of a split block are consecutive.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<MeshBlock>,
     /// Named sets of nodes and boundary facets, sorted by name. Several may share a name, so look
     /// them up with [`Mesh::group`].
     pub groups: Vec<Group>,
@@ -139,10 +139,10 @@ impl<const D: usize> Mesh<D> {
     /// Returns the nodes and elements of a block, or of all parts of a split one, which are
     /// consecutive; empty if there is no such block.
     fn extent(&self, name: &str) -> (Range<u32>, Range<u32>) {
-        let mut parts: Vec<&Block> = self.blocks.iter().filter(|b| b.name == name).collect();
+        let mut parts: Vec<&MeshBlock> = self.blocks.iter().filter(|b| b.name == name).collect();
         if parts.is_empty() {
             let first = self.blocks.iter().find(|block| block.is_part_of(name));
-            let is_beside = |block: &&Block| first.is_some_and(|b| b.source == block.source);
+            let is_beside = |block: &&MeshBlock| first.is_some_and(|b| b.source == block.source);
             parts.extend(self.blocks.iter().filter(is_beside));
         }
         match parts.as_slice() {
@@ -203,7 +203,7 @@ impl Element {
 
 /// A body that moves and deforms on its own; its mesh need not be connected.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Block {
+pub struct MeshBlock {
     /// Name: that of the scene's block, with `.1`, `.2`, … for the parts of a split.
     pub name: String,
     /// Index of the scene's `[[block]]`.
@@ -214,7 +214,7 @@ pub struct Block {
     pub elements: Range<u32>,
 }
 
-impl Block {
+impl MeshBlock {
     /// True if this is a part of the split block of this name.
     fn is_part_of(&self, name: &str) -> bool {
         let number = self

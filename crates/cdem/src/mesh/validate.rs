@@ -71,7 +71,7 @@ mod tests {
 
     /// Returns a mesh of two triangles; each is a block.
     fn mesh() -> Mesh<2> {
-        let block = |name: &str, first: u32| crate::mesh::Block {
+        let block = |name: &str, first: u32| crate::mesh::MeshBlock {
             name: name.to_owned(),
             source: 0,
             nodes: 3 * first..3 * first + 3,

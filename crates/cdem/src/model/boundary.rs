@@ -12,6 +12,15 @@ pub(crate) struct PrescribedMotion {
     boundary: Boundary,
 }
 
+/// Time of a prescribed velocity, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum VelocityTime {
+    /// Velocity at an instant.
+    Instant(f64),
+    /// Mean velocity over a drift, which ends where the exact motion takes the node.
+    Drift { start: f64, duration: f64 },
+}
+
 impl PrescribedMotion {
     /// Creates the motion `boundary` of `nodes`.
     pub(crate) fn new(boundary: &Boundary, nodes: Vec<u32>) -> Self {
@@ -49,37 +58,10 @@ impl PrescribedMotion {
         (0..D).find(|&c| held[0][c] && held[1][c] && !same(c))
     }
 
-    /// Sets the prescribed components of a velocity to their values at `time`.
-    pub(crate) fn set_initial_velocity<const D: usize>(
-        &self,
-        time: f64,
-        position: &[f64; D],
-        velocity: &mut [f64; D],
-    ) {
-        match &self.boundary.motion {
-            Motion::Velocity(components) => {
-                for (v, schedule) in velocity.iter_mut().zip(components) {
-                    if let Some(schedule) = schedule {
-                        *v = schedule.value(time);
-                    }
-                }
-            }
-            Motion::Turn {
-                axis,
-                point,
-                angular_velocity,
-            } => {
-                let around = cross(axis, &sub(&pad(position), point));
-                *velocity = truncate(&scale(angular_velocity.value(time), &around));
-            }
-        }
-    }
-
-    /// Sets the prescribed components of the velocity of a node at `position`. After `[time, time +
-    /// drift]` the node is where the exact motion takes it.
+    /// Sets the prescribed components of the velocity of a node at `position`.
     pub(crate) fn set_velocity<const D: usize>(
         &self,
-        (time, drift): (f64, f64),
+        at: VelocityTime,
         position: &[f64; D],
         velocity: &mut [f64; D],
     ) {
@@ -87,7 +69,12 @@ impl PrescribedMotion {
             Motion::Velocity(components) => {
                 for (v, schedule) in velocity.iter_mut().zip(components) {
                     if let Some(schedule) = schedule {
-                        *v = schedule.integral(time, time + drift) / drift;
+                        *v = match at {
+                            VelocityTime::Instant(time) => schedule.value(time),
+                            VelocityTime::Drift { start, duration } => {
+                                schedule.integral(start, start + duration) / duration
+                            }
+                        };
                     }
                 }
             }
@@ -96,15 +83,20 @@ impl PrescribedMotion {
                 point,
                 angular_velocity,
             } => {
-                let angle = angular_velocity.integral(time, time + drift);
                 let arm = sub(&pad(position), point);
-                // Rodrigues: the chord from the position to the rotated position.
                 let around = cross(axis, &arm);
-                let across = sub(&scale(dot(axis, &arm), axis), &arm);
-                let chord: [f64; 3] = std::array::from_fn(|c| {
-                    angle.sin() * around[c] + 2.0 * (0.5 * angle).sin().powi(2) * across[c]
+                *velocity = truncate(&match at {
+                    VelocityTime::Instant(time) => scale(angular_velocity.value(time), &around),
+                    VelocityTime::Drift { start, duration } => {
+                        let angle = angular_velocity.integral(start, start + duration);
+                        // Rodrigues: the chord from the position to the rotated position.
+                        let across = sub(&scale(dot(axis, &arm), axis), &arm);
+                        let chord: [f64; 3] = std::array::from_fn(|c| {
+                            angle.sin() * around[c] + 2.0 * (0.5 * angle).sin().powi(2) * across[c]
+                        });
+                        scale(1.0 / duration, &chord)
+                    }
                 });
-                *velocity = truncate(&scale(1.0 / drift, &chord));
             }
         }
     }

@@ -103,6 +103,15 @@ pub(crate) struct InverseMass<const D: usize> {
     changes: u64,
 }
 
+/// Motion of consecutive nodes in two parts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SplitMotion<'a, const D: usize> {
+    /// Velocities of the bound motion, m/s.
+    pub(crate) bound: &'a [[f64; D]],
+    /// Momenta of the other motion, N·s.
+    pub(crate) loose_momenta: &'a [[f64; D]],
+}
+
 const LUMPED: u32 = u32::MAX;
 
 /// Number of nodes of a dense block that are kicked in one SIMD loop.
@@ -298,21 +307,16 @@ impl<const D: usize> InverseMass<D> {
         });
     }
 
-    /// Sets the free components of the velocities of nodes from `first` on to `beside` +
-    /// M⁻¹·`momenta`. The momenta, N·s, do not include the velocities `beside`, m/s.
-    pub(crate) fn solve(
-        &self,
-        first: usize,
-        (momenta, beside): (&[[f64; D]], &[[f64; D]]),
-        velocity: &mut [[f64; D]],
-    ) {
+    /// Sets the free components of the velocities of nodes from `first` on to those of `motion`:
+    /// its bound velocities + M⁻¹·loose momenta.
+    pub(crate) fn solve(&self, first: usize, motion: SplitMotion<D>, velocity: &mut [[f64; D]]) {
         for (k, of_node) in velocity.iter_mut().enumerate() {
             let held = self.prescribed(first + k);
-            let mut wanted = beside[k];
+            let mut wanted = motion.bound[k];
             for c in 0..D {
                 let others = self.coupled(first + k).zip(self.column(first + k, c));
                 for (other, inverse) in others {
-                    wanted[c] += inverse * momenta[other - first][c];
+                    wanted[c] += inverse * motion.loose_momenta[other - first][c];
                 }
             }
             for c in (0..D).filter(|&c| !held[c]) {

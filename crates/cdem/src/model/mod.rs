@@ -123,13 +123,15 @@ impl<const D: usize> Model<D> {
 
     /// Returns the strain energy of the elements of all blocks that are not fixed, J.
     pub(crate) fn strain_energy(&self, displacement: &[[f64; D]]) -> f64 {
+        let mut moves = vec![true; self.mesh.elements.len()];
+        for (number, block) in self.blocks.iter().enumerate() {
+            if block.fixed {
+                moves[self.elements(number)].fill(false);
+            }
+        }
         let mut sum = 0.0;
         for set in &self.sets {
-            set.strain_energies(displacement, &mut |e, energy| {
-                if !self.is_fixed(self.mesh.elements[e as usize].nodes()[0]) {
-                    sum += energy;
-                }
-            });
+            set.add_strain_energies(displacement, &moves, &mut sum);
         }
         sum
     }
@@ -139,7 +141,7 @@ impl<const D: usize> Model<D> {
     pub(crate) fn stresses(&self, displacement: &[[f64; D]]) -> Vec<[f64; 6]> {
         let mut stresses = vec![[0.0; 6]; self.mesh.elements.len()];
         for set in &self.sets {
-            set.stresses(displacement, &mut |e, stress| stresses[e as usize] = stress);
+            set.stresses(displacement, &mut stresses);
         }
         stresses
     }

@@ -8,7 +8,7 @@ use crate::element::mass::{MassKind, Masses};
 use crate::element::{ElementSet, stable_step};
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::vector::pad;
-use crate::mesh::{Block, Mesh};
+use crate::mesh::{Mesh, MeshBlock};
 use crate::model::time_levels::{self, level_of};
 use crate::model::{BlockData, ModelError};
 use crate::scene::Scene;
@@ -146,7 +146,7 @@ impl TimeStepChoice {
 
     /// Returns the smallest stable step in each block, s; infinite in fixed ones.
     pub(crate) fn shortest<const D: usize>(&self, mesh: &Mesh<D>) -> Vec<f64> {
-        let shortest = |block: &Block| {
+        let shortest = |block: &MeshBlock| {
             let elements = block.elements.start as usize..block.elements.end as usize;
             let limits = self.limit[elements].iter().copied();
             limits.fold(f64::INFINITY, f64::min)

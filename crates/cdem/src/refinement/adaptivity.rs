@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::math::format::{quantity, short, significant};
 use crate::math::vector::norm;
-use crate::mesh::{Block, Mesh};
+use crate::mesh::{Mesh, MeshBlock};
 use crate::model::time_levels::MAX_LEVEL;
 use crate::refinement::base_model::BaseModel;
 use crate::refinement::composite_mesh::refined;
@@ -14,7 +14,7 @@ use crate::refinement::indicator::{ImpactPrediction, RefinementLimit, Refinement
 use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::state::AdaptivityState;
 use crate::refinement::zone::{FLUSH_GRADING, GRADING, Zone};
-use crate::scene::Zone as Extent;
+use crate::scene::ZoneExtent;
 
 /// Coarse steps between two checks for zones that are no longer needed. Each change of mesh costs
 /// energy, so the checks are rare (design, section 3).
@@ -37,7 +37,7 @@ pub(crate) struct Adaptivity<const D: usize> {
     pub(crate) base_model: BaseModel<D>,
     pub(super) energy_loss: f64,
     pub(super) max_level: u32,
-    extent: Extent,
+    extent: ZoneExtent,
     /// Extent of each block, m: the diagonal of its bounding box.
     pub(super) widths: Vec<f64>,
     /// Refined block of each block that has an overlay, built from the zones of the state.
@@ -54,6 +54,17 @@ pub(crate) struct BlockChange<const D: usize> {
     zones: Vec<Zone<D>>,
 }
 
+/// A node at a predicted impact.
+pub(crate) struct ImpactNode<const D: usize> {
+    pub(crate) block: usize,
+    /// Its number in the block.
+    pub(crate) number: usize,
+    /// Position at rest, m.
+    pub(crate) rest: [f64; D],
+    /// In 3-D, true on an edge of the block.
+    pub(crate) is_on_edge: bool,
+}
+
 /// Builds a new overlay for a block in place of an old one, if possible.
 type RefineBlock<const D: usize> = fn(
     &BaseModel<D>,
@@ -67,7 +78,7 @@ impl<const D: usize> Adaptivity<D> {
     pub(crate) fn new(base_model: BaseModel<D>) -> Self {
         let contact = &base_model.scene.contact;
         let count = base_model.mesh.blocks.len();
-        let width = |block: &Block| {
+        let width = |block: &MeshBlock| {
             let nodes = block.nodes.start as usize..block.nodes.end as usize;
             let extent = |c: usize| {
                 let along = base_model.mesh.nodes[nodes.clone()].iter().map(|x| x[c]);
@@ -119,23 +130,21 @@ impl<const D: usize> Adaptivity<D> {
         u32::from(MAX_LEVEL).saturating_sub(finest)
     }
 
-    /// Returns the mass of the base-mesh node at a point, kg. If there is none, returns the typical
-    /// mass of a node inside a face (in 3-D, on an edge if `is_edge`) among elements like those of
-    /// `roots`.
+    /// Returns the mass of the base-mesh node in the place of `target`, kg. If there is none,
+    /// returns the typical mass of a node inside a face (in 3-D, maybe on an edge) among elements
+    /// like those of `roots`.
     pub(crate) fn base_mass(
         &self,
-        block: usize,
-        number: usize,
-        place: &[f64; D],
-        (roots, is_edge): (impl Iterator<Item = u32>, bool),
+        target: &ImpactNode<D>,
+        roots: impl Iterator<Item = u32>,
     ) -> f64 {
-        let share = if is_edge { ON_EDGE } else { ON_FACE };
-        let nodes = &self.base_model.mesh.blocks[block].nodes;
-        let node = nodes.start as usize + number;
-        if number < nodes.len() && self.base_model.mesh.nodes[node] == *place {
+        let share = if target.is_on_edge { ON_EDGE } else { ON_FACE };
+        let nodes = &self.base_model.mesh.blocks[target.block].nodes;
+        let node = nodes.start as usize + target.number;
+        if target.number < nodes.len() && self.base_model.mesh.nodes[node] == target.rest {
             return self.base_model.masses.nodal[node];
         }
-        let of_cells = roots.map(|root| self.base_model.cell_mass(block, root));
+        let of_cells = roots.map(|root| self.base_model.cell_mass(target.block, root));
         share * of_cells.fold(0.0, f64::max)
     }
 
@@ -233,8 +242,10 @@ impl<const D: usize> Adaptivity<D> {
         Zone {
             centre: encounter.places[side],
             radius: match self.extent {
-                Extent::Graded => 0.0,
-                Extent::Wavefront => self.wave_speed(encounter.blocks[side]) * encounter.unified,
+                ZoneExtent::Graded => 0.0,
+                ZoneExtent::Wavefront => {
+                    self.wave_speed(encounter.blocks[side]) * encounter.unified
+                }
             },
             finest,
             grading: if is_flush && D == 2 {

@@ -36,13 +36,21 @@ pub(crate) struct BaseModel<const D: usize> {
     step: f64,
 }
 
+/// Levels of the base mesh.
+pub(crate) struct BaseLevels {
+    /// Level of each element by its own stable step.
+    pub(crate) level: Vec<u8>,
+    /// Coarse step, s.
+    pub(crate) step: f64,
+}
+
 impl<const D: usize> BaseModel<D> {
-    /// Builds the base model; `level` is that of each element for coarse steps of `step` seconds.
+    /// Builds the base model.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
         masses: Masses,
-        (level, step): (Vec<u8>, f64),
+        levels: BaseLevels,
         space: Space<D>,
     ) -> Self {
         let elements = mesh.elements.iter().map(Element::nodes);
@@ -53,11 +61,11 @@ impl<const D: usize> BaseModel<D> {
                 .map(|source| block_properties(scene, source))
                 .collect(),
             materials: scene.material.iter().map(Elastic::new).collect(),
-            step: step / scene.time.safety.min(SAFETY_NEAR_LIMIT),
+            step: levels.step / scene.time.safety.min(SAFETY_NEAR_LIMIT),
             scene: scene.clone(),
             mesh: mesh.clone(),
             masses,
-            level,
+            level: levels.level,
             space,
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
-use crate::mesh::{Block, Element, ElementOrigins, Facet, Group, GroupInterior, Known, Mesh};
+use crate::mesh::{Element, ElementOrigins, Facet, Group, GroupInterior, Known, Mesh, MeshBlock};
 use crate::refinement::overlay::Overlay;
 
 /// Maps facets of the base mesh to the composite mesh.
@@ -84,7 +84,7 @@ struct CompositeMesh<const D: usize> {
 }
 
 impl<const D: usize> CompositeMesh<D> {
-    fn add_block(&mut self, base: &Mesh<D>, block: &Block, overlay: Option<&Overlay<D>>) {
+    fn add_block(&mut self, base: &Mesh<D>, block: &MeshBlock, overlay: Option<&Overlay<D>>) {
         let (mesh, parts, of) = (&mut self.mesh, &mut self.parts, &mut self.of);
         let first = [mesh.nodes.len() as u32, mesh.elements.len() as u32];
         let renumbered = |element: &Element, from: u32| {
@@ -124,7 +124,7 @@ impl<const D: usize> CompositeMesh<D> {
             parts.weight.push(sub.weight);
             parts.halvings.push(sub.halvings);
         }
-        mesh.blocks.push(Block {
+        mesh.blocks.push(MeshBlock {
             nodes: first[0]..mesh.nodes.len() as u32,
             elements: first[1]..mesh.elements.len() as u32,
             ..block.clone()

@@ -35,9 +35,9 @@ mod tests;
 pub(crate) mod transfer;
 pub(crate) mod zone;
 
-pub(crate) use crate::refinement::adaptivity::{Adaptivity, BlockChange};
+pub(crate) use crate::refinement::adaptivity::{Adaptivity, BlockChange, ImpactNode};
 pub(crate) use crate::refinement::base_mesh::BaseMesh;
-pub(crate) use crate::refinement::base_model::BaseModel;
+pub(crate) use crate::refinement::base_model::{BaseLevels, BaseModel};
 #[cfg(test)]
 use crate::refinement::bisection::{BisectedSimplex, BisectedTetrahedron, BisectedTriangle};
 pub(crate) use crate::refinement::cost_estimate::ASSUMED_SPEED;

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use crate::element::ElementSet;
 use crate::element::mass::MassKind;
-use crate::mesh::{Block, Element, Mesh};
+use crate::mesh::{Element, Mesh, MeshBlock};
 use crate::refinement::base_model::BaseModel;
 use crate::refinement::composite_mesh;
 use crate::refinement::indicator::RefinementLimit;
@@ -278,7 +278,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
         };
         let elements: Vec<Element> = self.overlay.replaced.iter().map(element).collect();
         let mesh = Mesh {
-            blocks: vec![Block {
+            blocks: vec![MeshBlock {
                 name: String::new(),
                 source: 0,
                 nodes: 0..nodes.len() as u32,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::element::tests::{distorted, kinds};
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add_scaled, cross, dot, norm, pad, sub};
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 use crate::refinement::forest::Leaf;
 use crate::refinement::overlay::halvings;
 use crate::refinement::{BaseMesh, BisectedSimplex, BisectedTetrahedron, BisectedTriangle, Forest};
@@ -56,7 +56,7 @@ impl<const D: usize> Ground<D> {
                 return Self::new(Mesh {
                     nodes,
                     elements: vec![Element::new(kind, &corners)],
-                    blocks: vec![Block {
+                    blocks: vec![MeshBlock {
                         name: "simplex".to_owned(),
                         source: 0,
                         nodes: 0..D as u32 + 1,

@@ -26,7 +26,7 @@ pub(crate) use crate::scene::types::is_part;
 pub use crate::scene::types::{
     Block, Boundary, BoundaryTarget, Cadence, Contact, ContactModel, ContactPair, Damping, Field,
     Geometry, Kinematics, Load, LoadKind, Mass, Material, MaterialModel, Motion, Output, Plane,
-    Probe, Rotation, Scene, Split, StopWhen, Strength, Time, Zone,
+    Probe, Rotation, Scene, Split, StopWhen, Strength, Time, ZoneExtent,
 };
 
 /// Reads and checks a scene from a tree of values, as a TOML or JSON file or a dictionary gives it:

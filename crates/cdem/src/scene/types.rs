@@ -292,7 +292,7 @@ pub struct Contact {
     /// Two-scale: largest number of halvings of an element.
     pub max_level: u32,
     /// Two-scale: extent of the refinement zone.
-    pub zone: Zone,
+    pub zone: ZoneExtent,
     /// Penalty: normal stiffness of a contact point, N/m.
     pub normal_stiffness: Option<f64>,
     /// Penalty: shear stiffness of a contact point, N/m.
@@ -316,7 +316,8 @@ pub enum ContactModel {
 /// Extent of the refinement zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Zone {
+#[schemars(rename = "Zone")]
+pub enum ZoneExtent {
     /// Two rings of elements at the finest size; beyond them the size grows with distance.
     Graded,
     /// Finest size within the radius c_p·Δt₂ of an impact. Δt₂ is the rest of the step after it.

@@ -6,13 +6,14 @@ use crate::element::material::Elastic;
 use crate::element::{self, ElementNumbering, ElementSet};
 use crate::math::vector::{add, cross, pad, sub, truncate};
 use crate::mesh::Mesh;
+use crate::model::boundary::VelocityTime;
 use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::SPEED_OF_LIGHT;
 use crate::model::load::thickness;
 use crate::model::time_step::{SAFETY_NEAR_LIMIT, TimeStepChoice};
 use crate::model::{BlockData, Model, ModelError, State, block_names, block_of, block_properties};
 use crate::refinement::dimension::Space;
-use crate::refinement::{Adaptivity, BaseModel};
+use crate::refinement::{Adaptivity, BaseLevels, BaseModel};
 use crate::scene::{ContactModel, Scene};
 use crate::simulation::warnings::scene_warnings;
 use crate::step::RunParts;
@@ -52,7 +53,10 @@ impl<const D: usize> Model<D> {
             .then(|| (space.surface)(&mesh, thickness, tolerance))
             .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
         let second_scale = is_refined.then(|| {
-            let levels = (base_level.clone(), step);
+            let levels = BaseLevels {
+                level: base_level.clone(),
+                step,
+            };
             let base_model = BaseModel::new(scene, &mesh, masses.clone(), levels, space);
             Adaptivity::new(base_model)
         });
@@ -113,7 +117,8 @@ impl<const D: usize> Model<D> {
         for motion in self.boundaries.iter().filter(|motion| motion.acts(0.0)) {
             for &node in &motion.nodes {
                 let node = node as usize;
-                motion.set_initial_velocity(0.0, &self.mesh.nodes[node], &mut state.velocity[node]);
+                let start = VelocityTime::Instant(0.0);
+                motion.set_velocity(start, &self.mesh.nodes[node], &mut state.velocity[node]);
             }
         }
         state

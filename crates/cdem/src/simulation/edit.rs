@@ -49,7 +49,7 @@ impl Simulation {
         each!(self, driven => {
             let model = &driven.run.model;
             let blocks = model.mesh.blocks.iter().enumerate();
-            let range = |(number, block): (usize, &crate::mesh::Block)| BlockRange {
+            let range = |(number, block): (usize, &crate::mesh::MeshBlock)| BlockRange {
                 name: block.name.clone(),
                 points: model.nodes(number),
                 cells: model.elements(number),

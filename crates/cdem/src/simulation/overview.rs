@@ -92,7 +92,7 @@ impl<const D: usize> TypedSimulation<D> {
             .enumerate()
             .map(|(level, count)| count << level)
             .sum();
-        let block = |(number, block): (usize, &crate::mesh::Block)| BlockOverview {
+        let block = |(number, block): (usize, &crate::mesh::MeshBlock)| BlockOverview {
             name: block.name.clone(),
             material: scene.block[block.source].material.clone(),
             elements: model.elements(number).len(),

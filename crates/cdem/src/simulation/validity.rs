@@ -405,10 +405,10 @@ impl<const D: usize> Run<D> {
         mut visit: impl FnMut(usize, usize, &Deformation),
     ) -> Result<(), StepError> {
         let displacement = &self.state.displacement;
-        let mut strained = Vec::new();
-        for set in &self.model.sets {
-            set.visit_strained(displacement, STRAIN_LIMIT, &mut |e| strained.push(e));
-        }
+        let sets = self.model.sets.iter();
+        let mut strained: Vec<u32> = sets
+            .flat_map(|set| set.strained(displacement, STRAIN_LIMIT))
+            .collect();
         strained.sort_unstable();
         for element in strained {
             let node = self.model.mesh.elements[element as usize].nodes()[0];

@@ -1,6 +1,9 @@
 //! Assembly of nodal impulses from the impulses of element groups.
 
-use crate::element::ElementSet;
+use std::cmp::Reverse;
+
+use crate::element::{ElementSet, GroupNodes};
+use crate::math::adjacency::Adjacency;
 use crate::math::vector::add_scaled;
 
 /// For each node, the element impulses that act on it. A share is the impulse of a group on a node.
@@ -8,64 +11,57 @@ use crate::math::vector::add_scaled;
 pub(crate) struct Assembly {
     /// First share of each set, and the total number.
     sets: Vec<usize>,
-    /// First entry of each node, and the total number.
-    start: Vec<u32>,
-    /// Of each node, the finest level first.
-    entries: Vec<Entry>,
+    /// Shares of each node, the finest level first.
+    shares: Adjacency<Share>,
 }
 
 /// A share of a node.
 #[derive(Clone, Copy, Debug, Default)]
-struct Entry {
+struct Share {
     /// Index among the shares of all sets.
-    share: u32,
+    number: u32,
     /// Level of its group.
     level: u8,
+}
+
+/// A group that may be due, with the number of its first share.
+struct GroupShares<'a> {
+    level: u8,
+    nodes: &'a [u32],
+    first: u32,
+}
+
+impl<'a> GroupShares<'a> {
+    /// Returns the nodes with their shares.
+    fn of_nodes(&self) -> impl Iterator<Item = (u32, Share)> + Clone + use<'a> {
+        let level = self.level;
+        let shares = (self.first..).map(move |number| Share { number, level });
+        self.nodes.iter().copied().zip(shares)
+    }
 }
 
 impl Assembly {
     /// Builds the assembly for the present groups of the elements.
     pub(super) fn new<const D: usize>(sets: &[Box<dyn ElementSet<D>>], node_count: usize) -> Self {
-        let mut assembly = Self {
-            sets: vec![0],
-            start: vec![0; node_count + 1],
-            entries: Vec::new(),
-        };
-        let (mut count, mut levels) = (0, [false; u8::MAX as usize + 1]);
+        let (mut starts, mut count) = (vec![0], 0);
+        let mut groups = Vec::new();
         for set in sets {
-            set.each_group(&mut |level, nodes| {
+            for GroupNodes { level, nodes } in set.groups() {
+                let first = count as u32;
+                groups.extend(level.map(|level| GroupShares {
+                    level,
+                    nodes,
+                    first,
+                }));
                 count += nodes.len();
-                if let Some(level) = level {
-                    levels[level as usize] = true;
-                    for &node in nodes {
-                        assembly.start[node as usize + 1] += 1;
-                    }
-                }
-            });
-            assembly.sets.push(count);
-        }
-        for node in 0..node_count {
-            assembly.start[node + 1] += assembly.start[node];
-        }
-        let mut next = assembly.start.clone();
-        assembly.entries = vec![Entry::default(); next[node_count] as usize];
-        for level in (0..=u8::MAX).rev().filter(|&level| levels[level as usize]) {
-            let mut share = 0;
-            for set in sets {
-                set.each_group(&mut |of_group, nodes| {
-                    for &node in nodes.iter().filter(|_| of_group == Some(level)) {
-                        let place = &mut next[node as usize];
-                        assembly.entries[*place as usize] = Entry { share, level };
-                        *place += 1;
-                        share += 1;
-                    }
-                    if of_group != Some(level) {
-                        share += nodes.len() as u32;
-                    }
-                });
             }
+            starts.push(count);
         }
-        assembly
+        groups.sort_by_key(|group| Reverse(group.level));
+        Self {
+            sets: starts,
+            shares: Adjacency::of_pairs(groups.iter().flat_map(GroupShares::of_nodes), node_count),
+        }
     }
 
     /// Returns the number of shares.
@@ -78,22 +74,22 @@ impl Assembly {
         self.sets[set]..self.sets[set + 1]
     }
 
-    /// Sums the shares of consecutive nodes, beginning with `first`, that are of level `coarsest`
-    /// or finer.
+    /// Sums, for consecutive nodes beginning with `first`, those `shares` that are of level
+    /// `coarsest` or finer.
     pub(super) fn sums<const D: usize>(
         &self,
         first: usize,
-        (coarsest, shares): (u8, &[[f64; D]]),
+        coarsest: u8,
+        shares: &[[f64; D]],
         sums: &mut [[f64; D]],
     ) {
-        let starts = self.start[first..].iter().zip(&self.start[first + 1..]);
-        for (sum, (&start, &end)) in sums.iter_mut().zip(starts) {
+        for (sum, own) in sums.iter_mut().zip(self.shares.lists_from(first)) {
             *sum = [0.0; D];
-            for entry in &self.entries[start as usize..end as usize] {
-                if entry.level < coarsest {
+            for share in own {
+                if share.level < coarsest {
                     break;
                 }
-                add_scaled(sum, 1.0, &shares[entry.share as usize]);
+                add_scaled(sum, 1.0, &shares[share.number as usize]);
             }
         }
     }

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use crate::element::MAX_NODES;
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::vector::{add_scaled, dot, scale, sub};
-use crate::model::boundary::PrescribedMotion;
-use crate::model::ledger::{ImpulseAccount, Ledger, WorkVelocity};
+use crate::model::boundary::{PrescribedMotion, VelocityTime};
+use crate::model::ledger::{ImpulseAccount, Ledger};
 use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::scene::Damping;
@@ -31,6 +31,8 @@ pub(crate) struct KickImpulses<const D: usize> {
     pub(crate) level_changes: Vec<(u32, [f64; D])>,
     /// Elastic and viscous impulses of the element groups on their nodes.
     pub(super) shares: [Vec<[f64; D]>; 2],
+    /// The forces that act in the kick.
+    pub(super) acting: ActiveLoads,
     /// Nodes with loads.
     loaded: Vec<u32>,
     /// Partial ledgers of the node ranges; kept to reuse their memory.
@@ -49,6 +51,7 @@ impl<const D: usize> KickImpulses<D> {
             contact: zero(),
             level_changes: Vec::new(),
             shares: [Vec::new(), Vec::new()],
+            acting: ActiveLoads::default(),
             loaded: Vec::new(),
             ledgers: Vec::new(),
         }
@@ -70,9 +73,10 @@ impl<const D: usize> KickImpulses<D> {
     }
 
     /// Allocates the element impulses; viscous ones only if stiffness damping acts.
-    fn size_shares(&mut self, assembly: &Assembly, acting: ActiveLoads) {
+    fn size_shares(&mut self, assembly: &Assembly) {
         let count = assembly.len();
-        let counts = [count, if acting.stiffness_damping { count } else { 0 }];
+        let is_damped = self.acting.stiffness_damping;
+        let counts = [count, if is_damped { count } else { 0 }];
         for (shares, count) in self.shares.iter_mut().zip(counts) {
             shares.resize(count, [0.0; D]);
         }
@@ -89,7 +93,8 @@ impl<const D: usize> KickImpulses<D> {
 }
 
 /// Sets the kick interval of each node that is due.
-fn take_intervals<const D: usize>(state: &mut State<D>, substep: &Substep, purpose: KickPurpose) {
+fn take_intervals<const D: usize>(state: &mut State<D>, substep: &Substep) {
+    let purpose = substep.purpose;
     let intervals = [&mut *state.last_kick.interval, &mut state.node_interval];
     substep.each_node(intervals, &|n, [interval, last]| {
         let next = substep.duration(n as u32);
@@ -103,18 +108,17 @@ fn take_intervals<const D: usize>(state: &mut State<D>, substep: &Substep, purpo
     });
 }
 
-/// The velocities of a kick, and the one at which the work of its impulses is taken.
+/// The velocities of a kick.
 #[derive(Clone, Copy)]
 pub(crate) struct KickVelocities<'a, const D: usize> {
     /// The velocities before the kick, m/s, and its intervals, s.
     pub(crate) last_kick: &'a LastKick<D>,
     /// The velocities after all impulses, m/s.
     pub(crate) after: &'a [[f64; D]],
-    pub(crate) work_at: WorkVelocity,
 }
 
 /// The forces that act beside elements and contact; those absent are skipped.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ActiveLoads {
     pub(super) gravity: bool,
     pub(super) loads: bool,
@@ -151,17 +155,16 @@ impl<const D: usize> Model<D> {
         velocity: &mut [[f64; D]],
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
-        purpose: KickPurpose,
     ) {
         if !substep.plan.is_steady {
-            take_intervals(state, substep, purpose);
+            take_intervals(state, substep);
         }
-        let acting = self.acting(substep.time);
-        impulses.size_shares(&substep.plan.assembly, acting);
-        self.kick_elements(state, velocity, impulses, substep, purpose);
+        impulses.acting = self.acting(substep.time);
+        impulses.size_shares(&substep.plan.assembly);
+        self.kick_elements(state, velocity, impulses, substep);
         self.push(state, impulses, substep);
-        self.kick_nodes(state, velocity, impulses, (substep, acting));
-        self.prescribe(state, velocity, substep, purpose);
+        self.kick_nodes(state, velocity, impulses, substep);
+        self.prescribe(state, velocity, substep);
     }
 
     /// Computes the impulses of the elements on their nodes, group by group.
@@ -171,11 +174,10 @@ impl<const D: usize> Model<D> {
         velocity: &[[f64; D]],
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
-        purpose: KickPurpose,
     ) {
-        let intervals = (!substep.plan.is_settled)
-            .then(|| self.element_intervals(state, impulses, substep, purpose));
-        let due = substep.due(intervals.as_deref(), purpose == KickPurpose::Advance);
+        let intervals =
+            (!substep.plan.is_settled).then(|| self.element_intervals(state, impulses, substep));
+        let due = substep.due(intervals.as_deref());
         let assembly = &substep.plan.assembly;
         for (number, set) in self.sets.iter_mut().enumerate() {
             let own = assembly.of_set(number);
@@ -194,10 +196,9 @@ impl<const D: usize> Model<D> {
         state: &mut State<D>,
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
-        purpose: KickPurpose,
     ) -> Vec<f64> {
         let mut intervals = state.element_interval.clone();
-        if purpose == KickPurpose::Report {
+        if substep.purpose == KickPurpose::Report {
             return intervals;
         }
         for (element, interval) in intervals.iter_mut().enumerate() {
@@ -210,8 +211,7 @@ impl<const D: usize> Model<D> {
             state.element_interval[element] = next;
             if last != next {
                 let (set, i) = self.numbering.of(element);
-                let mut force = [[0.0; D]; MAX_NODES];
-                self.sets[set].force(i, &state.displacement, &mut force);
+                let force = self.sets[set].force(i, &state.displacement);
                 // Thus a run that starts at rest does not depend on its first kick.
                 if force == [[0.0; D]; MAX_NODES] {
                     continue;
@@ -244,27 +244,29 @@ impl<const D: usize> Model<D> {
 
     /// Sets the prescribed components to the velocity with which the drift ends at the prescribed
     /// position. For a report, sets them so that the mean of before and after is the value now.
-    fn prescribe(
-        &self,
-        state: &State<D>,
-        velocity: &mut [[f64; D]],
-        substep: &Substep,
-        purpose: KickPurpose,
-    ) {
+    fn prescribe(&self, state: &State<D>, velocity: &mut [[f64; D]], substep: &Substep) {
         let at = self.positions(state);
         let acting = |motion: &&PrescribedMotion| motion.acts(substep.step_start);
         for motion in self.boundaries.iter().filter(acting) {
             for &node in motion.nodes.iter().filter(|&&node| substep.is_due(node)) {
                 let n = node as usize;
                 let mut wanted = velocity[n];
-                if purpose == KickPurpose::Advance {
-                    let drift = (substep.time, substep.duration(node));
-                    motion.set_velocity(drift, &at.at(node), &mut wanted);
-                } else {
-                    motion.set_initial_velocity(substep.time, &at.at(node), &mut wanted);
-                    for (c, held) in motion.components::<D>().into_iter().enumerate() {
-                        if held {
-                            wanted[c] = 2.0 * wanted[c] - state.velocity[n][c];
+                let position = at.at(node);
+                match substep.purpose {
+                    KickPurpose::Advance => {
+                        let drift = VelocityTime::Drift {
+                            start: substep.time,
+                            duration: substep.duration(node),
+                        };
+                        motion.set_velocity(drift, &position, &mut wanted);
+                    }
+                    KickPurpose::Report => {
+                        let now = VelocityTime::Instant(substep.time);
+                        motion.set_velocity(now, &position, &mut wanted);
+                        for (c, held) in motion.components::<D>().into_iter().enumerate() {
+                            if held {
+                                wanted[c] = 2.0 * wanted[c] - state.velocity[n][c];
+                            }
                         }
                     }
                 }
@@ -300,7 +302,8 @@ impl<const D: usize> Model<D> {
         self.gravity.vector(time)
     }
 
-    /// Books the work of a kick once contact is solved.
+    /// Books the work of a kick once contact is solved. The impulses of a report do their work at
+    /// the velocity before the kick: it belongs to the interval before.
     pub(crate) fn book_kick(
         &self,
         velocities: KickVelocities<D>,
@@ -310,25 +313,24 @@ impl<const D: usize> Model<D> {
     ) {
         let mut ledgers = std::mem::take(&mut impulses.ledgers);
         let kick = &*impulses;
-        let KickVelocities {
-            last_kick,
-            after,
-            work_at,
-        } = velocities;
+        let KickVelocities { last_kick, after } = velocities;
         let before = &*last_kick.velocity_before;
-        let end = match work_at {
-            WorkVelocity::Mean => after,
-            WorkVelocity::Before => before,
+        let end = match substep.purpose {
+            KickPurpose::Advance => after,
+            KickPurpose::Report => before,
         };
-        let acting = self.acting(substep.time);
-        if acting.anything() {
-            let gravity = self.gravity_at(substep.time);
+        if kick.acting.anything() {
+            let work = ImpulseWork {
+                model: self,
+                kick,
+                last_kick,
+                end,
+                gravity: self.gravity_at(substep.time),
+            };
             let book = |row: &Range<u32>| {
                 let mut ledger = Ledger::default();
                 for n in row.start as usize..row.end as usize {
-                    let weight = self.inertia.mass()[n] * last_kick.interval[n];
-                    let weight = scale(weight, &gravity);
-                    self.book_node(n, [&before[n], &end[n]], kick, acting, &weight, &mut ledger);
+                    work.book(n, &mut ledger);
                 }
                 ledger
             };
@@ -360,30 +362,42 @@ impl<const D: usize> Model<D> {
         }
         impulses.ledgers = ledgers;
     }
+}
 
-    /// Books the impulses of a kick on a node, except those of elements, with its velocities before
-    /// and at the end, m/s. `weight` is the impulse of gravity, N·s.
-    fn book_node(
-        &self,
-        n: usize,
-        velocities: [&[f64; D]; 2],
-        impulses: &KickImpulses<D>,
-        acting: ActiveLoads,
-        weight: &[f64; D],
-        ledger: &mut Ledger,
-    ) {
-        if acting.gravity {
-            ledger.book(ImpulseAccount::Gravity, weight, velocities);
+/// The work of the impulses of a kick, except those of elements.
+struct ImpulseWork<'a, const D: usize> {
+    model: &'a Model<D>,
+    kick: &'a KickImpulses<D>,
+    last_kick: &'a LastKick<D>,
+    /// Velocities whose mean with those before does the work, m/s.
+    end: &'a [[f64; D]],
+    gravity: [f64; D],
+}
+
+impl<const D: usize> ImpulseWork<'_, D> {
+    /// Books the impulses on a node.
+    fn book(&self, n: usize, ledger: &mut Ledger) {
+        let Self {
+            model,
+            kick,
+            last_kick,
+            end,
+            gravity,
+        } = self;
+        let velocities = [&last_kick.velocity_before[n], &end[n]];
+        if kick.acting.gravity {
+            let weight = model.inertia.mass()[n] * last_kick.interval[n];
+            ledger.book(ImpulseAccount::Gravity, &scale(weight, gravity), velocities);
         }
-        if acting.loads {
-            ledger.book(ImpulseAccount::External, &impulses.load[n], velocities);
+        if kick.acting.loads {
+            ledger.book(ImpulseAccount::External, &kick.load[n], velocities);
         }
-        let damping = self.damping_of(n);
+        let damping = model.damping_of(n);
         if damping.mass > 0.0 || damping.local > 0.0 {
-            ledger.book(ImpulseAccount::Damping, &impulses.damping[n], velocities);
+            ledger.book(ImpulseAccount::Damping, &kick.damping[n], velocities);
         }
         if damping.stiffness > 0.0 {
-            ledger.book(ImpulseAccount::Viscosity, &impulses.viscous[n], velocities);
+            ledger.book(ImpulseAccount::Viscosity, &kick.viscous[n], velocities);
         }
     }
 }

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::rollback::Rollback;
-use crate::element::{ElementNumbering, ElementSet, MAX_NODES};
+use crate::element::{ElementNumbering, ElementSet, MAX_NODES, PaddedNodal};
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, dot, scale, sub};
 use crate::mesh::Element;
@@ -53,9 +53,6 @@ pub(crate) struct TouchedElements<const D: usize> {
     /// Velocities of the island after the touch, m/s, while `motion` has those before it.
     after: Vec<[f64; D]>,
 }
-
-/// A vector for each node of an element, padded with zeros.
-type PaddedNodal<const D: usize> = [[f64; D]; MAX_NODES];
 
 /// An element during a touch.
 struct ElementPart<const D: usize> {
@@ -238,9 +235,8 @@ impl<const D: usize> MidStepImpact<'_, D> {
         remaining: f64,
     ) -> ElementPart<D> {
         let zero = [[0.0; D]; MAX_NODES];
-        let mut force = zero;
         let (set, i) = self.place.of(element as usize);
-        self.sets[set].force(i, motion.displacement, &mut force);
+        let force = self.sets[set].force(i, motion.displacement);
         let after = self.velocities(element, motion);
         ElementPart {
             element,
@@ -278,10 +274,8 @@ impl<const D: usize> MidStepImpact<'_, D> {
         velocity: &PaddedNodal<D>,
         motion: &NodalMotion<D>,
     ) -> PaddedNodal<D> {
-        let mut rate = [[0.0; D]; MAX_NODES];
         let (set, i) = self.place.of(element as usize);
-        self.sets[set].force_rate(i, motion.displacement, velocity, &mut rate);
-        rate
+        self.sets[set].force_rate(i, motion.displacement, velocity)
     }
 }
 

@@ -31,11 +31,11 @@ use crate::contact::timing::{DriftStart, KickTimes};
 use crate::math::profile::{Stage, Stopwatch};
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::model::kinematics::{NodalMotion, drift_node};
-use crate::model::ledger::{ImpulseAccount, Ledger, WorkVelocity};
+use crate::model::ledger::{ImpulseAccount, Ledger};
 use crate::model::time_levels::{self, Levels};
 use crate::model::{Model, State};
 use crate::refinement::Adaptivity;
-use crate::step::kick::{KickPurpose, KickVelocities};
+use crate::step::kick::KickVelocities;
 use crate::step::mid_step_impact::MidStepImpact;
 use crate::step::schedule::{KickSchedule, Substep};
 pub(crate) use crate::step::synchronise::Synchronised;
@@ -287,7 +287,6 @@ impl<const D: usize> Run<D> {
             &mut velocity,
             &mut self.workspace.impulses,
             substep,
-            KickPurpose::Advance,
         );
         self.state.velocity = velocity;
         self.watch.lap(Stage::Forces);
@@ -304,7 +303,6 @@ impl<const D: usize> Run<D> {
         let velocities = KickVelocities {
             last_kick,
             after: velocity,
-            work_at: WorkVelocity::Mean,
         };
         self.model.book_kick(velocities, impulses, substep, ledger);
         if let Some(second) = &mut self.adaptivity {

@@ -42,10 +42,10 @@ impl<const D: usize> NodalForces<'_, D> {
         let [elastic, viscous] = self.shares;
         row.before.copy_from_slice(row.velocity);
         self.assembly
-            .sums(row.first, (self.coarsest, elastic), row.total);
+            .sums(row.first, self.coarsest, elastic, row.total);
         if self.acting.stiffness_damping {
             self.assembly
-                .sums(row.first, (self.coarsest, viscous), row.viscous);
+                .sums(row.first, self.coarsest, viscous, row.viscous);
             for (total, viscous) in row.total.iter_mut().zip(&*row.viscous) {
                 add_scaled(total, 1.0, viscous);
             }
@@ -113,8 +113,9 @@ impl<const D: usize> Model<D> {
         state: &mut State<D>,
         velocity: &mut [[f64; D]],
         impulses: &mut KickImpulses<D>,
-        (substep, acting): (&Substep, ActiveLoads),
+        substep: &Substep,
     ) {
+        let acting = impulses.acting;
         let nodal = NodalForces {
             model: self,
             acting,
@@ -162,7 +163,7 @@ impl<const D: usize> Model<D> {
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
     ) {
-        if !self.acting(substep.time).mass_damping {
+        if !impulses.acting.mass_damping {
             return;
         }
         let arrays = [&mut *impulses.damping, &mut impulses.total];

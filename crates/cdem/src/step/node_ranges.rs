@@ -58,7 +58,8 @@ impl NodeRanges {
 /// Applies `work` to each range of nodes and its part of the arrays, on all threads. The arrays
 /// begin with the node `first`.
 pub(super) fn each_row<T: Send, const N: usize>(
-    (rows, first): (&[Range<u32>], usize),
+    rows: &[Range<u32>],
+    first: usize,
     mut arrays: [&mut [T]; N],
     work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
 ) {
@@ -70,8 +71,8 @@ pub(super) fn each_row<T: Send, const N: usize>(
         let of_left = halves.each_mut().map(|half| std::mem::take(&mut half.0));
         let of_right = halves.map(|half| half.1);
         rayon::join(
-            || each_row((left, first), of_left, work),
-            || each_row((right, middle), of_right, work),
+            || each_row(left, first, of_left, work),
+            || each_row(right, middle, of_right, work),
         );
         return;
     }
@@ -114,7 +115,7 @@ mod tests {
             let mut numbers: Vec<usize> = (0..levels.len()).collect();
             let mut counts = vec![0; levels.len()];
             let arrays = [&mut *numbers, &mut *counts];
-            each_row((all.due(coarsest), 0), arrays, &|first, [own, counts]| {
+            each_row(all.due(coarsest), 0, arrays, &|first, [own, counts]| {
                 for (node, (own, count)) in (first..).zip(own.iter().zip(counts)) {
                     assert_eq!(node, *own);
                     *count += 1;

@@ -9,6 +9,7 @@ use crate::math::disjoint_sets::DisjointSets;
 use crate::model::time_levels::{Levels, MAX_LEVEL};
 use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
+use crate::step::kick::KickPurpose;
 use crate::step::node_ranges::{NodeRanges, each_row};
 
 /// The kick schedule that holds until the levels change.
@@ -36,6 +37,8 @@ pub(crate) struct Substep<'a> {
     pub(super) coarsest: u8,
     /// Interval of each level, s.
     durations: [f64; MAX_LEVEL as usize + 1],
+    /// Purpose of its kick.
+    pub(super) purpose: KickPurpose,
     /// Start of the coarse step, and start of this substep, s.
     pub(crate) step_start: f64,
     pub(crate) time: f64,
@@ -53,7 +56,7 @@ impl Substep<'_> {
         arrays: [&mut [T]; N],
         work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
     ) {
-        each_row((self.rows(), 0), arrays, work);
+        each_row(self.rows(), 0, arrays, work);
     }
 
     /// Applies `work` to each due node and its entries of the arrays.
@@ -76,11 +79,11 @@ impl Substep<'_> {
 
     /// Returns the elements that are due, over the given element intervals, s, or else over those
     /// of their levels.
-    pub(super) fn due<'b>(&'b self, of_element: Option<&'b [f64]>, is_kept: bool) -> Due<'b> {
+    pub(super) fn due<'b>(&'b self, of_element: Option<&'b [f64]>) -> Due<'b> {
         Due {
             coarsest: self.coarsest,
             interval: of_element.map_or(Interval::OfLevel(&self.durations), Interval::OfElement),
-            updates_history: is_kept,
+            updates_history: self.purpose == KickPurpose::Advance,
         }
     }
 
@@ -126,8 +129,10 @@ impl KickSchedule {
         let fixed = |node: u32| blocks[block_of[node as usize] as usize].fixed;
         let elements = &model.mesh.elements;
         let due = |e: u32| !fixed(elements[e as usize].nodes()[0]);
+        let level = |e: u32| due(e).then(|| levels.element[e as usize]);
+        let of_elements: Vec<_> = (0..elements.len() as u32).map(level).collect();
         for set in &mut model.sets {
-            set.arrange(&|e| due(e).then(|| levels.element[e as usize]));
+            set.arrange(&of_elements);
         }
         let mut count = vec![0; MAX_LEVEL as usize + 1];
         let mut is_settled = true;
@@ -169,15 +174,19 @@ impl KickSchedule {
         Substep {
             plan: self,
             coarsest,
+            purpose: KickPurpose::Advance,
             durations: std::array::from_fn(|level| duration(step, level as u8)),
             step_start: start,
             time: start + f64::from(number) * step / f64::from(1_u32 << self.finest),
         }
     }
 
-    /// Returns the first substep of a coarse step, in which all nodes are due.
-    pub(crate) fn all(&self, step: f64, start: f64) -> Substep<'_> {
-        self.substep(0, step, start)
+    /// Returns the substep of a report at the start of a coarse step: all nodes are due.
+    pub(crate) fn report(&self, step: f64, start: f64) -> Substep<'_> {
+        Substep {
+            purpose: KickPurpose::Report,
+            ..self.substep(0, step, start)
+        }
     }
 
     /// Returns the number of elements of each level, up to the finest in use.

@@ -2,8 +2,9 @@
 
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::model::block_max::BlockMax;
-use crate::model::boundary::PrescribedMotion;
+use crate::model::boundary::{PrescribedMotion, VelocityTime};
 use crate::model::kinematics::SPEED_OF_LIGHT;
+use crate::model::{Model, State};
 use crate::step::Run;
 
 /// Bounds for the next coarse step.
@@ -36,11 +37,15 @@ impl<const D: usize> Run<D> {
     /// Bounds the speeds by those of now, or the prescribed ones, plus the gain over the step from
     /// the last acceleration and the changes of gravity and loads.
     pub(crate) fn bound_speeds(&mut self) {
-        let mut outlook = std::mem::take(&mut self.workspace.speed_bounds);
-        let step = self.model.step;
-        let heavier = self.change_of_gravity();
-        let (velocity, before) = (&self.state.velocity, &self.state.last_kick.velocity_before);
-        let interval = &self.state.last_kick.interval;
+        let next = NextStep {
+            model: &self.model,
+            state: &self.state,
+            time: self.time(),
+        };
+        let step = next.model.step;
+        let heavier = next.change_of_gravity();
+        let (velocity, last_kick) = (&next.state.velocity, &next.state.last_kick);
+        let (before, interval) = (&last_kick.velocity_before, &last_kick.interval);
         let of_node = |node: u32| {
             let n = node as usize;
             let change = sub(&velocity[n], &before[n]);
@@ -51,29 +56,46 @@ impl<const D: usize> Run<D> {
             };
             [dot(&velocity[n], &velocity[n]), gain]
         };
-        let blocks = self.model.blocks.len();
-        let squares = outlook.squares.find(&self.model.block_of, blocks, of_node);
-        let ahead = &mut outlook.ahead;
+        let SpeedBounds {
+            ahead,
+            squares,
+            pushed,
+            loaded,
+        } = &mut self.workspace.speed_bounds;
+        let blocks = next.model.blocks.len();
+        let found = squares.find(&next.model.block_of, blocks, of_node);
         ahead.clear();
-        ahead.extend(squares.iter().map(|[speed, _]| speed.sqrt()));
-        self.raise_to_prescribed(ahead);
-        self.change_of_loads(&mut outlook.pushed, &mut outlook.loaded);
-        let added = outlook.squares.of_blocks().iter().zip(&outlook.pushed);
-        for (ahead, ([_, gain], pushed)) in outlook.ahead.iter_mut().zip(added) {
+        ahead.extend(found.iter().map(|[speed, _]| speed.sqrt()));
+        next.raise_to_prescribed(ahead);
+        next.add_changes_of_loads(&mut self.workspace.impulses.load, loaded);
+        next.take_pushes(&mut self.workspace.impulses.load, loaded, pushed);
+        let added = squares.of_blocks().iter().zip(&*pushed);
+        for (ahead, ([_, gain], pushed)) in ahead.iter_mut().zip(added) {
             *ahead += step * (gain.sqrt() + heavier + pushed);
         }
-        self.workspace.speed_bounds = outlook;
     }
+}
 
+/// The coarse step that begins at `time`, s.
+struct NextStep<'a, const D: usize> {
+    model: &'a Model<D>,
+    state: &'a State<D>,
+    time: f64,
+}
+
+impl<const D: usize> NextStep<'_, D> {
     /// Raises the speeds to those that prescribed motions require over the step.
     fn raise_to_prescribed(&self, speeds: &mut [f64]) {
-        let (time, step) = (self.time(), self.model.step);
-        let at = self.model.positions(&self.state);
-        let acting = |motion: &&PrescribedMotion| motion.acts(time);
+        let at = self.model.positions(self.state);
+        let drift = VelocityTime::Drift {
+            start: self.time,
+            duration: self.model.step,
+        };
+        let acting = |motion: &&PrescribedMotion| motion.acts(self.time);
         for motion in self.model.boundaries.iter().filter(acting) {
             for &node in &motion.nodes {
                 let mut wanted = [0.0; D];
-                motion.set_velocity((time, step), &at.at(node), &mut wanted);
+                motion.set_velocity(drift, &at.at(node), &mut wanted);
                 let speed = &mut speeds[self.model.block_of[node as usize] as usize];
                 let wanted = norm(&wanted);
                 // The comparison keeps a NaN; `max` would not.
@@ -89,21 +111,20 @@ impl<const D: usize> Run<D> {
         let before = if self.state.number == 0 {
             [0.0; D]
         } else {
-            self.model.gravity_at(self.time())
+            self.model.gravity_at(self.time)
         };
         norm(&sub(
-            &self.model.gravity_at(self.time() + self.model.step),
+            &self.model.gravity_at(self.time + self.model.step),
             &before,
         ))
     }
 
-    /// Finds the largest change of acceleration of each block by loads over the step, m/s²; at t =
-    /// 0 all loads count as new. Lists the nodes with loads.
-    fn change_of_loads(&mut self, pushed: &mut Vec<f64>, loaded: &mut Vec<usize>) {
-        let (start, end) = (self.time(), self.time() + self.model.step);
+    /// Adds the changes of the loads over the step to `load`, N; at t = 0 all loads count as new.
+    /// Lists the nodes with loads.
+    fn add_changes_of_loads(&self, load: &mut [[f64; D]], loaded: &mut Vec<usize>) {
+        let (start, end) = (self.time, self.time + self.model.step);
         let begins = self.state.number == 0;
-        let at = self.model.positions(&self.state);
-        let (load, mass) = (&mut self.workspace.impulses.load, self.model.inertia.mass());
+        let at = self.model.positions(self.state);
         loaded.clear();
         for surface in &self.model.loads {
             if !begins && !surface.changes(start, end) {
@@ -119,9 +140,15 @@ impl<const D: usize> Run<D> {
                 }
             }
         }
+    }
+
+    /// Finds the largest acceleration of each block by `load`, m/s², and clears it at the nodes
+    /// with loads.
+    fn take_pushes(&self, load: &mut [[f64; D]], loaded: &[usize], pushed: &mut Vec<f64>) {
+        let mass = self.model.inertia.mass();
         pushed.clear();
         pushed.resize(self.model.blocks.len(), 0.0);
-        for &node in &*loaded {
+        for &node in loaded {
             let force = std::mem::replace(&mut load[node], [0.0; D]);
             let pushed = &mut pushed[self.model.block_of[node] as usize];
             *pushed = pushed.max(norm(&scale(1.0 / mass[node], &force)));

@@ -5,9 +5,9 @@ use crate::contact::island::parallel::IslandKicks;
 use crate::contact::timing::{KickTimes, NodeDrifts};
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
 use crate::model::kinematics::NodalMotion;
-use crate::model::ledger::{Ledger, WorkVelocity};
+use crate::model::ledger::Ledger;
 use crate::step::Run;
-use crate::step::kick::{KickPurpose, KickVelocities};
+use crate::step::kick::KickVelocities;
 
 /// The state at an instant, with half of the due kick in it.
 pub(crate) struct Synchronised<const D: usize> {
@@ -29,14 +29,13 @@ impl<const D: usize> Run<D> {
     pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
         let plan = std::mem::take(&mut self.workspace.schedule);
         let time = self.time();
-        let substep = plan.all(self.model.step, time);
+        let substep = plan.report(self.model.step, time);
         let mut velocity = self.state.velocity.clone();
         self.model.kick(
             &mut self.state,
             &mut velocity,
             &mut self.workspace.impulses,
             &substep,
-            KickPurpose::Report,
         );
         let mut half = Ledger::default();
         let (ledgers, received) = self.peek_contacts(&mut velocity);
@@ -50,23 +49,16 @@ impl<const D: usize> Run<D> {
                 half.impulse.add_scaled(-1.0, &pad(impulse));
             }
         }
-        self.model.book_damping(
-            &self.state.last_kick,
-            &velocity,
-            &mut self.workspace.impulses,
-            &substep,
-        );
+        let impulses = &mut self.workspace.impulses;
+        let last_kick = &self.state.last_kick;
+        self.model
+            .book_damping(last_kick, &velocity, impulses, &substep);
         let velocities = KickVelocities {
-            last_kick: &self.state.last_kick,
+            last_kick,
             after: &velocity,
-            work_at: WorkVelocity::Before,
         };
-        self.model.book_kick(
-            velocities,
-            &mut self.workspace.impulses,
-            &substep,
-            &mut half,
-        );
+        self.model
+            .book_kick(velocities, impulses, &substep, &mut half);
         let kinetic_energy = self.kinetic_energy(&velocity);
         substep.each_node([&mut *velocity], &|n, [after]| {
             *after = scale(0.5, &add(&self.state.velocity[n], after));

@@ -2,7 +2,7 @@
 
 use crate::contact::detection::candidates::Clusters;
 use crate::contact::surface::Configuration;
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 use crate::refinement::dimension::{PLANE, SOLID, Space};
 
 /// Two cells beside each other, joined at the bottom alone, and one above them.
@@ -34,7 +34,7 @@ fn cracked<const D: usize>(kind: ElementKind) -> Mesh<D> {
         elements.push(Element::new(kind, &numbers));
     }
     let first = (nodes.len() - below) as u32;
-    let block = |name: &str, nodes, elements| Block {
+    let block = |name: &str, nodes, elements| MeshBlock {
         name: name.to_owned(),
         source: 0,
         nodes,

@@ -9,7 +9,7 @@ use crate::contact::tolerances::{
 };
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
-use crate::mesh::{Block, Mesh};
+use crate::mesh::{Mesh, MeshBlock};
 
 /// A corner of triangles: a boundary node, or the mean of the four nodes of a quadrilateral.
 #[derive(Clone, Debug)]
@@ -141,7 +141,7 @@ impl Triangulation {
         let of_vertices = |facet: &Nodes| facet.iter().map(|&node| vertex_of(node)).collect();
         let edges = edges_of(&mut triangles, &corners);
         let count = corners.len();
-        let size = |block: &Block| {
+        let size = |block: &MeshBlock| {
             let nodes = block.nodes.start as usize..block.nodes.end as usize;
             let Aabb { min, max } = Aabb::around(mesh.nodes[nodes].iter().copied(), 0.0);
             norm(&sub(&max, &min))

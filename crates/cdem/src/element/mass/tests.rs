@@ -2,7 +2,7 @@
 
 use crate::element::mass::*;
 use crate::element::tests::{Sets, box_mesh, kinds, rock, sets_of};
-use crate::mesh::{Block, Element, ElementKind};
+use crate::mesh::{Element, ElementKind, MeshBlock};
 use crate::scene::{Kinematics, Plane};
 
 fn sets<const D: usize>(mesh: &Mesh<D>) -> Sets<D> {
@@ -23,7 +23,7 @@ fn simplex<const D: usize>(nodes: &[[f64; D]], kind: ElementKind) -> Mesh<D> {
     Mesh {
         nodes: nodes.to_vec(),
         elements: vec![Element::new(kind, &numbers)],
-        blocks: vec![Block {
+        blocks: vec![MeshBlock {
             name: "lone".into(),
             source: 0,
             nodes: 0..nodes.len() as u32,
@@ -261,13 +261,13 @@ fn blocks_of_several_shapes_and_several_blocks_are_kept_apart() {
             Element::new(ElementKind::Tri3, &[5, 6, 7]),
         ],
         blocks: vec![
-            Block {
+            MeshBlock {
                 name: "mixed".into(),
                 source: 0,
                 nodes: 0..5,
                 elements: 0..2,
             },
-            Block {
+            MeshBlock {
                 name: "lone".into(),
                 source: 1,
                 nodes: 5..8,

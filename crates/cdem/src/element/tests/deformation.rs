@@ -35,9 +35,7 @@ fn stretches_are_those_of_the_motion() {
 
 /// Returns the elements that are strained by more than `most`.
 fn strained<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]], most: f64) -> Vec<u32> {
-    let mut strained = Vec::new();
-    sets[0].visit_strained(displacement, most, &mut |e| strained.push(e));
-    strained
+    sets[0].strained(displacement, most)
 }
 
 fn a_mirrored_body_is_inverted<const D: usize>() {

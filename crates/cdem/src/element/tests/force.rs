@@ -188,7 +188,8 @@ fn only_what_is_due_is_kicked() {
         let mut sets = sets_of(&mesh, rock(), kinematics, Plane::Strain);
         let pulled = linear_field(&mesh, |i, j| 1e-3 * (i + 2 * j) as f64);
         let still = vec![[0.0; 2]; mesh.nodes.len()];
-        sets[0].arrange(&|e| (e == 4).then_some(0));
+        let levels = (0..mesh.elements.len()).map(|e| (e == 4).then_some(0));
+        sets[0].arrange(&levels.collect::<Vec<_>>());
         let due = |intervals| Due {
             coarsest: 0,
             interval: Interval::OfLevel(intervals),

@@ -134,10 +134,10 @@ pub(super) fn kick_over<const D: usize>(
     let mut impulses = [0, 1].map(|_| vec![[0.0; D]; motion[0].len()]);
     for set in sets {
         let (mut nodes, mut levels): (Vec<u32>, Vec<Option<u8>>) = Default::default();
-        set.each_group(&mut |level, of_group| {
-            nodes.extend(of_group);
-            levels.extend(of_group.iter().map(|_| level));
-        });
+        for group in set.groups() {
+            nodes.extend(group.nodes);
+            levels.extend(group.nodes.iter().map(|_| group.level));
+        }
         let mut shares = [0, 1].map(|_| vec![[0.0; D]; nodes.len()]);
         set.kick(due, motion, shares.each_mut().map(|shares| &mut shares[..]));
         for (impulses, shares) in impulses.iter_mut().zip(&shares) {
@@ -175,11 +175,14 @@ pub(super) fn advance<const D: usize>(
 pub(super) fn energy<const D: usize>(sets: &Sets<D>, displacement: &[[f64; D]]) -> f64 {
     let mut sum = 0.0;
     for set in sets {
-        let mut energies = vec![0.0; set.len()];
-        let number = |e: u32| set.mesh_elements().binary_search(&e).expect("of the set");
-        set.strain_energies(displacement, &mut |e, energy| energies[number(e)] = energy);
-        for (i, energy) in energies.into_iter().enumerate() {
+        let elements = set.mesh_elements();
+        let mut is_counted = vec![false; elements.iter().max().map_or(0, |&e| e as usize + 1)];
+        for (i, &e) in elements.iter().enumerate() {
+            is_counted[e as usize] = true;
+            let mut energy = 0.0;
+            set.add_strain_energies(displacement, &is_counted, &mut energy);
             assert_eq!(energy, set.strain_energy(i, displacement));
+            is_counted[e as usize] = false;
             sum += energy;
         }
     }
@@ -191,12 +194,11 @@ pub(super) fn stresses<const D: usize>(
     set: &dyn ElementSet<D>,
     displacement: &[[f64; D]],
 ) -> Vec<[f64; 6]> {
-    let mut told = Vec::new();
-    set.stresses(displacement, &mut |e, stress| told.push((e, stress)));
-    told.sort_by_key(|&(e, _)| e);
-    let elements = told.iter().map(|&(e, _)| e);
-    assert!(elements.eq(set.mesh_elements().iter().copied()));
-    told.into_iter().map(|(_, stress)| stress).collect()
+    let elements = set.mesh_elements();
+    let count = elements.iter().max().map_or(0, |&e| e as usize + 1);
+    let mut stresses = vec![[f64::NAN; 6]; count];
+    set.stresses(displacement, &mut stresses);
+    elements.iter().map(|&e| stresses[e as usize]).collect()
 }
 
 /// Returns G·X at every node.

@@ -1,7 +1,7 @@
 //! Elements in SIMD lanes give the same bits as single elements.
 
 use crate::element::tests::*;
-use crate::mesh::Block;
+use crate::mesh::MeshBlock;
 
 /// Results of kicks.
 struct Given<const D: usize> {
@@ -31,7 +31,7 @@ fn in_two_blocks<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     let whole = mesh.blocks[0].clone();
     let cut = whole.elements.end / 3;
     mesh.blocks[0].elements.end = cut;
-    mesh.blocks.push(Block {
+    mesh.blocks.push(MeshBlock {
         elements: cut..whole.elements.end,
         ..whole
     });
@@ -77,8 +77,9 @@ fn kicks<const D: usize>(mesh: &Mesh<D>, kinematics: Kinematics, alone: bool) ->
         let mut impulses = Vec::new();
         if alone {
             for e in 0..count {
-                sets.iter_mut()
-                    .for_each(|set| set.arrange(&|other| (e == other).then_some(0)));
+                let levels = (0..count).map(|other| (e == other).then_some(0));
+                let levels: Vec<_> = levels.collect();
+                sets.iter_mut().for_each(|set| set.arrange(&levels));
                 impulses.push(kick_over(&mut sets, &due, motion));
             }
         } else {
@@ -133,7 +134,8 @@ fn levels_change_nothing<const D: usize>() {
             let displacement: Vec<[f64; D]> = nodes
                 .map(|a| std::array::from_fn(|k| 0.05 * noise(a + number, k)))
                 .collect();
-            sorted[0].arrange(&|e| Some((e as usize * (number + 3) % 5) as u8));
+            let levels = (0..mesh.elements.len()).map(|e| Some((e * (number + 3) % 5) as u8));
+            sorted[0].arrange(&levels.collect::<Vec<_>>());
             let forces = [&mut plain, &mut sorted].map(|sets| advance(sets, &displacement));
             assert!(forces[0] == forces[1], "{kind:?}");
             for i in 0..plain[0].len() {

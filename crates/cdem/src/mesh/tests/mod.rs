@@ -34,7 +34,7 @@ pub(crate) fn scene(dimension: usize, block: Vec<Block>) -> Scene {
             strength: Strength::default(),
             energy_loss: 0.01,
             max_level: 5,
-            zone: Zone::Graded,
+            zone: ZoneExtent::Graded,
             normal_stiffness: None,
             shear_stiffness: None,
             pair: Vec::new(),

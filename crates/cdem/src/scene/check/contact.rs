@@ -5,7 +5,7 @@ use crate::scene::check::Check;
 use crate::scene::check::names::Sort;
 use crate::scene::check::value::{BETWEEN_ZERO_AND_ONE, NOT_NEGATIVE, POSITIVE};
 use crate::scene::input::{self, Quantity, Stiffness};
-use crate::scene::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strength, Zone};
+use crate::scene::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strength, ZoneExtent};
 
 /// Largest value of `max_level`.
 const DEEPEST_LEVEL: u32 = 16;
@@ -26,7 +26,7 @@ impl Check {
             strength: strength?,
             energy_loss,
             max_level,
-            zone: input.zone.unwrap_or(Zone::Graded),
+            zone: input.zone.unwrap_or(ZoneExtent::Graded),
             normal_stiffness,
             shear_stiffness,
             pair: pair?,

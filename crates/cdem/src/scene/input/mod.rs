@@ -17,7 +17,9 @@ pub(crate) use crate::scene::input::varying::{
 };
 
 use crate::scene::element_kind::ElementKind;
-use crate::scene::{ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, Split, Zone};
+use crate::scene::{
+    ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, Split, ZoneExtent,
+};
 
 /// A scene of deformable blocks that collide. Numbers are in SI units, angles in
 /// degrees. A number may also be text with a unit, such as "40 GPa".
@@ -349,7 +351,7 @@ pub(crate) struct ContactInput {
     pub(crate) max_level: Option<i64>,
     /// Two-scale: extent of the refinement zone.
     #[schemars(extend("default" = "graded"))]
-    pub(crate) zone: Option<Zone>,
+    pub(crate) zone: Option<ZoneExtent>,
     /// Penalty: normal stiffness of a contact point, N/m; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) normal_stiffness: Option<Quantity<Stiffness>>,

@@ -1,7 +1,6 @@
 //! Conservation in a change of mesh: a block keeps its momenta and gains no energy (design, section
 //! 6: coming and going).
 
-use crate::element::MAX_NODES;
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::refinement::{MovingBody, RigidModes, RigidMomenta};
 use crate::step::Run;
@@ -106,11 +105,10 @@ impl<const D: usize> Run<D> {
     /// J.
     fn power_of(&self, block: usize, velocities: &[[f64; D]]) -> f64 {
         let first = self.model.nodes(block).start;
-        let mut force = [[0.0; D]; MAX_NODES];
         let work = self.model.elements(block).map(|element| {
             let (set, i) = self.model.numbering.of(element);
             let set = &self.model.sets[set];
-            set.force(i, &self.state.displacement, &mut force);
+            let force = set.force(i, &self.state.displacement);
             let nodes = self.model.mesh.elements[element].nodes().iter().zip(&force);
             let power = nodes.map(|(&node, force)| dot(force, &velocities[node as usize - first]));
             self.state.element_interval[element] * power.sum::<f64>()

@@ -7,6 +7,7 @@ use crate::contact::remap::MeshConfiguration;
 use crate::element::StressHistory;
 use crate::math::vector::sub;
 use crate::mesh::Mesh;
+use crate::model::inverse_mass::SplitMotion;
 use crate::model::positions::Positions;
 use crate::model::state::LastKick;
 use crate::model::{Model, State};
@@ -40,7 +41,11 @@ impl<const D: usize> Run<D> {
             self.state.ledger.gravity_work += work;
             second.add_energy_debt(block, -work);
         }
-        self.remesh_contacts(second, &blocks, (&old_mesh, &old_state.displacement));
+        let old = MeshConfiguration {
+            at: Positions::new(&old_mesh.nodes, &old_state.displacement).into(),
+            rest: Positions::at_rest(&old_mesh.nodes).into(),
+        };
+        self.remesh_contacts(second, &blocks, old);
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
             let unpaid = self.repay_from_deformation(second, block, unpaid);
             second.add_energy_debt(block, unpaid);
@@ -113,7 +118,11 @@ impl<const D: usize> Run<D> {
             let gathered = transfer.gather(momenta[block].clone());
             let own = &mut state.velocity[nodes.clone()];
             let inertia = &self.model.inertia;
-            inertia.solve(nodes.start, (&gathered, &bound), own);
+            let motion = SplitMotion {
+                bound: &bound,
+                loose_momenta: &gathered,
+            };
+            inertia.solve(nodes.start, motion, own);
         }
         self.model
             .restore_history(&old_elements, &origins, &state.displacement);
@@ -133,21 +142,17 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Transfers the contacts of blocks from the old mesh and displacements, m, to the new ones.
+    /// Transfers the contacts of blocks from the old mesh to the new one.
     fn remesh_contacts(
         &mut self,
         second: &Adaptivity<D>,
         blocks: &[usize],
-        (old_mesh, old_displacement): (&Mesh<D>, &[[f64; D]]),
+        old: MeshConfiguration<D>,
     ) {
         let Some(contacts) = &mut self.contacts else {
             return;
         };
         let mesh = &self.model.mesh;
-        let old = MeshConfiguration {
-            at: Positions::new(&old_mesh.nodes, old_displacement).into(),
-            rest: Positions::at_rest(&old_mesh.nodes).into(),
-        };
         let new = MeshConfiguration {
             at: Positions::new(&mesh.nodes, &self.state.displacement).into(),
             rest: Positions::at_rest(&mesh.nodes).into(),
@@ -162,10 +167,10 @@ impl<const D: usize> Run<D> {
 
     /// Updates the history of the elements of some blocks to the present instant.
     fn bring_up(&mut self, blocks: &[usize]) {
-        let model = &mut self.model;
+        let Self { model, state, .. } = self;
         for &block in blocks {
             for (set, i) in model.elements(block).map(|e| model.numbering.of(e)) {
-                model.sets[set].update_history(i, &self.state.displacement);
+                model.sets[set].update_history(i, &state.displacement);
             }
         }
     }

@@ -9,7 +9,9 @@ use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
 use crate::model::positions::Positions;
-use crate::refinement::{Adaptivity, BlockChange, ImpactPrediction, MeshTransfer, RigidModes};
+use crate::refinement::{
+    Adaptivity, BlockChange, ImpactNode, ImpactPrediction, MeshTransfer, RigidModes,
+};
 use crate::step::Run;
 
 /// Horizon of the impact prediction, in coarse steps. A velocity changes by less than half in one
@@ -278,10 +280,13 @@ impl<const D: usize> Run<D> {
         let sizes = place.nodes.map(|node| second.base_size(around(node)));
         let halvings = place.nodes.map(|node| second.halvings(around(node)));
         let mass = |side: usize| {
-            let number = place.nodes[side] as usize - self.model.nodes(blocks[side]).start;
-            let roots = around(place.nodes[side]);
-            let of = (roots, place.are_edges[side]);
-            second.base_mass(blocks[side], number, &place.rest[side], of)
+            let node = ImpactNode {
+                block: blocks[side],
+                number: place.nodes[side] as usize - self.model.nodes(blocks[side]).start,
+                rest: place.rest[side],
+                is_on_edge: place.are_edges[side],
+            };
+            second.base_mass(&node, around(place.nodes[side]))
         };
         ImpactPrediction {
             blocks,

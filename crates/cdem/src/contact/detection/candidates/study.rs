@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 
-use crate::mesh::{Block, Element, ElementKind, Mesh, tests};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock, tests};
 use crate::model::Model;
 use crate::refinement::dimension::PLANE;
 use crate::scene::{Damping, Geometry, Kinematics, Mass, Material, MaterialModel};
@@ -53,7 +53,7 @@ fn crowd(across: usize) -> Run<2> {
         let first = 3 * number;
         let nodes = [first, first + 1, first + 2];
         mesh.elements.push(Element::new(ElementKind::Tri3, &nodes));
-        mesh.blocks.push(Block {
+        mesh.blocks.push(MeshBlock {
             name: format!("stone{number}"),
             source: 0,
             nodes: first..first + 3,

@@ -9,7 +9,7 @@ use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, CullingResult, Distance, Pair, Topology};
 use crate::contact::tolerances::DISTANCE_CHECKED;
 use crate::math::vector::{add, cross, norm, scale};
-use crate::mesh::{self, Block, Element, ElementKind, Mesh};
+use crate::mesh::{self, Element, ElementKind, Mesh, MeshBlock};
 use crate::scene::Geometry;
 
 const TOLERANCE: f64 = 1e-3;
@@ -80,7 +80,7 @@ impl Crowd {
             mesh.nodes
                 .extend((0..3).map(|corner| stone.corner(corner, 0.0)));
             mesh.elements.push(Element::new(ElementKind::Tri3, &nodes));
-            mesh.blocks.push(Block {
+            mesh.blocks.push(MeshBlock {
                 name: String::new(),
                 source: 0,
                 nodes: nodes[0]..nodes[2] + 1,
@@ -345,7 +345,7 @@ proptest! {
             tolerance: TOLERANCE,
         };
         let speed = |node: usize| norm(&heap.velocity[node]);
-        let fastest = |block: &Block| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
+        let fastest = |block: &MeshBlock| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
         let speeds: Vec<f64> = mesh.blocks.iter().map(fastest).collect();
         let all: Vec<Pair> = boundary.families().iter().flat_map(|[mains, targets]| {
             let targets = targets.clone();

@@ -6,7 +6,7 @@ use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
 use crate::math::vector::{add, scale};
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
 /// Instants that brute force tests.
 const SAMPLES: usize = 4000;
@@ -29,7 +29,7 @@ impl Meeting {
             edge[1],
             add(&middle, &[5.0, 0.0]),
         ];
-        let block = |name: &str, source, first: u32| Block {
+        let block = |name: &str, source, first: u32| MeshBlock {
             name: name.to_owned(),
             source,
             nodes: first..first + 3,
@@ -154,7 +154,7 @@ proptest! {
             [-1.0, side], [0.0, side], [1.0, side],
             [-1.0, top], [0.0, 0.0], [1.0, top],
         ];
-        let block = |name: &str, source, nodes, elements| Block {
+        let block = |name: &str, source, nodes, elements| MeshBlock {
             name: name.to_owned(),
             source,
             nodes,

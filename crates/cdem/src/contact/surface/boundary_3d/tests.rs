@@ -11,7 +11,7 @@ use crate::contact::surface::{
 };
 use crate::contact::tolerances::{CULLING_RATE, VOLUME_ROUND_OFF};
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
-use crate::mesh::{self, Block, Element, ElementKind, Mesh};
+use crate::mesh::{self, Element, ElementKind, Mesh, MeshBlock};
 use crate::scene::Geometry;
 
 /// One element for each block, each with its own nodes.
@@ -22,7 +22,7 @@ pub(super) fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
         mesh.nodes.extend_from_slice(nodes);
         let numbers: Vec<u32> = (first..mesh.nodes.len() as u32).collect();
         mesh.elements.push(Element::new(*kind, &numbers));
-        mesh.blocks.push(Block {
+        mesh.blocks.push(MeshBlock {
             name: format!("b{number}"),
             source: number,
             nodes: first..mesh.nodes.len() as u32,
@@ -183,7 +183,7 @@ fn touches_bed(
         &[first, first + 1, first + 2, first + 3],
     ));
     let count = mesh.elements.len() as u32;
-    mesh.blocks.push(Block {
+    mesh.blocks.push(MeshBlock {
         name: "tip".to_owned(),
         source: 1,
         nodes: first..first + 4,
@@ -221,7 +221,7 @@ fn joined(cells: &[(ElementKind, Vec<[f64; 3]>)]) -> Mesh<3> {
         let numbers: Vec<u32> = numbers.collect();
         mesh.elements.push(Element::new(*kind, &numbers));
     }
-    mesh.blocks.push(Block {
+    mesh.blocks.push(MeshBlock {
         name: "bed".to_owned(),
         source: 0,
         nodes: 0..mesh.nodes.len() as u32,

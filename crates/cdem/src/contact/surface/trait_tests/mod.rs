@@ -13,7 +13,7 @@ use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Pair, Projection, Topology};
 use crate::math::vector::{add, add_scaled, norm, sub};
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
 /// Largest round-off of some ten operations on lengths of at most 8 m, m.
 const ROUND_OFF: f64 = 1e-14;
@@ -72,7 +72,7 @@ fn mesh<const D: usize>(blocks: &[HandMade<D>]) -> Mesh<D> {
             let nodes: Vec<u32> = own.iter().map(|own| node + own).collect();
             mesh.elements.push(Element::new(block.kind, &nodes));
         }
-        mesh.blocks.push(Block {
+        mesh.blocks.push(MeshBlock {
             name: number.to_string(),
             source: number,
             nodes: node..mesh.nodes.len() as u32,

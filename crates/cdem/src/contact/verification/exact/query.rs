@@ -1,7 +1,7 @@
 //! Two simplices whose nodes have integer positions and velocities.
 
 use crate::contact::verification::exact::Polynomial;
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
 /// A random distribution.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +75,7 @@ impl<const D: usize> Query<D> {
         };
         let own = |number: u32| number * corners..(number + 1) * corners;
         let element = |number| Element::new(kind, &own(number).collect::<Vec<_>>());
-        let block = |number: u32| Block {
+        let block = |number: u32| MeshBlock {
             name: String::new(),
             source: number as usize,
             nodes: own(number),

@@ -4,7 +4,7 @@ use fastrand::Rng;
 
 use crate::contact::verification::oracle::space::OracleSpace;
 use crate::math::vector::{add, add_scaled, dot, norm, sub};
-use crate::mesh::{Block, Element, ElementKind, Mesh};
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
 /// Two blocks, with velocities that keep each of their cells convex and its faces plane: x' = v + G
 /// (x − centre).
@@ -196,7 +196,7 @@ impl<const D: usize> BlockEncounter<D> {
             let numbers: Vec<u32> = cell.iter().map(|node| first + node).collect();
             self.mesh.elements.push(Element::new(kind, &numbers));
         }
-        self.mesh.blocks.push(Block {
+        self.mesh.blocks.push(MeshBlock {
             name: String::new(),
             source: number,
             nodes: first..self.mesh.nodes.len() as u32,
