@@ -26,7 +26,7 @@ use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, Dr
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::InitialOverlaps;
 use crate::contact::constraint::law::ContactLaws;
-use crate::contact::detection::candidates::SearchContext;
+use crate::contact::detection::candidates::{SearchContext, StepSpeeds};
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;
@@ -107,7 +107,7 @@ impl<const D: usize> ContactModelData<D> {
     fn touching_pairs(
         &self,
         at: Configuration<D>,
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        may_meet: &impl Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         let (within, surface) = (self.tolerance, &*self.surface);
         let mut pairs = self.search_context().pairs_within(at, within, may_meet);
@@ -233,9 +233,13 @@ impl<const D: usize> Contacts<D> {
         let blocks = self.model_data.search_context();
         let may_meet = |blocks| self.model_data.may_touch(blocks);
         let near = &mut self.workspace.lists.near;
+        let speeds = StepSpeeds {
+            bounds: speeds,
+            step,
+        };
         self.state
             .search
-            .find_near(&blocks, at, (speeds, step), &may_meet, near);
+            .find_near(&blocks, at, speeds, &may_meet, near);
         self.state.search_overrun |= self.state.search.exceeded_bounds();
         self.regroup(number);
         self.join(number)

@@ -103,21 +103,18 @@ impl<const D: usize> Contacts<D> {
         Some(shift)
     }
 
-    /// Transfers contacts to the surface of another mesh of the same blocks, some of them
-    /// `changed`. A contact stays at its material point. If that point no longer exists, the
+    /// Transfers contacts to the `surface` of another mesh of the same blocks. A contact stays at its material point. If that point no longer exists, the
     /// contact continues as the nearest new contact of its blocks, or ends.
     pub(crate) fn remesh(
         &mut self,
-        (old, new): (MeshConfiguration<D>, MeshConfiguration<D>),
-        mesh: &Mesh<D>,
+        exchange: MeshExchange<D>,
         surface: Box<dyn Surface<D>>,
-        changed: &[bool],
         inertia: &InverseMass<D>,
         time: f64,
     ) {
         // The next kick sees another surface.
-        self.state.energies.penetration = self.max_penetration(old.at);
-        let before = self.exchange_surface(mesh, surface);
+        self.state.energies.penetration = self.max_penetration(exchange.old.at);
+        let before = self.exchange_surface(exchange.mesh, surface);
         self.state.search = CandidateSearch::default();
         self.state.candidates.clear();
         self.state.joins.clear();
@@ -129,9 +126,7 @@ impl<const D: usize> Contacts<D> {
         let carry = ContactRemap {
             before: &*before,
             after: &*self.model_data.surface,
-            configurations: [old, new],
-            mesh,
-            changed,
+            exchange,
         };
         let (mut kept, mut lost) = (Vec::new(), Vec::new());
         for contact in all {
@@ -153,7 +148,7 @@ impl<const D: usize> Contacts<D> {
             contact_points: kept,
             ..Island::default()
         }];
-        self.replace_lost(lost, new.at, inertia, time);
+        self.replace_lost(lost, exchange.new.at, inertia, time);
     }
 
     /// Replaces the surface by that of another mesh of the same blocks. Returns the old one.
@@ -252,20 +247,20 @@ impl<const D: usize> ContactPoint<D> {
 struct ContactRemap<'a, const D: usize> {
     before: &'a dyn Surface<D>,
     after: &'a dyn Surface<D>,
-    /// Before and after.
-    configurations: [MeshConfiguration<'a, D>; 2],
-    /// The new mesh.
-    mesh: &'a Mesh<D>,
-    /// For each block: true if its mesh has changed.
-    changed: &'a [bool],
+    exchange: MeshExchange<'a, D>,
 }
 
 impl<const D: usize> ContactRemap<'_, D> {
     /// Returns the contact on the new surface, if its material point still exists there.
     fn transferred(&self, mut contact: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
-        let [old, new] = self.configurations;
+        let MeshExchange {
+            old,
+            new,
+            mesh,
+            changed,
+        } = self.exchange;
         let blocks = contact.history.blocks;
-        let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
+        let nodes = blocks.map(|block| mesh.blocks[block as usize].nodes.clone());
         let marks = self
             .before
             .material_points(contact.pair, &contact.foot, old.rest);
@@ -281,12 +276,24 @@ impl<const D: usize> ContactRemap<'_, D> {
             *vector = rotated(vector, &frames);
         }
         contact.offset = rotated(&contact.offset, &frames);
-        if blocks.iter().any(|&block| self.changed[block as usize]) {
+        if blocks.iter().any(|&block| changed[block as usize]) {
             contact.foot = foot;
         }
         (contact.pair, contact.normal) = (pair, frames[1][0]);
         Ok(contact)
     }
+}
+
+/// Exchange of the mesh of some blocks.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshExchange<'a, const D: usize> {
+    /// Configurations of the old mesh and of the new one.
+    pub(crate) old: MeshConfiguration<'a, D>,
+    pub(crate) new: MeshConfiguration<'a, D>,
+    /// The new mesh.
+    pub(crate) mesh: &'a Mesh<D>,
+    /// For each block: true if its mesh has changed.
+    pub(crate) changed: &'a [bool],
 }
 
 /// Configuration of a mesh: now, and at rest.

@@ -6,7 +6,7 @@ use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds,
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
+use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{
     CCD_SAMPLES, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
@@ -254,7 +254,11 @@ impl<const D: usize> ContactPoint<D> {
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) {
-        surface.assemble_jacobian(jacobian, self.pair, &self.foot, at, Some(&self.normal));
+        let anchor = JacobianAnchor {
+            foot: &self.foot,
+            along: Some(&self.normal),
+        };
+        surface.assemble_jacobian(jacobian, self.pair, anchor, at);
     }
 
     /// Returns the bounds of the impulse over `interval` seconds.

@@ -344,7 +344,7 @@ fn check_pair<const D: usize>(
         depth: rule.depth() * tolerance,
         clear,
     };
-    let look = if surface.stays_in_contact(pair, at, motion.velocity, remaining, slack) {
+    let look = if surface.stays_in_contact(pair, motion, remaining, slack) {
         PairCheck::Touch(TouchState::Never)
     } else {
         PairCheck::Within(if is_slow { 0.0 } else { remaining })
@@ -364,7 +364,7 @@ fn touch<const D: usize>(
 ) -> TouchState {
     let (surface, tolerance, at) = (context.surface, context.tolerance, motion.at);
     let remaining = now.remaining();
-    let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
+    let wait = surface.time_of_impact(pair, motion, span, tolerance);
     let Some(wait) = wait else {
         return TouchState::Never;
     };
@@ -411,7 +411,7 @@ fn owning_pair<'a, const D: usize>(
     if beside.clone().any(bars) {
         return None;
     }
-    let best = select_feature_pair(surface, pair, [then, later], tolerance, &|_| true);
+    let best = select_feature_pair(surface, pair, [then, later], tolerance, |_| true);
     let says = |contact: &ContactPoint<D>| {
         best.is_some_and(|best| contact.is_duplicate_of(context, best, drift_interval))
     };
@@ -429,7 +429,7 @@ fn owning_pair<'a, const D: usize>(
     if held.is_empty() {
         return None;
     }
-    select_feature_pair(surface, pair, [then, later], tolerance, &is_left)
+    select_feature_pair(surface, pair, [then, later], tolerance, is_left)
 }
 
 /// Returns a bound of the speed at which nodes of the two features approach, m/s: the largest

@@ -8,8 +8,8 @@ use crate::contact::narrow_phase::point_triangle::{self, PointTriangle};
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, MaterialPoint, Pair,
-    Pairs, Projection,
+    Configuration, ContactGeometry, ContactJacobian, CullingRange, CullingResult, Distance,
+    JacobianAnchor, MaterialPoint, Pair, Pairs, Projection,
 };
 use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
@@ -96,12 +96,9 @@ impl Distance<3> for Boundary3d {
         }
     }
 
-    fn cull(&self, pair: Pair, at: Configuration<3>, reach: f64, tolerance: f64) -> CullingResult {
-        let range = (reach, tolerance);
+    fn cull(&self, pair: Pair, at: Configuration<3>, range: CullingRange) -> CullingResult {
         match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { vertex, triangle } => {
-                self.cull_point_triangle(vertex, triangle, at, range)
-            }
+            FeaturePair::PointTriangle { .. } => self.cull_point_triangle(pair, at, range),
             FeaturePair::EdgeEdge { main, target } => {
                 self.cull_edge_edge([main, target], at, range)
             }
@@ -298,16 +295,15 @@ impl ContactGeometry<3> for Boundary3d {
         &self,
         jacobian: &mut ContactJacobian<3>,
         pair: Pair,
-        foot: &[f64; 2],
+        anchor: JacobianAnchor<3>,
         at: Configuration<3>,
-        along: Option<&[f64; 3]>,
     ) {
         match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { vertex, triangle } => {
-                self.jacobian_of_point_triangle(jacobian, (vertex, triangle), foot, at);
+            FeaturePair::PointTriangle { .. } => {
+                self.jacobian_of_point_triangle(jacobian, pair, anchor.foot, at);
             }
             FeaturePair::EdgeEdge { main, target } => {
-                self.jacobian_of_edge_edge(jacobian, [main, target], (foot, along), at);
+                self.jacobian_of_edge_edge(jacobian, [main, target], anchor, at);
             }
         }
     }

@@ -33,6 +33,7 @@ type Polygon = SmallVec<[[f64; 2]; 8]>;
 /// Coordinates in the plane of a contact.
 struct ContactPlane {
     origin: [f64; 3],
+    normal: [f64; 3],
     axes: [[f64; 3]; 2],
 }
 
@@ -41,6 +42,7 @@ impl ContactPlane {
         let [_, one, two] = crate::contact::narrow_phase::jacobian::frame(normal, along);
         Self {
             origin,
+            normal: *normal,
             axes: [one, two],
         }
     }
@@ -173,14 +175,14 @@ impl Boundary3d {
         let mut sum = 0.0;
         for &facet in &main {
             let one = ProjectedFacet::new(self, facet, &plane, at);
-            let beneath = self.overlapping_facets(&one, &target, (&normal, &plane), at);
+            let beneath = self.overlapping_facets(&one, &target, &plane, at);
             for other in &beneath {
                 let piece = clip(&one.corners, &other.corners);
                 if area(&piece) <= tolerance * tolerance {
                     continue;
                 }
                 sum += area_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
-                    let above = self.overlapping_facets(other, &main, (&normal, &plane), at);
+                    let above = self.overlapping_facets(other, &main, &plane, at);
                     let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
@@ -200,7 +202,7 @@ impl Boundary3d {
         }
         if vertex.is_none() {
             let sides = [main.as_slice(), target.as_slice()];
-            sum += self.tributary_area_of_others(sides, (&normal, &plane), at, tolerance);
+            sum += self.tributary_area_of_others(sides, &plane, at, tolerance);
         }
         sum
     }
@@ -210,14 +212,14 @@ impl Boundary3d {
     fn tributary_area_of_others(
         &self,
         [main, target]: [&[u32]; 2],
-        (normal, plane): (&[f64; 3], &ContactPlane),
+        plane: &ContactPlane,
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
         let mut sum = 0.0;
         for &facet in target {
             let other = ProjectedFacet::new(self, facet, plane, at);
-            let above = self.overlapping_facets(&other, main, (normal, plane), at);
+            let above = self.overlapping_facets(&other, main, plane, at);
             let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
             if weight == 0.0 {
                 continue;
@@ -229,7 +231,7 @@ impl Boundary3d {
                 {
                     continue;
                 }
-                let beneath = self.overlapping_facets(one, target, (normal, plane), at);
+                let beneath = self.overlapping_facets(one, target, plane, at);
                 let sides = [(one, beneath.as_slice()), (&other, above.as_slice())];
                 if touching_weight(sides, &mean(&piece), tolerance) == 0.0
                     && crossings(one, &beneath, tolerance).is_empty()
@@ -264,7 +266,7 @@ impl Boundary3d {
         &self,
         patch: &ProjectedFacet,
         from: &[u32],
-        (normal, plane): (&[f64; 3], &ContactPlane),
+        plane: &ContactPlane,
         at: Configuration<3>,
     ) -> Vec<ProjectedFacet> {
         let mut waiting = FeatureList::from_slice(from);
@@ -279,7 +281,7 @@ impl Boundary3d {
             }
             for &vertex in &other.vertices {
                 let neighbours =
-                    self.flush_facets(self.triangulation.triangles_at(vertex), normal, at);
+                    self.flush_facets(self.triangulation.triangles_at(vertex), &plane.normal, at);
                 for facet in neighbours {
                     if let Err(place) = known.binary_search(&facet) {
                         known.insert(place, facet);

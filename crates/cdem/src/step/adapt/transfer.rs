@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::contact::remap::MeshConfiguration;
+use crate::contact::remap::{MeshConfiguration, MeshExchange};
 use crate::element::StressHistory;
 use crate::math::vector::sub;
 use crate::mesh::Mesh;
@@ -162,7 +162,13 @@ impl<const D: usize> Run<D> {
         let surface = second.base_model.surface(mesh, contacts.tolerance());
         let time = self.state.number as f64 * self.model.step;
         let inertia = &self.model.inertia;
-        contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
+        let exchange = MeshExchange {
+            old,
+            new,
+            mesh,
+            changed: &changed,
+        };
+        contacts.remesh(exchange, surface, inertia, time);
     }
 
     /// Updates the history of the elements of some blocks to the present instant.

@@ -37,7 +37,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
-use crate::contact::surface::{Configuration, CullingResult, Pair, Surface};
+use crate::contact::surface::{Configuration, CullingRange, CullingResult, Pair, Surface};
 use crate::contact::tolerances::{
     BOUND_CHECKS_PER_TASK, BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK,
     CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, LEAST_MOTION_BOUND,
@@ -83,6 +83,15 @@ pub(crate) struct SearchContext<'a, const D: usize> {
     pub(crate) fixed: &'a [bool],
     /// Contact tolerance d_tol, m.
     pub(crate) tolerance: f64,
+}
+
+/// Speed bounds of the blocks in a coarse step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepSpeeds<'a> {
+    /// Speed bound of each block, m/s.
+    pub(crate) bounds: &'a [f64],
+    /// Coarse step, s.
+    pub(crate) step: f64,
 }
 
 /// The search for pairs that may come in contact.
@@ -153,25 +162,25 @@ pub(crate) struct MotionBound {
 }
 
 impl<const D: usize> CandidateSearch<D> {
-    /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted. `speeds` are
-    /// bounds for the blocks in the step, m/s. `may_meet` selects pairs of blocks.
+    /// Finds the pairs `near` at the start of a coarse step, sorted. `may_meet`
+    /// selects pairs of blocks.
     pub(crate) fn find_near(
         &mut self,
         blocks: &SearchContext<D>,
         at: Configuration<D>,
-        (speeds, step): (&[f64], f64),
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        speeds: StepSpeeds,
+        may_meet: &impl Fn([u32; 2]) -> bool,
         near: &mut Vec<Pair>,
     ) {
         self.blocks
             .resize(blocks.fixed.len(), MotionBound::default());
         self.accumulate_travel(blocks, at);
-        let speeds = speeds.iter().zip(blocks.fixed);
-        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
+        let of_blocks = speeds.bounds.iter().zip(blocks.fixed);
+        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(of_blocks) {
             reach.motion_bound = if fixed {
                 0.0
             } else {
-                SPEED_GAIN * speed * step + LEAST_MOTION_BOUND * blocks.tolerance
+                SPEED_GAIN * speed * speeds.step + LEAST_MOTION_BOUND * blocks.tolerance
             };
         }
         let exceeds = |reach: &MotionBound| reach.moved + reach.motion_bound > reach.allowance;
@@ -270,7 +279,7 @@ impl<const D: usize> CandidateSearch<D> {
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
             !self.is_near[*number as usize]
                 && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
-                && surface.cull(pair, before, a + b, blocks.tolerance) == CullingResult::Near
+                && surface.cull(pair, before, blocks.range(a + b)) == CullingResult::Near
         };
         fast.into_iter().any(|block| {
             let reach = self.blocks[block];
@@ -283,7 +292,7 @@ impl<const D: usize> CandidateSearch<D> {
         &mut self,
         blocks: &SearchContext<D>,
         at: Configuration<D>,
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        may_meet: &impl Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
         let shares = self.blocks.iter().map(|reach| reach.motion_bound);
@@ -328,7 +337,7 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Returns true if all data fit these numbers of nodes and blocks, and the features that a
     /// surface `has`.
-    pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &dyn Fn(Pair) -> bool) -> bool {
+    pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &impl Fn(Pair) -> bool) -> bool {
         let is_known = |candidate: &Candidate| {
             let mut of = candidate.blocks.iter();
             has(candidate.pair) && of.all(|&block| (block as usize) < blocks)
@@ -443,11 +452,11 @@ impl<const D: usize> CandidateSearch<D> {
             let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
             let nearness = if apart <= DISTANCE_CHECKED * (reach + blocks.tolerance) {
                 let surface = blocks.surface;
-                surface.cull(candidate.pair, at, reach, blocks.tolerance)
+                surface.cull(candidate.pair, at, blocks.range(reach))
             } else {
                 CullingResult::Far
             };
-            let lacks = match nearness {
+            let excluded_until = match nearness {
                 CullingResult::ExcludedUntil(length) => {
                     length + CULLING_RATE * way - CULLING_ROUND_OFF * blocks.tolerance
                 }
@@ -461,18 +470,18 @@ impl<const D: usize> CandidateSearch<D> {
             } else {
                 -1.0
             };
-            (apart + way, lacks, held)
+            (apart + way, excluded_until, held)
         };
         let SearchWorkspace { open, looked, .. } = &mut self.lists;
         let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
         numbers.map(look).collect_into_vec(looked);
-        for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
+        for (&number, &(until, excluded_until, held)) in open.iter().zip(&*looked) {
             let candidate = &mut self.candidates[number as usize];
             (
                 candidate.far_until,
                 candidate.excluded_until,
                 candidate.near_until,
-            ) = (until, lacks, held);
+            ) = (until, excluded_until, held);
             if held >= 0.0 {
                 self.is_near[number as usize] = true;
                 self.found.push(number);
@@ -496,7 +505,8 @@ pub(crate) struct BlockTravel {
     /// Travel plus the distance that a near feature may have: half of the tolerance counts for
     /// either block.
     pub(crate) distance: f64,
-    /// [`CULLING_RATE`] times the travel, plus the motion bound; compared with `lacks`.
+    /// [`CULLING_RATE`] times the travel, plus the motion bound; compared with
+    /// [`excluded_until`](Candidate::excluded_until).
     pub(crate) turning: f64,
 }
 
@@ -524,6 +534,14 @@ fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
 }
 
 impl<const D: usize> SearchContext<'_, D> {
+    /// Returns the range of a relative motion of `reach`, m.
+    fn range(&self, reach: f64) -> CullingRange {
+        CullingRange {
+            reach,
+            tolerance: self.tolerance,
+        }
+    }
+
     /// Returns the blocks of the main and the target feature of a pair.
     pub(crate) fn of(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];
@@ -537,7 +555,7 @@ impl<const D: usize> SearchContext<'_, D> {
         &self,
         at: Configuration<D>,
         distance: f64,
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        may_meet: &impl Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         let margin = |_| 0.5 * distance;
         self.clusters

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 
+use crate::contact::detection::candidates::StepSpeeds;
 use crate::mesh::{Element, ElementKind, Mesh, MeshBlock, tests};
 use crate::model::Model;
 use crate::refinement::dimension::PLANE;
@@ -94,14 +95,18 @@ impl Cost {
         let search = &mut contacts.state.search;
         let blocks = contacts.model_data.search_context();
         let may_meet = |blocks| contacts.model_data.may_touch(blocks);
-        let (with, near) = ((&*speeds, step), &mut contacts.state.candidates);
-        let mut find = || search.find_near(&blocks, at.into(), with, &may_meet, near);
+        let near = &mut contacts.state.candidates;
+        let speeds = StepSpeeds {
+            bounds: &speeds,
+            step,
+        };
+        let mut find = || search.find_near(&blocks, at.into(), speeds, &may_meet, near);
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at.into(), &may_meet));
         search.find_near(
             &blocks,
             at.into(),
-            with,
+            speeds,
             &may_meet,
             &mut contacts.state.candidates,
         );

@@ -4,7 +4,7 @@
 
 use crate::contact::surface::boundary_3d::tests::all_pairs;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
-use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact};
+use crate::contact::surface::{Configuration, ConstantMotion, Distance, Pair, TimeOfImpact};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
 use crate::contact::verification::exact::{
     DEPTH, FOOT, Features, Query, QueryKind, bound, cross, difference, dot,
@@ -69,8 +69,7 @@ struct Judged {
 struct Trial<'a> {
     query: &'a Query<3>,
     boundary: &'a Boundary3d,
-    at: Configuration<'a, 3>,
-    velocity: &'a [[f64; 3]],
+    motion: ConstantMotion<'a, 3>,
     pair: Pair,
     found: Option<f64>,
 }
@@ -88,7 +87,7 @@ impl Trial<'_> {
         let FeaturePair::EdgeEdge { main, target } = self.boundary.feature_pair(self.pair) else {
             return Some(true);
         };
-        let then = self.at.after(self.velocity, time);
+        let then = self.motion.after(time);
         let crossing = self.boundary.edge_edge(main, target, then)?;
         // The normal of a triangle that shrinks to a line is arbitrary.
         let least_height = |edge: u32| {
@@ -127,7 +126,7 @@ impl Trial<'_> {
             return;
         }
         let outside = |time: f64| {
-            let then = self.at.after(self.velocity, time);
+            let then = self.motion.after(time);
             self.boundary.project(self.pair, then).outside
         };
         let features = self.features(forward);
@@ -189,17 +188,19 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
         let (mesh, velocity) = query.mesh();
         let boundary = Boundary3d::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; 8];
-        let at = Configuration::new(&mesh.nodes, &still);
+        let motion = ConstantMotion {
+            at: Configuration::new(&mesh.nodes, &still),
+            velocity: &velocity,
+        };
         let pairs = all_pairs(&boundary);
         for _ in 0..8 {
             let pair = pairs[random.usize(..pairs.len())];
             let trial = Trial {
                 query: &query,
                 boundary: &boundary,
-                at,
-                velocity: &velocity,
+                motion,
                 pair,
-                found: boundary.time_of_impact(pair, at, &velocity, 1.0, DEPTH),
+                found: boundary.time_of_impact(pair, motion, 1.0, DEPTH),
             };
             trial.judge_found(&mut judged);
             trial.judge_touches(&mut judged);

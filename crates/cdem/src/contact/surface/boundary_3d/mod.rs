@@ -4,11 +4,15 @@
 //! are the vertices, then the edges; target features are the triangles, then the edges.
 
 #[cfg(test)]
+mod area_tests;
+#[cfg(test)]
 mod exact_tests;
 #[cfg(test)]
 mod sharp_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod touch_tests;
 
 use std::ops::Range;
 

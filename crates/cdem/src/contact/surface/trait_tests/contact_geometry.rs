@@ -8,7 +8,7 @@ use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, Distance, FeatureKind, Pair,
+    Configuration, ContactGeometry, ContactJacobian, Distance, FeatureKind, JacobianAnchor, Pair,
 };
 use crate::math::vector::{add, cross, cross2};
 use crate::mesh::ElementKind;
@@ -219,7 +219,11 @@ fn the_jacobian_of_two_edges_has_its_normal_on_the_side_asked_for() {
     let mut jacobian = ContactJacobian::default();
     for z in [1.0, -1.0] {
         let along = [0.0, 0.0, z];
-        boundary.assemble_jacobian(&mut jacobian, pair, &foot, at, Some(&along));
+        let anchor = JacobianAnchor {
+            foot: &foot,
+            along: Some(&along),
+        };
+        boundary.assemble_jacobian(&mut jacobian, pair, anchor, at);
         assert_eq!(jacobian.frame[0], along);
         assert_close([jacobian.offset[0]], [-0.25 * z]);
         let on = impulses(&jacobian, [1.0, 0.0, 0.0], mesh.nodes.len());

@@ -4,7 +4,15 @@ use super::{
     FLAT, ROOF, TOLERANCE, VALLEY, assert_close, assert_projection, foot_point, keel, over_roof_2d,
     over_roof_3d, pair, plane, space, tip_2d, tip_3d,
 };
-use crate::contact::surface::{Configuration, CullingResult, Distance};
+use crate::contact::surface::{Configuration, CullingRange, CullingResult, Distance};
+
+/// Returns the range of a relative motion of `reach`, m.
+fn range(reach: f64) -> CullingRange {
+    CullingRange {
+        reach,
+        tolerance: TOLERANCE,
+    }
+}
 
 #[test]
 fn a_vertex_in_the_plane_is_projected_on_an_edge() {
@@ -117,7 +125,7 @@ fn a_vertex_in_the_plane_is_culled_by_its_distance() {
     let (mesh, boundary) = over_roof_2d(FLAT, tip_2d([1.0, 0.25]));
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
-    let within = |reach: f64| boundary.cull(pair, at, reach, TOLERANCE);
+    let within = |reach: f64| boundary.cull(pair, at, range(reach));
     assert_eq!(within(0.25), CullingResult::Near);
     assert_eq!(within(0.249), CullingResult::Far);
 }
@@ -127,7 +135,7 @@ fn a_vertex_in_space_is_culled_by_its_distance() {
     let (mesh, boundary) = over_roof_3d(FLAT, tip_3d([0.5, 1.0, 0.25]));
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[space::TIP], &space::SIDE);
-    let within = |reach: f64| boundary.cull(pair, at, reach, TOLERANCE);
+    let within = |reach: f64| boundary.cull(pair, at, range(reach));
     assert_eq!(within(0.26), CullingResult::Near);
     assert_eq!(within(0.24), CullingResult::Far);
 }
@@ -137,7 +145,7 @@ fn edges_are_culled_by_their_distance() {
     let (mesh, boundary) = over_roof_3d(ROOF, keel([0.0, 0.0, 0.25]));
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
-    let within = |reach: f64| boundary.cull(pair, at, reach, TOLERANCE);
+    let within = |reach: f64| boundary.cull(pair, at, range(reach));
     assert_eq!(within(0.26), CullingResult::Near);
     assert_eq!(within(0.24), CullingResult::Far);
 }
@@ -151,7 +159,7 @@ fn a_corner_that_points_away_is_excluded_until_it_has_turned() {
     }
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[space::TIP + 2], &space::SIDE);
-    let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, 0.3, TOLERANCE) else {
+    let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, range(0.3)) else {
         panic!("its edges lead into the block");
     };
     // One edge of the corner falls by 4 m on √32 m, the others are level. The least length is the

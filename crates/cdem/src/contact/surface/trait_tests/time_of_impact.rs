@@ -4,7 +4,7 @@ use super::{
     FLAT, ROOF, TOLERANCE, keel, over_roof_2d, over_roof_3d, pair, plane, space, tip_2d, tip_3d,
     velocities,
 };
-use crate::contact::surface::{Configuration, GapAllowance, TimeOfImpact};
+use crate::contact::surface::{Configuration, ConstantMotion, GapAllowance, TimeOfImpact};
 
 /// Largest margin of round-off before a touch, s: that of the signed volume of lengths of at most
 /// 8 m, over its rate.
@@ -15,6 +15,14 @@ const EARLY: f64 = 1e-12;
 fn assert_time(found: Option<f64>, expected: f64) {
     let is_right = found.is_some_and(|time| (0.0..=EARLY).contains(&(expected - time)));
     assert!(is_right, "{found:?} is not {expected}");
+}
+
+/// Returns the motion of nodes at rest positions.
+fn motion<'a, const D: usize>(
+    at: Configuration<'a, D>,
+    velocity: &'a [[f64; D]],
+) -> ConstantMotion<'a, D> {
+    ConstantMotion { at, velocity }
 }
 
 /// Returns an allowance without gaps that wait.
@@ -34,13 +42,13 @@ fn a_vertex_in_the_plane_touches_when_its_gap_is_fallen() {
     let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
     let falls = velocities(&mesh, plane::TIP, [0.0, -0.5]);
     assert_time(
-        boundary.time_of_impact(pair, at, &falls, 1.0, TOLERANCE),
+        boundary.time_of_impact(pair, motion(at, &falls), 1.0, TOLERANCE),
         0.5,
     );
-    let soon = boundary.time_of_impact(pair, at, &falls, 0.4, TOLERANCE);
+    let soon = boundary.time_of_impact(pair, motion(at, &falls), 0.4, TOLERANCE);
     assert_eq!(soon, None);
     let rises = velocities(&mesh, plane::TIP, [0.0, 0.5]);
-    let never = boundary.time_of_impact(pair, at, &rises, 1.0, TOLERANCE);
+    let never = boundary.time_of_impact(pair, motion(at, &rises), 1.0, TOLERANCE);
     assert_eq!(never, None);
 }
 
@@ -50,7 +58,7 @@ fn a_vertex_in_the_plane_that_goes_past_the_end_does_not_touch() {
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
     let falls = velocities(&mesh, plane::TIP, [0.0, -0.5]);
-    let found = boundary.time_of_impact(pair, at, &falls, 1.0, TOLERANCE);
+    let found = boundary.time_of_impact(pair, motion(at, &falls), 1.0, TOLERANCE);
     assert_eq!(found, None);
 }
 
@@ -61,10 +69,10 @@ fn a_vertex_in_space_touches_when_its_gap_is_fallen() {
     let pair = pair(&boundary, &[space::TIP], &space::SIDE);
     let falls = velocities(&mesh, space::TIP, [0.0, 0.0, -0.5]);
     assert_time(
-        boundary.time_of_impact(pair, at, &falls, 1.0, TOLERANCE),
+        boundary.time_of_impact(pair, motion(at, &falls), 1.0, TOLERANCE),
         0.5,
     );
-    let soon = boundary.time_of_impact(pair, at, &falls, 0.4, TOLERANCE);
+    let soon = boundary.time_of_impact(pair, motion(at, &falls), 0.4, TOLERANCE);
     assert_eq!(soon, None);
 }
 
@@ -75,12 +83,12 @@ fn crossed_edges_touch_when_their_gap_is_fallen() {
     let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
     let falls = velocities(&mesh, space::TIP, [0.0, 0.0, -0.5]);
     assert_time(
-        boundary.time_of_impact(pair, at, &falls, 1.0, TOLERANCE),
+        boundary.time_of_impact(pair, motion(at, &falls), 1.0, TOLERANCE),
         0.5,
     );
     // It has moved beyond the end of the ridge by then.
     let passes = velocities(&mesh, space::TIP, [-4.0, 0.0, -0.5]);
-    let found = boundary.time_of_impact(pair, at, &passes, 1.0, TOLERANCE);
+    let found = boundary.time_of_impact(pair, motion(at, &passes), 1.0, TOLERANCE);
     assert_eq!(found, None);
 }
 
@@ -130,7 +138,7 @@ fn a_vertex_in_the_plane_stays_in_contact_unless_it_sinks() {
         let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
         let sinks = velocities(&mesh, plane::TIP, [0.0, -speed]);
         let slack = allowance(10.0 * TOLERANCE);
-        let found = boundary.stays_in_contact(pair, at, &sinks, 1.0, slack);
+        let found = boundary.stays_in_contact(pair, motion(at, &sinks), 1.0, slack);
         assert_eq!(found, stays, "{speed}");
     }
 }
@@ -147,7 +155,7 @@ fn a_vertex_in_space_stays_in_contact_unless_it_sinks() {
         let pair = pair(&boundary, &[space::TIP], &space::SIDE);
         let sinks = velocities(&mesh, space::TIP, [0.0, 0.0, -speed]);
         let slack = allowance(10.0 * TOLERANCE);
-        let found = boundary.stays_in_contact(pair, at, &sinks, 1.0, slack);
+        let found = boundary.stays_in_contact(pair, motion(at, &sinks), 1.0, slack);
         assert_eq!(found, stays, "{speed}");
     }
 }
@@ -164,7 +172,7 @@ fn crossed_edges_stay_in_contact_unless_they_sink() {
         let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
         let sinks = velocities(&mesh, space::TIP, [0.0, 0.0, -speed]);
         let slack = allowance(10.0 * TOLERANCE);
-        let found = boundary.stays_in_contact(pair, at, &sinks, 1.0, slack);
+        let found = boundary.stays_in_contact(pair, motion(at, &sinks), 1.0, slack);
         assert_eq!(found, stays, "{speed}");
     }
 }
@@ -181,13 +189,13 @@ fn a_gap_above_the_allowance_is_no_contact_but_may_wait() {
         let at = Configuration::at_rest(&mesh.nodes);
         let vertex = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
         let still = velocities(&mesh, plane::TIP, [0.0; 2]);
-        let found = boundary.stays_in_contact(vertex, at, &still, 1.0, slack);
+        let found = boundary.stays_in_contact(vertex, motion(at, &still), 1.0, slack);
         assert_eq!(found, stays);
         let (mesh, boundary) = over_roof_3d(ROOF, keel([0.0, 0.0, gap]));
         let at = Configuration::at_rest(&mesh.nodes);
         let edges = pair(&boundary, &space::RIDGE, &space::KEEL);
         let still = velocities(&mesh, space::TIP, [0.0; 3]);
-        let found = boundary.stays_in_contact(edges, at, &still, 1.0, slack);
+        let found = boundary.stays_in_contact(edges, motion(at, &still), 1.0, slack);
         assert_eq!(found, stays);
     }
 }
