@@ -9,6 +9,7 @@ pub(crate) mod energy;
 pub(crate) mod grouping;
 pub(crate) mod interior;
 pub(crate) mod island;
+mod model_data;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
 pub(crate) mod prediction;
@@ -25,16 +26,15 @@ mod verification;
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::InitialOverlaps;
-use crate::contact::constraint::law::ContactLaws;
-use crate::contact::detection::candidates::{SearchContext, StepSpeeds};
-use crate::contact::detection::clusters::Clusters;
+use crate::contact::detection::candidates::StepSpeeds;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;
 use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
 use crate::contact::island::{Bodies, Island};
+use crate::contact::model_data::ContactModelData;
 use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
-use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
+use crate::contact::surface::{Configuration, Surface, boundary_2d, boundary_3d};
 use crate::contact::timing::DriftStart;
 use crate::contact::tolerances::CORRECTED_PENETRATION;
 use crate::math::profile::Stage;
@@ -49,89 +49,6 @@ pub(crate) struct Contacts<const D: usize> {
     model_data: ContactModelData<D>,
     state: ContactState<D>,
     workspace: ContactWorkspace<D>,
-}
-
-/// Data that change only with the mesh, once contacts are closed at t = 0.
-struct ContactModelData<const D: usize> {
-    model: ContactModel,
-    surface: Box<dyn Surface<D>>,
-    clusters: Clusters,
-    laws: ContactLaws,
-    /// Index of the block of each node, and the number of halvings of the elements around it.
-    block_of: Vec<u32>,
-    halvings: Vec<u8>,
-    /// Mass-proportional damping of each block, 1/s.
-    damping: Vec<f64>,
-    /// d_tol, m.
-    tolerance: f64,
-    /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
-    /// contact tolerance, or more where a test wants all pairs examined.
-    examined_distance: f64,
-    /// True for each block that never moves.
-    fixed: Vec<bool>,
-    /// Overlaps of the blocks at t = 0.
-    initial_overlaps: InitialOverlaps,
-}
-
-impl<const D: usize> ContactModelData<D> {
-    fn search_context(&self) -> SearchContext<'_, D> {
-        SearchContext {
-            surface: &*self.surface,
-            clusters: &self.clusters,
-            block_of: &self.block_of,
-            fixed: &self.fixed,
-            tolerance: self.tolerance,
-        }
-    }
-
-    /// True if two blocks may touch: contact between them is enabled and one can move.
-    fn may_touch(&self, [a, b]: [u32; 2]) -> bool {
-        let are_fixed = self.fixed[a as usize] && self.fixed[b as usize];
-        a != b && !are_fixed && self.laws.between(a, b).enabled
-    }
-
-    /// Returns the nodes of a pair.
-    fn nodes_of(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
-        let main = self.surface.main_nodes(pair.main).iter();
-        main.chain(self.surface.target_nodes(pair.target)).copied()
-    }
-
-    /// Returns the nodes of a pair that can move.
-    fn moving_nodes(&self, pair: Pair) -> impl Iterator<Item = u32> + '_ {
-        let moves = |node: &u32| !self.fixed[self.block_of[*node as usize] as usize];
-        self.nodes_of(pair).filter(moves)
-    }
-
-    /// Returns the pairs within the contact tolerance of each other, in their normal cones,
-    /// between blocks that `may_meet` selects.
-    fn touching_pairs(
-        &self,
-        at: Configuration<D>,
-        may_meet: &impl Fn([u32; 2]) -> bool,
-    ) -> Vec<Pair> {
-        let (within, surface) = (self.tolerance, &*self.surface);
-        let mut pairs = self.search_context().pairs_within(at, within, may_meet);
-        pairs.retain(|&pair| {
-            let projection = surface.project(pair, at);
-            projection.gap.abs() <= within
-                && projection.outside <= within
-                && surface.in_normal_cone(pair, at)
-        });
-        pairs
-    }
-
-    fn context<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
-        ContactContext {
-            surface: &*self.surface,
-            laws: &self.laws,
-            block_of: &self.block_of,
-            inertia,
-            damping: &self.damping,
-            tolerance: self.tolerance,
-            initial_overlaps: &self.initial_overlaps,
-            halvings: &self.halvings,
-        }
-    }
 }
 
 /// Makes the surfaces of the blocks of a mesh, from its thickness, m, and the contact
@@ -165,32 +82,8 @@ impl<const D: usize> Contacts<D> {
         surface: Box<dyn Surface<D>>,
         tolerance: f64,
     ) -> Self {
-        let mut block_of = vec![0; mesh.nodes.len()];
-        for (number, block) in mesh.blocks.iter().enumerate() {
-            block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
-        }
         Self {
-            model_data: ContactModelData {
-                clusters: Clusters::new(&*surface, &block_of, &mesh.nodes),
-                surface,
-                laws: ContactLaws::new(scene, mesh),
-                halvings: vec![0; mesh.nodes.len()],
-                block_of,
-                damping: mesh
-                    .blocks
-                    .iter()
-                    .map(|block| damping_of(scene, block.source))
-                    .collect(),
-                tolerance,
-                examined_distance: tolerance,
-                model: scene.contact.model,
-                fixed: mesh
-                    .blocks
-                    .iter()
-                    .map(|block| scene.block[block.source].fixed)
-                    .collect(),
-                initial_overlaps: InitialOverlaps::default(),
-            },
+            model_data: ContactModelData::new(scene, mesh, surface, tolerance),
             workspace: ContactWorkspace {
                 islands_outdated: true,
                 ..ContactWorkspace::new(mesh.nodes.len(), &[])
@@ -511,14 +404,4 @@ fn kick_islands<const D: usize>(
         .filter_map(press)
         .flatten()
         .collect()
-}
-
-/// Returns the mass-proportional damping of a block of the scene, 1/s.
-fn damping_of(scene: &Scene, block: usize) -> f64 {
-    let name = &scene.block[block].material;
-    let material = scene
-        .material
-        .iter()
-        .find(|material| material.name == *name);
-    material.map_or(0.0, |material| material.damping.mass)
 }

@@ -11,6 +11,7 @@ use crate::contact::tolerances::{LIFT_STEPS, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
+use crate::model::block_of;
 use crate::model::inverse_mass::InverseMass;
 
 impl<const D: usize> Contacts<D> {
@@ -159,11 +160,7 @@ impl<const D: usize> Contacts<D> {
     ) -> Box<dyn Surface<D>> {
         let before = std::mem::replace(&mut self.model_data.surface, surface);
         let nodes = mesh.nodes.len();
-        self.model_data.block_of = vec![0; nodes];
-        for (number, block) in (0..).zip(&mesh.blocks) {
-            let nodes = block.nodes.start as usize..block.nodes.end as usize;
-            self.model_data.block_of[nodes].fill(number);
-        }
+        self.model_data.block_of = block_of(mesh);
         self.model_data.halvings = mesh.halvings_at_nodes();
         self.model_data.clusters = Clusters::new(
             &*self.model_data.surface,

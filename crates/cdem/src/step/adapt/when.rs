@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
-use crate::contact::prediction::{PredictedImpact, PredictedImpacts};
+use crate::contact::prediction::PredictedImpact;
 use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
@@ -171,26 +171,23 @@ impl<const D: usize> Run<D> {
 
     /// Requests zones where blocks are about to collide, and keeps zones at impacts.
     fn request_zones(&mut self, second: &mut Adaptivity<D>) {
-        let mut foreseen = std::mem::take(&mut self.workspace.predicted_impacts);
-        if let Some(contacts) = &self.contacts {
-            self.request_zones_at_contacts(second, contacts, &mut foreseen);
-        }
-        self.workspace.predicted_impacts = foreseen;
+        let Some(contacts) = &self.contacts else {
+            return;
+        };
+        let at = self.model.positions(&self.state).into();
+        let rest = Positions::at_rest(&self.model.mesh.nodes).into();
+        let (velocity, horizon) = (&self.state.velocity, AHEAD * self.model.step);
+        let predicted = &mut self.workspace.predicted_impacts;
+        contacts.predict_impacts(at, velocity, rest, horizon, predicted);
+        self.request_zones_at_contacts(second, contacts);
     }
 
     /// Does this for predicted impacts and for closed pairs.
-    fn request_zones_at_contacts(
-        &self,
-        second: &mut Adaptivity<D>,
-        contacts: &Contacts<D>,
-        foreseen: &mut PredictedImpacts<D>,
-    ) {
+    fn request_zones_at_contacts(&self, second: &mut Adaptivity<D>, contacts: &Contacts<D>) {
         let at = self.model.positions(&self.state).into();
-        let velocity = &self.state.velocity;
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
-        let horizon = AHEAD * self.model.step;
-        contacts.predict_impacts(at, velocity, rest, horizon, foreseen);
-        for (blocks, places) in foreseen.by_blocks() {
+        let velocity = &self.state.velocity;
+        for (blocks, places) in self.workspace.predicted_impacts.by_blocks() {
             self.request_zones_for_impact(second, blocks, places, contacts.tolerance());
         }
         for place in contacts.touching_pairs(at, velocity, rest) {
