@@ -361,7 +361,7 @@ pub(crate) struct ContactInput {
     pub(crate) shear_stiffness: Option<Quantity<Stiffness>>,
     /// Settings for pairs of blocks or materials. If several of them give a key for
     /// the same two blocks, a pair of blocks overrides a pair of materials, and a
-    /// later pair overrides an earlier one. All override `[contact]`.
+    /// later pair overrides an earlier one. All override the table `contact`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) pair: Vec<ContactPairInput>,
 }
