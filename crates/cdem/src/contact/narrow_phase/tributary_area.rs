@@ -53,6 +53,13 @@ impl ContactPlane {
     }
 }
 
+/// Flush facets of main and target around a contact point.
+struct FlushFacets {
+    main: FeatureList,
+    target: FeatureList,
+    plane: ContactPlane,
+}
+
 impl ProjectedFacet {
     /// Makes a facet, counter-clockwise about the contact normal.
     fn new(boundary: &Boundary3d, facet: u32, plane: &ContactPlane, at: Configuration<3>) -> Self {
@@ -150,39 +157,29 @@ impl Boundary3d {
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
-        let Some(normal) = self.normal(pair, at) else {
+        let Some(facets) = self.facets_of_contact(pair, places, at) else {
             return 0.0;
         };
-        let point = self.point(pair, at);
-        let [main, target] = places
-            .each_ref()
-            .map(|place| self.flush_facets(&place.triangles, &normal, at));
-        let (Some(&first), Some(_)) = (main.first(), target.first()) else {
-            return 0.0;
-        };
-        let [a, b, ..] = self.triangulation.facet(first) else {
-            return 0.0;
-        };
-        let along = sub(
-            &self.triangulation.point(*b, at),
-            &self.triangulation.point(*a, at),
-        );
-        let plane = ContactPlane::new(point, &normal, &along);
+        let FlushFacets {
+            main,
+            target,
+            plane,
+        } = &facets;
         let vertex = match self.feature_pair(pair) {
             FeaturePair::PointTriangle { vertex, .. } => Some(vertex),
             FeaturePair::EdgeEdge { .. } => None,
         };
         let mut sum = 0.0;
-        for &facet in &main {
-            let one = ProjectedFacet::new(self, facet, &plane, at);
-            let beneath = self.overlapping_facets(&one, &target, &plane, at);
+        for &facet in main {
+            let one = ProjectedFacet::new(self, facet, plane, at);
+            let beneath = self.overlapping_facets(&one, target, plane, at);
             for other in &beneath {
                 let piece = clip(&one.corners, &other.corners);
                 if area(&piece) <= tolerance * tolerance {
                     continue;
                 }
                 sum += area_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
-                    let above = self.overlapping_facets(other, &main, &plane, at);
+                    let above = self.overlapping_facets(other, main, plane, at);
                     let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
@@ -201,21 +198,53 @@ impl Boundary3d {
             }
         }
         if vertex.is_none() {
-            let sides = [main.as_slice(), target.as_slice()];
-            sum += self.tributary_area_of_others(sides, &plane, at, tolerance);
+            sum += self.tributary_area_of_others(&facets, at, tolerance);
         }
         sum
     }
 
-    /// Returns the area of a crossing at the rim of the `target` facets, m²: its fraction of the
+    /// Returns the flush facets around the contact point of a pair; `None` if one side has none.
+    fn facets_of_contact(
+        &self,
+        pair: Pair,
+        places: &[FeatureSet; 2],
+        at: Configuration<3>,
+    ) -> Option<FlushFacets> {
+        let normal = self.normal(pair, at)?;
+        let point = self.point(pair, at);
+        let [main, target] = places
+            .each_ref()
+            .map(|place| self.flush_facets(&place.triangles, &normal, at));
+        let (Some(&first), Some(_)) = (main.first(), target.first()) else {
+            return None;
+        };
+        let [a, b, ..] = self.triangulation.facet(first) else {
+            return None;
+        };
+        let along = sub(
+            &self.triangulation.point(*b, at),
+            &self.triangulation.point(*a, at),
+        );
+        Some(FlushFacets {
+            main,
+            target,
+            plane: ContactPlane::new(point, &normal, &along),
+        })
+    }
+
+    /// Returns the area of a crossing at the rim of the target facets, m²: its fraction of the
     /// overlaps with main facets that have no other contact point.
     fn tributary_area_of_others(
         &self,
-        [main, target]: [&[u32]; 2],
-        plane: &ContactPlane,
+        facets: &FlushFacets,
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
+        let FlushFacets {
+            main,
+            target,
+            plane,
+        } = facets;
         let mut sum = 0.0;
         for &facet in target {
             let other = ProjectedFacet::new(self, facet, plane, at);

@@ -39,9 +39,8 @@ pub(crate) use crate::contact::detection::clusters::Clusters;
 use crate::contact::detection::active_candidates::ActiveCandidates;
 use crate::contact::surface::{Configuration, CullingRange, CullingResult, Pair, Surface};
 use crate::contact::tolerances::{
-    BOUND_CHECKS_PER_TASK, BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK,
-    CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, LEAST_MOTION_BOUND,
-    NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
+    BOUND_CHECKS_PER_TASK, CANDIDATES_PER_TASK, CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED,
+    DISTANCE_KEPT, LEAST_MOTION_BOUND, NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
 };
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::parallel::NODES_AT_ONCE;
@@ -52,14 +51,14 @@ use crate::model::block_max::BlockMax;
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Candidate {
-    pair: Pair,
+    pub(super) pair: Pair,
     pub(crate) blocks: [u32; 2],
     /// Travels of both blocks plus their motion in the step, up to which the pair cannot be near,
     /// m.
-    far_until: f64,
+    pub(super) far_until: f64,
     /// [`CULLING_RATE`] times the travels of both blocks plus their motion bounds, up to which the
     /// orientation of the pair rules out contact, m.
-    excluded_until: f64,
+    pub(super) excluded_until: f64,
     /// Travels of both blocks up to which the pair counts as near, m; below 0 if it is not near.
     pub(crate) near_until: f64,
 }
@@ -101,20 +100,20 @@ pub(crate) struct CandidateSearch<const D: usize> {
     pub(crate) candidates: Vec<Candidate>,
     /// Index of the first candidate of each main feature.
     #[serde(skip)]
-    of_main: Vec<u32>,
+    pub(super) of_main: Vec<u32>,
     /// Candidates of each block, as one list, and the index of the first of each block.
     #[serde(skip)]
-    of_block: Vec<u32>,
+    pub(super) of_block: Vec<u32>,
     #[serde(skip)]
-    start: Vec<u32>,
+    pub(super) start: Vec<u32>,
     /// The candidates that are tested for now.
     #[serde(skip)]
     pub(crate) active_candidates: ActiveCandidates,
     /// Positions of the nodes in the last broad phase and in the last step, m.
     #[serde(with = "serde_pod")]
-    origin: Vec<[f64; D]>,
+    pub(super) origin: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
-    last: Vec<[f64; D]>,
+    pub(super) last: Vec<[f64; D]>,
     pub(crate) blocks: Vec<MotionBound>,
     /// True for each candidate that is near, and the numbers of the near ones.
     #[serde(skip)]
@@ -158,7 +157,7 @@ pub(crate) struct MotionBound {
     /// Travel: sum over the steps since then of the largest displacement of a node.
     way: f64,
     /// Largest sum of `moved` and `share` before the next broad phase.
-    allowance: f64,
+    pub(super) allowance: f64,
 }
 
 impl<const D: usize> CandidateSearch<D> {
@@ -288,53 +287,6 @@ impl<const D: usize> CandidateSearch<D> {
         })
     }
 
-    fn broad_phase(
-        &mut self,
-        blocks: &SearchContext<D>,
-        at: Configuration<D>,
-        may_meet: &impl Fn([u32; 2]) -> bool,
-    ) {
-        let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
-        let shares = self.blocks.iter().map(|reach| reach.motion_bound);
-        let mean = shares.sum::<f64>() / moving as f64;
-        let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.tolerance);
-        for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *reach = MotionBound {
-                motion_bound: reach.motion_bound,
-                allowance: if fixed {
-                    0.0
-                } else {
-                    least.max(BROAD_PHASE_STEPS * reach.motion_bound)
-                },
-                ..MotionBound::default()
-            };
-        }
-        self.origin.clear();
-        let nodes = 0..blocks.block_of.len() as u32;
-        self.origin.extend(nodes.map(|node| at.at(node)));
-        self.last.clone_from(&self.origin);
-        let allowance = |block: u32| self.blocks[block as usize].allowance;
-        let margin = |block| DISTANCE_KEPT * (allowance(block) + 0.5 * blocks.tolerance);
-        let patches = blocks.clusters;
-        let cache = blocks.surface.geometry_cache(patches.features(), None);
-        let at = at.with(cache.as_ref());
-        let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
-        let pairs = pairs.into_par_iter().with_min_len(CANDIDATES_PER_TASK);
-        let candidates = pairs.map(|pair| Candidate {
-            pair,
-            blocks: blocks.of(pair),
-            far_until: blocks.surface.distance_lower_bound(pair, at),
-            excluded_until: 0.0,
-            near_until: -1.0,
-        });
-        let within = |candidate: &Candidate| {
-            let [a, b] = candidate.blocks.map(margin);
-            candidate.far_until <= a + b
-        };
-        self.candidates = candidates.filter(within).collect();
-        self.list_candidates();
-    }
-
     /// Returns true if all data fit these numbers of nodes and blocks, and the features that a
     /// surface `has`.
     pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &impl Fn(Pair) -> bool) -> bool {
@@ -361,30 +313,6 @@ impl<const D: usize> CandidateSearch<D> {
         for &number in &self.found {
             self.is_near[number as usize] = true;
         }
-    }
-
-    /// Lists the candidates by main feature and by block.
-    fn list_candidates(&mut self) {
-        self.active_candidates.forget();
-        let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
-        let main = |candidate: &Candidate| candidate.pair.main as usize;
-        self.of_main = starts(self.candidates.iter().map(main), mains as usize);
-        let blocks = |candidate: &Candidate| candidate.blocks.map(|block| block as usize);
-        let all = self.candidates.iter().flat_map(blocks);
-        self.start = starts(all, self.blocks.len());
-        let mut next = self.start.clone();
-        self.of_block.clear();
-        self.of_block.resize(2 * self.candidates.len(), 0);
-        for (number, candidate) in (0..).zip(&self.candidates) {
-            for block in blocks(candidate) {
-                self.of_block[next[block] as usize] = number;
-                next[block] += 1;
-            }
-        }
-    }
-
-    fn candidates_of(&self, block: usize) -> &[u32] {
-        &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
     }
 
     fn test_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
@@ -518,19 +446,6 @@ impl MotionBound {
             turning: CULLING_RATE * self.way + self.motion_bound,
         }
     }
-}
-
-/// Returns the index of the first item of each of `count` owners in a list sorted by owner, and the
-/// end of the list.
-fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
-    let mut start = vec![0; count + 1];
-    for owner in owners {
-        start[owner + 1] += 1;
-    }
-    for owner in 0..count {
-        start[owner + 1] += start[owner];
-    }
-    start
 }
 
 impl<const D: usize> SearchContext<'_, D> {

@@ -161,11 +161,8 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
 /// Judges all draws, `count` times each. The least numbers of touches in a thousand queries are a
 /// half to two thirds of the measured ones.
 fn judge_all(count: usize) {
-    for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
-        .into_iter()
-        .enumerate()
-    {
-        let judged = judge(seed as u64, count, draw);
+    for (seed, draw) in (0..).zip(QueryKind::ALL) {
+        let judged = judge(seed, count, draw);
         let at_ends = if matches!(draw, QueryKind::Wide) {
             0
         } else {

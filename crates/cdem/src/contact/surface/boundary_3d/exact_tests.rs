@@ -213,11 +213,8 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
 /// Judges all draws, `count` times each. The least numbers of touches in a thousand queries, within
 /// features and at rims, are a half to two thirds of the measured ones.
 fn judge_all(count: usize) {
-    for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
-        .into_iter()
-        .enumerate()
-    {
-        let judged = judge(seed as u64, count, draw);
+    for (seed, draw) in (0..).zip(QueryKind::ALL) {
+        let judged = judge(seed, count, draw);
         let on_rims = !matches!(draw, QueryKind::Wide);
         let least = |of_thousand: [usize; 2]| {
             let [within, on_rim] = of_thousand.map(|share| share * count / 1000);
