@@ -153,9 +153,9 @@ pub(crate) struct MotionBound {
     /// Motion bound: largest displacement of a node in the step.
     pub(crate) motion_bound: f64,
     /// Largest distance of a node from its position in the last broad phase.
-    moved: f64,
+    pub(super) moved: f64,
     /// Travel: sum over the steps since then of the largest displacement of a node.
-    way: f64,
+    pub(super) way: f64,
     /// Largest sum of `moved` and `share` before the next broad phase.
     pub(super) allowance: f64,
 }
@@ -429,7 +429,7 @@ impl Candidate {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockTravel {
     /// Travel so far.
-    pub(crate) way: f64,
+    pub(super) way: f64,
     /// Travel plus the distance that a near feature may have: half of the tolerance counts for
     /// either block.
     pub(crate) distance: f64,
