@@ -287,7 +287,7 @@ fn material_points_on_a_triangle_are_found_again() {
     let blocks = [1, 0].map(|block: usize| mesh.blocks[block].nodes.clone());
     let found = boundary.locate(&points, blocks, rest);
     assert_eq!(found.map(|(pair, _)| pair), Some(pair));
-    assert_close(found.unwrap().1, foot);
+    assert_close(found.expect("a value").1, foot);
 }
 
 #[test]

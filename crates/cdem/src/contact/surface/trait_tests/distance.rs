@@ -24,8 +24,8 @@ fn a_vertex_in_the_plane_is_projected_on_an_edge() {
     assert_projection(projection, 0.25, -1.0);
     assert_close(projection.foot, [0.8, 0.0]);
     let along = [0.0, 1.0];
-    assert_close([boundary.gap(pair, at, &along).unwrap()], [0.25]);
-    assert_close(boundary.normal(pair, at).unwrap(), [0.6, 0.8]);
+    assert_close([boundary.gap(pair, at, &along).expect("a gap")], [0.25]);
+    assert_close(boundary.normal(pair, at).expect("a normal"), [0.6, 0.8]);
     assert_close([boundary.target_size(pair.target, at)], [5.0]);
     assert_eq!(boundary.point(pair, at), [0.8 + 0.15, -0.6 + 0.2]);
 }
@@ -41,8 +41,11 @@ fn a_vertex_in_space_is_projected_on_a_triangle() {
     assert_close(foot, [0.5, 1.0, -0.75]);
     assert_close([projection.gap], [0.25]);
     let along = [0.0, 0.0, 1.0];
-    assert_close([boundary.gap(pair, at, &along).unwrap()], [0.25]);
-    assert_close(boundary.normal(pair, at).unwrap(), [0.0, 0.6, 0.8]);
+    assert_close([boundary.gap(pair, at, &along).expect("a gap")], [0.25]);
+    assert_close(
+        boundary.normal(pair, at).expect("a normal"),
+        [0.0, 0.6, 0.8],
+    );
     // The edge from (3, 0, 0) to (0, 4, -3) is the longest.
     assert_close([boundary.target_size(pair.target, at)], [f64::sqrt(34.0)]);
     assert_eq!(boundary.point(pair, at), [0.5, 1.15, -0.55]);
@@ -66,7 +69,10 @@ fn two_crossed_edges_have_a_gap_and_feet() {
     assert_close(projection.foot, [0.75, 0.75]);
     assert_projection(projection, 0.25, -0.5);
     // Out of the keel, which is the target.
-    assert_close(boundary.normal(pair, at).unwrap(), [0.0, 0.0, -1.0]);
+    assert_close(
+        boundary.normal(pair, at).expect("a normal"),
+        [0.0, 0.0, -1.0],
+    );
     let gaps = [-1.0, 1.0].map(|z| boundary.gap(pair, at, &[0.0, 0.0, z]));
     assert_eq!(gaps, [Some(0.25), Some(-0.25)]);
     assert_close(boundary.point(pair, at), [0.0; 3]);
