@@ -196,16 +196,21 @@ impl ResultsError {
             ),
             Self::Scene { .. } => "the scene of the results is not as it was written".to_owned(),
             Self::Read { .. } => "check that the folder exists and may be read".to_owned(),
-            Self::Write { source, .. } => match source.kind() {
-                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    "make room on the disk, or write less: fewer `output.frames` or `output.fields`"
-                        .to_owned()
-                }
-                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                    format!("name a folder that you may write to{naming}")
-                }
-                _ => format!("check the disk, or name another folder{naming}"),
-            },
+            Self::Write { source, .. } => help_with_writing(source.kind(), naming),
         }
+    }
+}
+
+/// Returns advice on a file that cannot be written.
+fn help_with_writing(kind: io::ErrorKind, naming: &str) -> String {
+    match kind {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "make room on the disk, or write less: fewer `output.frames` or `output.fields`"
+                .to_owned()
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            format!("name a folder that you may write to{naming}")
+        }
+        _ => format!("check the disk, or name another folder{naming}"),
     }
 }

@@ -221,7 +221,7 @@ impl<const D: usize> PlacedMesh<D> {
         let place_of = |&point: &u32| source.raw.points[point as usize];
         if D == 2 {
             let raw: Vec<_> = points.iter().map(place_of).collect();
-            check_plane(&raw, &tag)?;
+            check_plane(&raw, tag)?;
         }
         let placement = Placement::new(block);
         let place = |point: &u32| placement.apply::<D>(place_of(point));
